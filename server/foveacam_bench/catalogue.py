@@ -12,6 +12,7 @@ from rich.table import Table
 from foveacam_hardware.contract import InvalidInput
 
 BENCHES: Mapping[str, str] = {
+    "archive": "archive.figures",
     "auth": "access.figures",
     "calibration": "calibration.procedures",
     "capture": "capture.captures",

@@ -20,6 +20,7 @@ from foveacam_server.foundation import errors
 from foveacam_server.foundation.answers import BODY_BYTES, problems
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
+from foveacam_server.resources.archive import routes as archive
 from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
 from foveacam_server.resources.calibrations import routes as calibrations
 from foveacam_server.resources.cameras import preset_routes as camera_presets
@@ -56,6 +57,7 @@ from foveacam_server.resources.recordings import moment_routes as recording_mome
 from foveacam_server.resources.recordings import routes as recordings
 from foveacam_server.resources.recordings.imports import routes as recording_imports
 from foveacam_server.resources.references import routes as references
+from foveacam_server.resources.retention import routes as retention
 from foveacam_server.resources.rig_setup import routes as rig_setup
 from foveacam_server.resources.rig_state import health_routes
 from foveacam_server.resources.rig_state import routes as rig_state
@@ -108,6 +110,8 @@ _RESOURCES = (
     drift_checks,
     settle_time,
     planner,
+    archive,
+    retention,
     simulation,
     jobs,
     engine,

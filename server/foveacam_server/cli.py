@@ -16,10 +16,12 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
+from foveacam_server.commands.retention import app as retention_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.foundation.watching.log_lines import configure_logging
+from foveacam_server.resources.archive.cli import app as archive_app
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -45,6 +47,7 @@ app.add_typer(depth_app)
 app.add_typer(learn_app)
 app.add_typer(dataset_app)
 app.add_typer(recording_app)
+app.add_typer(archive_app)
 app.command()(record)
 app.command()(capture)
 app.command()(still)
@@ -52,6 +55,7 @@ app.command()(study)
 app.command()(confirm_zero)
 app.command()(backup)
 app.command()(restore)
+app.add_typer(retention_app)
 app.add_typer(users_app)
 
 _USAGE_ERROR = 2
@@ -95,6 +99,10 @@ RootPathOption = Annotated[
     str | None, typer.Option(help="path below which a proxy serves this server, such as /foveacam")
 ]
 DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
+ArchiveOption = Annotated[
+    str | None,
+    typer.Option(help="where captures and recordings are archived, s3://bucket/prefix", metavar="URL"),
+]
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")
 ]
@@ -132,6 +140,7 @@ def serve(
     rigs: RigsOption = None,
     announce: AnnounceOption = None,
     data: DataOption = None,
+    archive: ArchiveOption = None,
     calibration: CalibrationOption = None,
     replay: ReplayOption = None,
     replay_speed: ReplaySpeedOption = None,
@@ -158,6 +167,7 @@ def serve(
         "rigs": rigs,
         "announce": announce,
         "data": data,
+        "archive": archive,
         "calibration": calibration,
         "replay": replay,
         "replay_speed": replay_speed,

@@ -163,6 +163,7 @@ def running(
     rigs: Path | None = None,
     announce: bool = False,
     otlp_endpoint: str | None = None,
+    archive: str | None = None,
 ) -> Iterator[Running]:
     warm_up()  # a compiled renderer: else the first look would wait for it
     settings = Settings(
@@ -176,6 +177,7 @@ def running(
         rigs=rigs,
         announce=announce,
         otlp_endpoint=otlp_endpoint,
+        archive=archive,
         live_wide_hz=live_hz[0],
         live_fovea_hz=live_hz[1],
     )

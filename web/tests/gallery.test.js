@@ -6,6 +6,7 @@ import { leftOf, percent, size } from "../foveacam_web/static/js/gallery/mosaic/
 import { frameAt, PlayerClock } from "../foveacam_web/static/js/replay/clock.js";
 import * as recordings from "../foveacam_web/static/js/gallery/recording_words.js";
 import { referenceWords } from "../foveacam_web/static/js/gallery/reference_words.js";
+import { ruleWords } from "../foveacam_web/static/js/preferences/retention_words.js";
 import { only } from "./documents.js";
 
 /**
@@ -254,4 +255,18 @@ test("a reference is told with its spread, its bias and what was left out", () =
   const words = referenceWords(made);
   assert.match(words, /^From −300 mm on the rail, 485 of 520 samples have a reference over 800 mm in the median/);
   assert.match(words, /off it by 0\.034\u00a0% rms, bias −0\.012\u00a0%, without the 1\.5\u00a0% of samples/);
+});
+
+test("an archived entry says its size and what of it is here", () => {
+  const archived = { url: "s3://rig/captures/a", utc: "2026-01-02T00:00:00Z", bytes: 7_000_000, local: true };
+  assert.match(datasets.archivedWords(archived), /^7\.0 MB, .*All of it is here as well\.$/);
+  assert.match(
+    datasets.archivedWords({ ...archived, local: false }),
+    /Only what is small is here; the rest is read from there\.$/,
+  );
+});
+
+test("a rule of retention says what is kept", () => {
+  assert.equal(ruleWords({ keep_days: null, keep_gb: null }), "kept for ever");
+  assert.equal(ruleWords({ keep_days: 30, keep_gb: 0.5 }), "kept for 30 days, the newest 0.5 GB");
 });

@@ -57,6 +57,22 @@ export interface components {
             /** @enum {string} */
             style: "red_cyan" | "red_blue" | "cyan_red" | "blue_red";
         };
+        /** @description Where its bytes are in an archive. `local`: whether all are on this machine's disk as well. */
+        ArchivedDocument: {
+            bytes: number;
+            local: boolean;
+            url: string;
+            utc: string;
+        };
+        /** @description The archive of this server; `url`: null without one. */
+        ArchiveDocument: {
+            url: string | null;
+        };
+        /** @description How to archive. `remove_local`: whether only what is small stays on this machine afterwards. */
+        ArchiveRequest: {
+            /** @default false */
+            remove_local?: boolean;
+        };
         /** @description Areas of the regions. `multi`: union over targets; `single`: mean of the targets' own regions. */
         AreasDocument: {
             multi_m2: number;
@@ -282,6 +298,7 @@ export interface components {
         };
         /** @description One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on. */
         CaptureDocument: {
+            archived: components["schemas"]["ArchivedDocument"] | null;
             calibration_id: string | null;
             codec: string | null;
             conditions: {
@@ -748,6 +765,16 @@ export interface components {
             /** @default false */
             apply?: boolean;
             distance_m?: number | null;
+        };
+        /** @description One that the rules would move to the trash, and why. */
+        DueItem: {
+            created_utc: string;
+            id: string;
+            /** @enum {string} */
+            kind: "captures" | "recordings" | "stills";
+            name: string;
+            size_bytes: number;
+            why: string;
         };
         /**
          * @description What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
@@ -2441,6 +2468,7 @@ export interface components {
          *     `truncated`: what was cut off; the rest is found by reading the file through and is complete.
          */
         RecordingDocument: {
+            archived: components["schemas"]["ArchivedDocument"] | null;
             asked_s: number | null;
             calibration_id: string | null;
             calibration_problem: string | null;
@@ -2600,6 +2628,36 @@ export interface components {
             points_m?: number[][];
             ring?: components["schemas"]["RingRequest"];
             targets_m?: number[][] | null;
+        };
+        /** @description What was moved to the trash. */
+        RetentionApplied: {
+            items: components["schemas"]["DueItem"][];
+            size_bytes: number;
+        };
+        /** @description What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'. */
+        RetentionPreview: {
+            digest: string;
+            file: string;
+            items: components["schemas"]["DueItem"][];
+            rules: components["schemas"]["RetentionRules"];
+            size_bytes: number;
+        };
+        /** @description Which preview to carry out: its digest. */
+        RetentionRequest: {
+            digest: string;
+        };
+        /** @description How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all. */
+        RetentionRule: {
+            keep_days: number | null;
+            keep_gb: number | null;
+        };
+        /** @description The rules of a data directory; `automatic`: whether the server applies them once an hour. */
+        RetentionRules: {
+            /** @default false */
+            automatic: boolean;
+            captures: components["schemas"]["RetentionRule"];
+            recordings: components["schemas"]["RetentionRule"];
+            stills: components["schemas"]["RetentionRule"];
         };
         /** @description The whole rig. */
         RigDocument: {
@@ -3479,6 +3537,9 @@ export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
 export type AlternativeDocument = components['schemas']['AlternativeDocument'];
 export type AnaglyphColours = components['schemas']['AnaglyphColours'];
+export type ArchivedDocument = components['schemas']['ArchivedDocument'];
+export type ArchiveDocument = components['schemas']['ArchiveDocument'];
+export type ArchiveRequest = components['schemas']['ArchiveRequest'];
 export type AreasDocument = components['schemas']['AreasDocument'];
 export type AuditDocument = components['schemas']['AuditDocument'];
 export type AuditPage = components['schemas']['AuditPage'];
@@ -3546,6 +3607,7 @@ export type DraftStart = components['schemas']['DraftStart'];
 export type DriftCheckDocument = components['schemas']['DriftCheckDocument'];
 export type DriftEyeDocument = components['schemas']['DriftEyeDocument'];
 export type DriftRequest = components['schemas']['DriftRequest'];
+export type DueItem = components['schemas']['DueItem'];
 export type EdgeDocument = components['schemas']['EdgeDocument'];
 export type EndCause = components['schemas']['EndCause'];
 export type EngineDocument = components['schemas']['EngineDocument'];
@@ -3699,6 +3761,11 @@ export type ReferenceStop = components['schemas']['ReferenceStop'];
 export type RegionDocument = components['schemas']['RegionDocument'];
 export type RegionsDocument = components['schemas']['RegionsDocument'];
 export type RegionsRequest = components['schemas']['RegionsRequest'];
+export type RetentionApplied = components['schemas']['RetentionApplied'];
+export type RetentionPreview = components['schemas']['RetentionPreview'];
+export type RetentionRequest = components['schemas']['RetentionRequest'];
+export type RetentionRule = components['schemas']['RetentionRule'];
+export type RetentionRules = components['schemas']['RetentionRules'];
 export type RigDocument = components['schemas']['RigDocument'];
 export type RigDraft = components['schemas']['RigDraft'];
 export type RigEntry = components['schemas']['RigEntry'];

@@ -10,6 +10,22 @@ from foveacam_client.call import Call, StartedJob
 from foveacam_client.generated import models
 
 
+class AsyncArchive:
+    """Operations of `archive`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.ArchiveDocument:
+        """The archive of this server.
+
+        Return where captures and recordings are archived.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/archive"), models.ArchiveDocument)
+
+
 class AsyncAudit:
     """Operations of `audit`."""
 
@@ -675,6 +691,27 @@ class AsyncCaptures:
             )
         )
 
+    async def archive_capture(
+        self, capture_id: str, body: models.ArchiveRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CaptureDocument]:
+        """Send a capture to the archive.
+
+        Queue the upload as a job; what the archive has already is not sent again.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/archive",
+                path_values={"capture_id": capture_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.CaptureDocument,
+        )
+
     async def check_files(self, capture_id: str) -> models.CaptureChecked:
         """Is all as it was written.
 
@@ -709,6 +746,26 @@ class AsyncCaptures:
         """
         return self._transport.download(
             Call("GET", "/api/v1/captures/{capture_id}/download.zip", path_values={"capture_id": capture_id})
+        )
+
+    async def fetch_capture(
+        self, capture_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CaptureDocument]:
+        """Fetch a capture from the archive.
+
+        Queue the download of the files that are not on this machine, as a job.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/fetch",
+                path_values={"capture_id": capture_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.CaptureDocument,
         )
 
     async def pause(self, capture_id: str) -> models.CaptureDocument:
@@ -2473,6 +2530,27 @@ class AsyncRecordings:
             )
         )
 
+    async def archive_recording(
+        self, recording_id: str, body: models.ArchiveRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.RecordingDocument]:
+        """Send a recording to the archive.
+
+        Queue the upload as a job; what the archive has already is not sent again.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/recordings/{recording_id}/archive",
+                path_values={"recording_id": recording_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.RecordingDocument,
+        )
+
     async def depth(
         self,
         recording_id: str,
@@ -2561,6 +2639,26 @@ class AsyncRecordings:
                 "/api/v1/recordings/{recording_id}/download.fcap",
                 path_values={"recording_id": recording_id},
             )
+        )
+
+    async def fetch_recording(
+        self, recording_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.RecordingDocument]:
+        """Fetch a recording from the archive.
+
+        Queue the download of its file, as a job.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/recordings/{recording_id}/fetch",
+                path_values={"recording_id": recording_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.RecordingDocument,
         )
 
     async def make_film(
@@ -2822,6 +2920,33 @@ class AsyncReferences:
                 "/api/v1/captures/{capture_id}/reference/samples.csv",
                 path_values={"capture_id": capture_id},
             )
+        )
+
+
+class AsyncRetention:
+    """Operations of `retention`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def get(self) -> models.RetentionPreview:
+        """What the rules would move to the trash now.
+
+        Return the rules, each capture, recording and still that they would remove, and why.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(Call("GET", "/api/v1/retention"), models.RetentionPreview)
+
+    async def apply(self, body: models.RetentionRequest) -> models.RetentionApplied:
+        """Move it to the trash.
+
+        Move exactly what a preview named, by its digest; nothing, when something changed meanwhile.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.answer(
+            Call("POST", "/api/v1/retention", body=body), models.RetentionApplied
         )
 
 
@@ -3717,6 +3842,7 @@ class AsyncOperations:
     """All operations, by noun."""
 
     def __init__(self, transport: AsyncTransport) -> None:
+        self.archive = AsyncArchive(transport)
         self.audit = AsyncAudit(transport)
         self.calibration_sessions = AsyncCalibrationSessions(transport)
         self.calibrations = AsyncCalibrations(transport)
@@ -3750,6 +3876,7 @@ class AsyncOperations:
         self.recording_uploads = AsyncRecordingUploads(transport)
         self.recordings = AsyncRecordings(transport)
         self.references = AsyncReferences(transport)
+        self.retention = AsyncRetention(transport)
         self.rig = AsyncRig(transport)
         self.rig_setup = AsyncRigSetup(transport)
         self.rigs = AsyncRigs(transport)

@@ -46,6 +46,36 @@ class AnaglyphColours(Document):
     style: Literal["red_cyan", "red_blue", "cyan_red", "blue_red"]
 
 
+class ArchiveDocument(Document):
+    """The archive of this server; `url`: null without one."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    url: str | None
+
+
+class ArchiveRequest(Document):
+    """How to archive. `remove_local`: whether only what is small stays on this machine afterwards."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    remove_local: bool = False
+
+
+class ArchivedDocument(Document):
+    """Where its bytes are in an archive. `local`: whether all are on this machine's disk as well."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    bytes: int
+    local: bool
+    url: str
+    utc: str
+
+
 class AreasDocument(Document):
     """Areas of the regions. `multi`: union over targets; `single`: mean of the targets' own regions."""
 
@@ -720,6 +750,20 @@ class DriftRequest(Document):
     )
     apply: bool = False
     distance_m: Annotated[float | None, Field(gt=0.5, le=1000.0)] = None
+
+
+class DueItem(Document):
+    """One that the rules would move to the trash, and why."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    created_utc: str
+    id: str
+    kind: Literal["captures", "recordings", "stills"]
+    name: str
+    size_bytes: int
+    why: str
 
 
 class EdgeDocument(Document):
@@ -2408,6 +2452,47 @@ TargetsMItem = TypeAliasType(
 )
 
 
+class RetentionApplied(Document):
+    """What was moved to the trash."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    items: list[DueItem]
+    size_bytes: int
+
+
+class RetentionRequest(Document):
+    """Which preview to carry out: its digest."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    digest: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class RetentionRule(Document):
+    """How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    keep_days: Annotated[float | None, Field(gt=0.0, le=36500.0)] = None
+    keep_gb: Annotated[float | None, Field(gt=0.0, le=1000000.0)] = None
+
+
+class RetentionRules(Document):
+    """The rules of a data directory; `automatic`: whether the server applies them once an hour."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    automatic: bool = False
+    captures: RetentionRule | None = None
+    recordings: RetentionRule | None = None
+    stills: RetentionRule | None = None
+
+
 class RigDraft(Document):
     """What the set-up page sets of a rig file; everything else in the file stays as it is."""
 
@@ -3631,6 +3716,7 @@ class CaptureDocument(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
+    archived: ArchivedDocument | None
     calibration_id: str | None
     codec: str | None
     conditions: dict[str, Any] | None
@@ -4277,6 +4363,7 @@ class RecordingDocument(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
+    archived: ArchivedDocument | None
     asked_s: float | None
     calibration_id: str | None
     calibration_problem: str | None
@@ -4348,6 +4435,19 @@ class RegionsRequest(Document):
     points_m: Annotated[list[PointsMItem] | None, Field(max_length=1000)] = None
     ring: RingRequest | None = None
     targets_m: Annotated[list[TargetsMItem] | None, Field(max_length=50)] = None
+
+
+class RetentionPreview(Document):
+    """What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    digest: str
+    file: str
+    items: list[DueItem]
+    rules: RetentionRules
+    size_bytes: int
 
 
 class ServiceTokenCreated(Document):

@@ -10,6 +10,22 @@ from foveacam_client.generated import models
 from foveacam_client.generated.transport import Download, Transport
 
 
+class Archive:
+    """Operations of `archive`."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def get(self) -> models.ArchiveDocument:
+        """The archive of this server.
+
+        Return where captures and recordings are archived.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(Call("GET", "/api/v1/archive"), models.ArchiveDocument)
+
+
 class Audit:
     """Operations of `audit`."""
 
@@ -665,6 +681,27 @@ class Captures:
             )
         )
 
+    def archive_capture(
+        self, capture_id: str, body: models.ArchiveRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CaptureDocument]:
+        """Send a capture to the archive.
+
+        Queue the upload as a job; what the archive has already is not sent again.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/archive",
+                path_values={"capture_id": capture_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.CaptureDocument,
+        )
+
     def check_files(self, capture_id: str) -> models.CaptureChecked:
         """Is all as it was written.
 
@@ -699,6 +736,26 @@ class Captures:
         """
         return self._transport.download(
             Call("GET", "/api/v1/captures/{capture_id}/download.zip", path_values={"capture_id": capture_id})
+        )
+
+    def fetch_capture(
+        self, capture_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CaptureDocument]:
+        """Fetch a capture from the archive.
+
+        Queue the download of the files that are not on this machine, as a job.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/fetch",
+                path_values={"capture_id": capture_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.CaptureDocument,
         )
 
     def pause(self, capture_id: str) -> models.CaptureDocument:
@@ -2435,6 +2492,27 @@ class Recordings:
             )
         )
 
+    def archive_recording(
+        self, recording_id: str, body: models.ArchiveRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.RecordingDocument]:
+        """Send a recording to the archive.
+
+        Queue the upload as a job; what the archive has already is not sent again.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/recordings/{recording_id}/archive",
+                path_values={"recording_id": recording_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.RecordingDocument,
+        )
+
     def depth(
         self,
         recording_id: str,
@@ -2523,6 +2601,26 @@ class Recordings:
                 "/api/v1/recordings/{recording_id}/download.fcap",
                 path_values={"recording_id": recording_id},
             )
+        )
+
+    def fetch_recording(
+        self, recording_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.RecordingDocument]:
+        """Fetch a recording from the archive.
+
+        Queue the download of its file, as a job.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/recordings/{recording_id}/fetch",
+                path_values={"recording_id": recording_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.RecordingDocument,
         )
 
     def make_film(
@@ -2785,6 +2883,31 @@ class References:
                 path_values={"capture_id": capture_id},
             )
         )
+
+
+class Retention:
+    """Operations of `retention`."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def get(self) -> models.RetentionPreview:
+        """What the rules would move to the trash now.
+
+        Return the rules, each capture, recording and still that they would remove, and why.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(Call("GET", "/api/v1/retention"), models.RetentionPreview)
+
+    def apply(self, body: models.RetentionRequest) -> models.RetentionApplied:
+        """Move it to the trash.
+
+        Move exactly what a preview named, by its digest; nothing, when something changed meanwhile.
+
+        Needs the right `operate`.
+        """
+        return self._transport.answer(Call("POST", "/api/v1/retention", body=body), models.RetentionApplied)
 
 
 class Rig:
@@ -3661,6 +3784,7 @@ class Operations:
     """All operations, by noun."""
 
     def __init__(self, transport: Transport) -> None:
+        self.archive = Archive(transport)
         self.audit = Audit(transport)
         self.calibration_sessions = CalibrationSessions(transport)
         self.calibrations = Calibrations(transport)
@@ -3694,6 +3818,7 @@ class Operations:
         self.recording_uploads = RecordingUploads(transport)
         self.recordings = Recordings(transport)
         self.references = References(transport)
+        self.retention = Retention(transport)
         self.rig = Rig(transport)
         self.rig_setup = RigSetup(transport)
         self.rigs = Rigs(transport)

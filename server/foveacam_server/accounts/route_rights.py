@@ -27,6 +27,7 @@ _OWN = _Row(_VIEW, _VIEW)
 _OF_ADMINS = _Row(_ADMINISTER, _ADMINISTER)
 
 RESOURCES: dict[str, _Row] = {
+    "archive": _SEEN_BY_ALL,
     "audit": _OF_ADMINS,
     "audit.jsonl": _OF_ADMINS,
     "calibration_sessions": _SEEN_BY_ALL,
@@ -56,6 +57,7 @@ RESOURCES: dict[str, _Row] = {
     "recordings": _SEEN_BY_ALL,
     "rig": _Row(_VIEW, _ADMINISTER),
     "rigs": _SEEN_BY_ALL,
+    "retention": _SEEN_BY_ALL,
     "service_tokens": _OF_ADMINS,
     "session": _OWN,
     "sessions": _OWN,

@@ -2,17 +2,24 @@
 
 from dataclasses import dataclass
 
+from foveacam_hardware.contract import Busy
+from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_server.assembly.first_services import SharedServices
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.archive.service import ArchiveService
+from foveacam_server.resources.captures.archiving import CaptureArchiveSource
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.mosaics.service import MosaicService
+from foveacam_server.resources.recordings.archiving import RecordingArchiveSource
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
 from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.retention.rules import RetentionSource
+from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.stills.collection import STILLS
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.rig.live_views import LiveRates
@@ -27,6 +34,7 @@ class CollectionServices:
     recordings: RecordingService
     mosaics: MosaicService
     references: ReferenceService
+    archive: ArchiveService
 
 
 def open_collections(shared: SharedServices, *, backends: DepthBackendService) -> CollectionServices:
@@ -36,13 +44,50 @@ def open_collections(shared: SharedServices, *, backends: DepthBackendService) -
     making = DerivedProductTools(
         captures=captures, jobs=shared.jobs, events=shared.foundation.events, clock=shared.foundation.clock
     )
+    recordings = _recordings(shared, backends=backends)
     return CollectionServices(
         captures=captures,
         stills=StillService(shared.foundation.store.subfolder(STILLS), tools),
-        recordings=_recordings(shared, backends=backends),
+        recordings=recordings,
         mosaics=MosaicService(making, shared.displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
+        archive=ArchiveService(
+            shared.foundation.settings.archive,
+            {"captures": CaptureArchiveSource(captures), "recordings": RecordingArchiveSource(recordings)},
+            shared.jobs,
+        ),
     )
+
+
+def open_retention(shared: SharedServices, collections: CollectionServices) -> RetentionService:
+    """Open the rules of retention over all collections."""
+    captures, recordings, stills = collections.captures, collections.recordings, collections.stills
+
+    def capture_in_use(capture_id: str) -> bool:
+        try:
+            for products in (collections.mosaics, collections.references):
+                products.check_idle(capture_id, "remove its capture")
+        except Busy:
+            return True
+        return captures.is_running(capture_id) or is_being_written(captures.collection.get(capture_id).folder)
+
+    retention = RetentionService(
+        shared.foundation.settings.data,
+        {
+            "captures": RetentionSource(every=captures.search, in_use=capture_in_use, remove=captures.remove),
+            "recordings": RetentionSource(
+                every=recordings.search, in_use=recordings.is_in_use, remove=recordings.remove
+            ),
+            "stills": RetentionSource(
+                every=stills.search,
+                in_use=lambda still_id: is_being_written(stills.collection.get(still_id).stored.folder),
+                remove=stills.remove,
+            ),
+        },
+    )
+    retention.start()
+    shared.foundation.stack.callback(retention.close)
+    return retention
 
 
 def live_rates(settings: Settings) -> LiveRates:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from foveacam_server.assembly.calibrating import CalibrationServices, open_calibration
-from foveacam_server.assembly.collection_services import CollectionServices, open_collections
+from foveacam_server.assembly.collection_services import CollectionServices, open_collections, open_retention
 from foveacam_server.assembly.first_services import (
     ServerFoundation,
     SharedServices,
@@ -110,6 +110,8 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         recordings=collections.recordings,
         mosaics=collections.mosaics,
         references=collections.references,
+        archive=collections.archive,
+        retention=open_retention(shared, collections),
         fixations=observation.fixations,
         follows=observation.follows,
         rounds=observation.rounds,

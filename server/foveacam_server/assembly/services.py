@@ -13,6 +13,7 @@ from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.archive.service import ArchiveService
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrations.service import CalibrationService
@@ -37,6 +38,7 @@ from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
 from foveacam_server.resources.recordings.service import RecordingService
 from foveacam_server.resources.references.service import ReferenceService
+from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.rig_setup.service import RigSetupService
@@ -103,6 +105,8 @@ class Services:
     stills: StillService
     mosaics: MosaicService
     references: ReferenceService
+    archive: ArchiveService
+    retention: RetentionService
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
@@ -116,6 +120,7 @@ class Services:
 
 
 if TYPE_CHECKING:
+    from foveacam_server.resources.archive.routes import ArchiveRouteServices
     from foveacam_server.resources.calibration_sessions.routes import CalibrationSessionRouteServices
     from foveacam_server.resources.calibrations.routes import CalibrationRouteServices
     from foveacam_server.resources.cameras.preset_routes import CameraPresetRouteServices
@@ -149,6 +154,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.reach.routes import ReachRouteServices
     from foveacam_server.resources.recordings.routes import RecordingRouteServices
     from foveacam_server.resources.references.routes import ReferenceRouteServices
+    from foveacam_server.resources.retention.routes import RetentionRouteServices
     from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
     from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
     from foveacam_server.resources.rig_state.routes import RigRouteServices
@@ -163,6 +169,7 @@ if TYPE_CHECKING:
 
     def _check_route_services(services: Services) -> None:
         """Let the type checker verify that the services of every route are opened."""
+        _archive: ArchiveRouteServices = services
         _calibration_session: CalibrationSessionRouteServices = services
         _calibration: CalibrationRouteServices = services
         _camera: CameraRouteServices = services
@@ -199,6 +206,7 @@ if TYPE_CHECKING:
         _reference: ReferenceRouteServices = services
         _health: HealthRouteServices = services
         _rig: RigRouteServices = services
+        _retention: RetentionRouteServices = services
         _rig_setup: RigSetupRouteServices = services
         _settle_time: SettleTimeRouteServices = services
         _simulation: SimulationRouteServices = services

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError, f
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.storage.archive import checked_url
 from foveacam_server.foundation.plain_words import explain_validation
 from foveacam_server.foundation.watching.log_lines import LogFormat
 
@@ -105,6 +106,8 @@ class Settings(BaseSettings):
     root_path: str = ""
     """Path below which a proxy serves this server, such as `/foveacam`; empty: a site of its own."""
     data: Path = Field(default_factory=default_data_dir)
+    archive: str | None = None
+    """URL of the archive of captures and recordings: `s3://bucket/prefix`, or `file:///folder`."""
     recording_folders: tuple[Path, ...] = ()
     """Folders of this machine from which recordings may be opened, besides `import` of `data`."""
     calibration: Path | None = None
@@ -156,6 +159,11 @@ class Settings(BaseSettings):
                 "what it asks for goes into OTEL_EXPORTER_OTLP_HEADERS"
             )
         return endpoint
+
+    @field_validator("archive")
+    @classmethod
+    def _archive_address(cls, given: str | None) -> str | None:
+        return None if given is None else checked_url(given)
 
     @property
     def wants_token_made(self) -> bool:

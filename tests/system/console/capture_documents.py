@@ -44,6 +44,7 @@ def capture(state: str, **more: object) -> Document:
         "resumable": state == "partial",
         "job_id": JOB_ID if state in ("starting", "running", "paused") else None,
         "progress": progress("points", 2) if state in ("running", "paused") else None,
+        "archived": None,
         "url": f"/api/v1/captures/{CAPTURE_ID}",
     }
     return found | more

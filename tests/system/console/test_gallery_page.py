@@ -189,6 +189,7 @@ def running(done: int) -> Json:
     about = {"id": "cap-1", "name": "night", "label": "", "licence": "", "folder": "/data/night", "why": ""}
     more = {"removed": False, "created_utc": "2026-02-01T10:00:00Z", "codec": "tiff", "rig_id": "sim"}
     rest = {"plan": None, "conditions": None, "calibration_id": None, "size_bytes": 10, "resumable": False}
+    rest |= {"archived": None}
     live = {"state": "running", "job_id": "job-1", "url": "/api/v1/captures/cap-1", "points": points}
     return about | more | rest | live | {"progress": progress | {"bytes_per_s": 1.0, "left_s": 12.0}}
 

@@ -22,6 +22,7 @@ from foveacam_pipeline.capture.dataset.reader import INTERRUPTED, Dataset
 from foveacam_pipeline.capture.dataset.rectified import PAIRS, RECTIFIED, PairRow, read_pairs
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE, REFERENCE_DOCUMENT, reference_files
 from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord
+from foveacam_pipeline.storage.archive import RECORD, ArchiveRecord, read_record
 from foveacam_pipeline.storage.disk import PART
 
 _BLOCK = 1 << 20
@@ -163,15 +164,20 @@ def _most_common(counts: list[int]) -> int:
 
 
 def _frames(folder: Path, journal: JournalContent) -> Iterator[str]:
+    archived = read_record(folder / RECORD)
     seen: Counter[str] = Counter(frame.file for record in journal.records for frame in record.frames)
     yield from (f"{file}: {count} rows name it." for file, count in seen.items() if count > 1)
     for record in journal.records:
         for frame in record.frames:
-            yield from _frame(folder, frame)
+            yield from _frame(folder, frame, archived)
 
 
-def _frame(folder: Path, frame: FrameRecord) -> Iterator[str]:
+def _frame(folder: Path, frame: FrameRecord, archived: ArchiveRecord | None) -> Iterator[str]:
     path = folder / frame.file
+    if archived is not None and frame.file in archived.manifest.files and not path.exists():
+        if archived.manifest.files[frame.file].sha256 != frame.sha256:
+            yield f"{frame.file}: the archive holds other content than what was written (SHA-256)."
+        return
     if not path.is_file() or path.is_symlink():
         yield f"{frame.file}: the file is gone."
         return
@@ -239,7 +245,15 @@ def _unknown_files(
     ended: bool,
 ) -> Iterator[str]:
     """Name files that the dataset does not know, but for unfinished ones until it is resumed."""
-    known = {DOCUMENT, JOURNAL, INDEX, LOCK, f"{RECTIFIED}/{PAIRS}", f"{REFERENCE}/{REFERENCE_DOCUMENT}"}
+    known = {
+        DOCUMENT,
+        JOURNAL,
+        INDEX,
+        LOCK,
+        RECORD,
+        f"{RECTIFIED}/{PAIRS}",
+        f"{REFERENCE}/{REFERENCE_DOCUMENT}",
+    }
     known |= set(reference)
     known |= {frame.file for record in journal.records for frame in record.frames}
     known |= {file for pair in pairs for file in (pair.left, pair.right, pair.disparity)}

@@ -27,6 +27,7 @@ from foveacam_pipeline.capture.dataset.values import DatasetState, FrameRecord, 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.storage.archive import read_stored
 
 INTERRUPTED = "interrupted: the program that wrote it ended without closing it; resume it"
 
@@ -157,7 +158,7 @@ class DatasetPoint:
     def _read(self, record: FrameRecord) -> Frame:
         path = self._folder / record.file
         try:
-            content = path.read_bytes()
+            content = read_stored(self._folder, record.file)
         except OSError as error:
             raise InvalidInput(f"{path} cannot be read ({error.strerror}); restore it from a copy") from error
         volts = None if record.volts_v is None else MirrorVolts(x_v=record.volts_v[0], y_v=record.volts_v[1])

@@ -8,7 +8,7 @@ import io
 import struct
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import IO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -21,10 +21,14 @@ from mcap.stream_reader import get_chunk_data_stream
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.recording.framing import CHUNK_HEAD, MAGIC, MESSAGE_HEAD, RECORD_HEAD
 
+Fetch = Callable[[int, int], None]
+"""Makes the bytes from a start to before an end readable."""
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, IndexError, OverflowError, EOFError, MemoryError)
 """Exceptions that the library raises for a damaged file."""
 LARGEST_CHUNK = 1 << 30
-SHORTEST = 2 * len(MAGIC) + RECORD_HEAD.size + 20
+FOOTER_BYTES = 20
+"""Length of a footer's body: where the summary and its offsets begin, and a checksum."""
+SHORTEST = 2 * len(MAGIC) + RECORD_HEAD.size + FOOTER_BYTES
 """Length of the shortest file with a footer, bytes."""
 
 
@@ -76,21 +80,36 @@ class McapIndex:
     truncation: Truncation | None = None
 
 
-def read_index(data: memoryview, file: io.BufferedReader, *, what: str) -> McapIndex:
-    """Return the index of a file; raise `InvalidInput` for a file that is no recording."""
+def read_index(data: memoryview, file: IO[bytes], *, what: str, fetch: Fetch) -> McapIndex:
+    """Return the index of a file; raise `InvalidInput` for a file that is no recording.
+
+    `fetch`: called before a range is read, for a file whose bytes are elsewhere.
+    """
+    fetch(0, len(MAGIC))
     if bytes(data[: len(MAGIC)]) != MAGIC:
         raise InvalidInput(
             f"{what}: it does not begin as an MCAP file does; give a recording ({len(data)} bytes were found)"
         )
-    found = _read_summary(data, file)
-    return scan_file(data) if found is None else found
+    found = _read_summary(data, file, fetch)
+    if found is None:
+        fetch(0, len(data))
+        found = scan_file(data)
+    return found
 
 
-def _read_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None:
+def _fetch_summary(data: memoryview, fetch: Fetch) -> None:
+    """Fetch the footer and the summary that it tells the place of."""
+    fetch(len(data) - SHORTEST, len(data))
+    (start,) = struct.unpack_from("<Q", data, len(data) - len(MAGIC) - FOOTER_BYTES)
+    fetch(start or len(data), len(data))
+
+
+def _read_summary(data: memoryview, file: IO[bytes], fetch: Fetch) -> McapIndex | None:
     """Return the index by the file's own summary; None when there is none or it is not consistent."""
     if len(data) < SHORTEST:
         return None
     try:
+        _fetch_summary(data, fetch)
         file.seek(0)
         summary = make_reader(file).get_summary()
         if summary is None or not (summary.chunk_indexes or summary.channels):
@@ -99,8 +118,11 @@ def _read_summary(data: memoryview, file: io.BufferedReader) -> McapIndex | None
         for chunk in sorted(summary.chunk_indexes, key=lambda chunk: chunk.chunk_start_offset):
             location = _summarised_location(chunk, len(data))
             index.chunks.append(location)
-            index.entries.extend(_summarised_messages(data, chunk, location, len(index.chunks) - 1))
+            index.entries.extend(
+                _summarised_messages(data, chunk, location, len(index.chunks) - 1, fetch=fetch)
+            )
         for at in summary.metadata_indexes:
+            fetch(at.offset, at.offset + at.length)
             record = Metadata.read(_stream(_record_body(data, at.offset, Opcode.METADATA)))
             index.metadata[record.name] = record.metadata
         count = None if summary.statistics is None else summary.statistics.message_count
@@ -129,16 +151,19 @@ def _summarised_location(chunk: ChunkIndex, size: int) -> ChunkLocation:
 
 
 def _summarised_messages(
-    data: memoryview, chunk: ChunkIndex, location: ChunkLocation, number: int
+    data: memoryview, chunk: ChunkIndex, location: ChunkLocation, number: int, *, fetch: Fetch
 ) -> Iterable[MessageLocation]:
     """Return the messages of a chunk: from the summary alone where it tells their times, as with a frame."""
     indexes = chunk.message_index_offsets
     if not indexes:
+        fetch(location.start, location.start + location.size)
         return chunk_messages(data, location, number)
     one_each = len(indexes) * (RECORD_HEAD.size + INDEX_HEAD.size + INDEX_ENTRY.size)
     t_ns = chunk.message_start_time
     if chunk.message_index_length == one_each and t_ns == chunk.message_end_time:
         return [MessageLocation(t_ns, channel, number, IN_ITS_INDEX) for channel in indexes]
+    first = min(indexes.values())
+    fetch(first, first + chunk.message_index_length)
     return _indexed_messages(data, list(indexes.values()), number)
 
 
@@ -151,6 +176,13 @@ def _indexed_messages(data: memoryview, offsets: list[int], chunk: int) -> Itera
             raise ValueError("a message index is longer than its record")
         for t_ns, offset in INDEX_ENTRY.iter_unpack(body[INDEX_HEAD.size : INDEX_HEAD.size + size]):
             yield MessageLocation(t_ns, channel, chunk, offset)
+
+
+def chunk_extent(location: ChunkLocation) -> tuple[int, int]:
+    """Return where a chunk's records and the indexes of its messages begin and end in the file."""
+    one = RECORD_HEAD.size + INDEX_HEAD.size + INDEX_ENTRY.size
+    ends = [location.start + location.size, *(at + one for _, at in location.indexes)]
+    return location.start, max(ends)
 
 
 def message_offset(data: memoryview, location: ChunkLocation, entry: MessageLocation) -> int:

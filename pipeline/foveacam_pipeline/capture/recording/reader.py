@@ -1,12 +1,12 @@
 """Reads a recording by stream and time, each frame on demand; one that was cut off, as far as it goes."""
 
-import io
 import mmap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from foveacam_pipeline.capture.recording.index import (
     McapIndex,
     MessageLocation,
     Truncation,
+    chunk_extent,
     chunk_records,
     message_offset,
     read_index,
@@ -38,6 +39,7 @@ from foveacam_pipeline.capture.recording.values import (
     role_of,
 )
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.storage.archive import RECORD, SparseCopy, read_record
 
 LAST_NS = (1 << 63) - 1
 NEAR = 3
@@ -52,7 +54,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._file = _open_file(self.path)
+        self._file, self._fetch = _open_file(self.path)
         try:
             self._map = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
         except (OSError, ValueError) as error:
@@ -64,7 +66,7 @@ class Recording:
         self._unpacked: tuple[int, memoryview] | None = None
         self._known_times: dict[int, tuple[list[int], NDArray[np.int64]]] = {}
         try:
-            self._index = read_index(self._data, self._file, what=f"recording {self.path}")
+            self._index = read_index(self._data, self._file, what=f"recording {self.path}", fetch=self._fetch)
             self._order = self._in_order(self._index)
             self.streams = self._streams()
         except BaseException:
@@ -100,6 +102,11 @@ class Recording:
             return self.rig.calibration.wide
         recorded = read_wide_lens(self.metadata)
         return None if recorded is None else recorded[0]
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of the file."""
+        return len(self._data)
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -275,6 +282,7 @@ class Recording:
         try:
             records, offset = self._data, entry.offset
             if entry.chunk >= 0:
+                self._fetch(*chunk_extent(self._index.chunks[entry.chunk]))
                 records = self._records(entry.chunk)
                 offset = message_offset(self._data, self._index.chunks[entry.chunk], entry)
             _, length = RECORD_HEAD.unpack_from(records, offset)
@@ -299,13 +307,15 @@ class Recording:
 
     def _pose(self, stream: str, seq: int, number: int) -> FramePose:
         """Return the pose that telemetry states for a frame, written before or after the frame."""
-        nearby = range(max(0, number - NEAR), min(len(self._index.entries), number + NEAR + 1))
-        for near in nearby:
-            telemetry = self._telemetry_at(self._index.entries[near])
+        entries = self._index.entries
+        nearby = range(max(0, number - NEAR), min(len(entries), number + NEAR + 1))
+        # those of its own chunk first, which has been read
+        for near in sorted(nearby, key=lambda near: entries[near].chunk != entries[number].chunk):
+            telemetry = self._telemetry_at(entries[near])
             if telemetry is not None and telemetry.get("stream") == stream and telemetry.get("seq") == seq:
                 return telemetry_pose(telemetry)
         far = self._telemetry.get((stream, seq))
-        return telemetry_pose(None if far is None else self._telemetry_at(self._index.entries[far]))
+        return telemetry_pose(None if far is None else self._telemetry_at(entries[far]))
 
     def _telemetry_at(self, entry: MessageLocation) -> dict[str, object] | None:
         channel = self._index.channels.get(entry.channel)
@@ -324,10 +334,25 @@ class Recording:
         return found
 
 
-def _open_file(path: Path) -> io.BufferedReader:
+def archive_record_path(path: Path) -> Path:
+    """Return the path of the record that says where the archived bytes of a recording are."""
+    return path.with_name(f"{path.name}.{RECORD}")
+
+
+def archived_name(path: Path) -> str:
+    """Return the name of a recording's file in an archive, whatever it is called here."""
+    return f"recording{path.suffix}"
+
+
+def _open_file(path: Path) -> tuple[IO[bytes], Callable[[int, int], None]]:
+    """Return a recording's file, and what fetches a range of it before that is read, from an archive."""
     try:
-        return path.open("rb")
+        return path.open("rb"), lambda start, end: None
     except FileNotFoundError as error:
+        archived = read_record(archive_record_path(path))
+        if archived is not None:
+            copy = SparseCopy(archived, archived_name(path))
+            return copy.file, copy.fetch
         raise InvalidInput(
             f"recording {path}: there is no such file; give the path of a .fcap file"
         ) from error

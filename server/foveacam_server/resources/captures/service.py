@@ -149,9 +149,12 @@ class CaptureService:
     def edit(self, capture_id: str, change: CapturePatch) -> CaptureDocument:
         """Change label or licence; raise while the capture is being written."""
         change_labels(self.collection.get(capture_id).folder, label=change.label, licence=change.licence)
-        event = CaptureEvent(capture_id=capture_id)
-        self._tools.events.emit("capture.updated", "a capture was described anew", data=event)
+        self.report_update(capture_id, "a capture was described anew")
         return self.get(capture_id)
+
+    def report_update(self, capture_id: str, message: str) -> None:
+        """Emit that a capture was changed."""
+        self._tools.events.emit("capture.updated", message, data=CaptureEvent(capture_id=capture_id))
 
     def remove(self, capture_id: str) -> None:
         """Move a capture to the trash; raise `Busy` while it runs."""
@@ -165,8 +168,7 @@ class CaptureService:
     def restore(self, capture_id: str) -> CaptureDocument:
         """Take a capture out of the trash."""
         kept = self.collection.restore(capture_id)
-        event = CaptureEvent(capture_id=kept.id)
-        self._tools.events.emit("capture.updated", f"capture {kept.name} is out of the trash", data=event)
+        self.report_update(kept.id, f"capture {kept.name} is out of the trash")
         return self.get(kept.id)
 
     # The job -----------------------------------------------------------------------------------------------

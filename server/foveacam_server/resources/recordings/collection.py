@@ -10,13 +10,14 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
-from foveacam_pipeline.capture.recording.reader import Recording
+from foveacam_pipeline.capture.recording.reader import Recording, archive_record_path
 from foveacam_pipeline.capture.recording.session import STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
+from foveacam_pipeline.storage.archive import RECORD, read_record
 from foveacam_pipeline.storage.disk import disk_errors, disk_fault
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id, utc_now
@@ -133,7 +134,7 @@ class RecordingCollection:
         """Restore a recording from the trash, with a number after its name if that is used."""
         stored = _by_id(self.trash(), recording_id, where="/api/v1/recordings?removed=true")
         target, number = self.folder / stored.path.name, 2
-        while target.exists():
+        while target.exists() or archive_record_path(target).exists():
             target = self.folder / f"{stored.name} ({number}){stored.path.suffix}"
             number += 1
         with disk_errors(f"restoring recording {stored.name}", self.folder):
@@ -184,7 +185,7 @@ class RecordingCollection:
         stored = StoredRecording(
             path=path,
             notes=notes,
-            size_bytes=stamp[1],
+            size_bytes=stamp[1] if held is None else held.bytes,
             contents=held,
             counts=counts,
             removed=removed,
@@ -229,8 +230,23 @@ def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
     return found
 
 
+class _AboutRecording(BaseModel):
+    """What the archive says of a recording."""
+
+    contents: RecordingContents
+    counts: dict[str, StreamCounts]
+
+
 def _read(path: Path) -> tuple[RecordingContents | None, dict[str, StreamCounts], str]:
-    """Return what a file holds and what its recorder counted, or why it cannot be read."""
+    """Return what a file holds and what its recorder counted, or why it cannot be read.
+
+    Of one that is in the archive alone its record tells, so that it is listed without the archive.
+    """
+    archived = None if path.exists() else read_record(archive_record_path(path))
+    if archived is not None:
+        with suppress(ValidationError):
+            told = _AboutRecording.model_validate(archived.manifest.about)
+            return told.contents.model_copy(update={"file": str(path)}), told.counts, ""
     try:
         with Recording(path) as recording:
             return contents_of(recording), _counts(recording.metadata.get(STATISTICS, {})), ""
@@ -239,12 +255,12 @@ def _read(path: Path) -> tuple[RecordingContents | None, dict[str, StreamCounts]
 
 
 def _files(home: Path) -> list[Path]:
-    return [
+    archived = {path.with_name(path.name.removesuffix(f".{RECORD}")) for path in home.glob(f"*.{RECORD}")}
+    here = {path for path in home.iterdir() if path.is_file() or path.is_symlink()}
+    return [  # a link whose file is gone is shown, and says so
         path
-        for path in home.iterdir()
-        if path.suffix in (SUFFIX, OLD_SUFFIX)
-        and not path.name.startswith(".")
-        and (path.is_file() or path.is_symlink())  # a link whose file is gone is shown, and says so
+        for path in here | archived
+        if path.suffix in (SUFFIX, OLD_SUFFIX) and not path.name.startswith(".")
     ]
 
 
@@ -256,7 +272,10 @@ def _move(stored: StoredRecording, target: Path) -> None:
         moved.hardlink_to(notes)  # needs no room, so it works on a full disk
     except OSError:
         write_notes(target, stored.notes)
-    stored.path.rename(target)
+    with suppress(FileNotFoundError):
+        archive_record_path(stored.path).rename(archive_record_path(target))
+    if stored.path.exists() or stored.path.is_symlink():  # else it is in the archive alone
+        stored.path.rename(target)
     notes.unlink(missing_ok=True)
     with suppress(FileNotFoundError):
         layout_path(stored.path).rename(layout_path(target))

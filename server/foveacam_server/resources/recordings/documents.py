@@ -1,8 +1,10 @@
 """REST documents of recordings."""
 
 from foveacam_pipeline.capture.recording.bounds import EndCause
+from foveacam_pipeline.capture.recording.reader import archive_record_path
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, role_of
+from foveacam_server.datasets.archived import archived_document
 from foveacam_server.resources.recordings.collection import StoredRecording
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.schema import (
@@ -46,6 +48,7 @@ def recording_document(stored: StoredRecording) -> RecordingDocument:
         streams=[_stored_stream(name, facts, counts.get(name)) for name, facts in streams.items()],
         playable=any(facts.frames > 0 for facts in streams.values()),
         job_id=None,
+        archived=archived_document(archive_record_path(stored.path), sample=stored.path),
         url=f"{URL}/{notes.id}",
     )
 
@@ -78,6 +81,7 @@ def live_document(live: LiveRecording, *, elapsed_s: float) -> RecordingDocument
         streams=[_live_stream(name, counted.get(name, StreamStatistics())) for name in names],
         playable=False,
         job_id=live.job_id,
+        archived=None,
         url=f"{URL}/{live.id}",
     )
 

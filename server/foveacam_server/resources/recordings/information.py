@@ -29,7 +29,7 @@ def contents_of(recording: Recording) -> RecordingContents:
     session = recording.metadata.get(SESSION, {})
     return RecordingContents(
         file=str(recording.path),
-        bytes=recording.path.stat().st_size,
+        bytes=recording.size_bytes,
         recorded=session.get("timestamp"),
         app=session.get("app"),
         duration_s=(last_ns - first_ns) / 1e9,

@@ -42,6 +42,11 @@ class OpenRecordings:
                     yield entry.recording
                     return
 
+    def is_open(self, path: Path) -> bool:
+        """Return whether a recording is open."""
+        with self._lock:
+            return any(key[0] == path for key in self._open)
+
     def forget(self, path: Path) -> None:
         """Close a recording that is removed, if it is open, so that its disk room is freed."""
         with self._lock:

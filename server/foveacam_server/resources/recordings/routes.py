@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Protocol
 from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse
 
+from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.recording.formats import FORMATS
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
@@ -157,6 +158,9 @@ def stop(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
 def download(recording_id: RecordingId, services: ServicesDep) -> FileResponse:
     """Send the file as it is, or the part that a Range header asks for."""
     path = services.recordings.readable(recording_id).path
+    if not path.exists():
+        found, remedy = "its bytes are in the archive alone", "fetch it first"
+        raise Busy(f"download {path.name}: {found}; {remedy}", found=found, remedy=remedy)
     return FileResponse(path, media_type="application/octet-stream", filename=path.name)
 
 

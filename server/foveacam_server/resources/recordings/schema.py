@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, LONGEST_S, EndCause
+from foveacam_server.datasets.archived import ArchivedDocument
 from foveacam_server.foundation.quantities import Seconds, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -182,6 +183,7 @@ class RecordingDocument(ResponseModel):
     streams: list[RecordedStreamDocument]
     playable: bool
     job_id: str | None
+    archived: ArchivedDocument | None
     url: str
 
 

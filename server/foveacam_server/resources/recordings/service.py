@@ -193,6 +193,13 @@ class RecordingService:
             return self._shown(live)
         return recording_document(self.collection.get(recording_id, but=None if live is None else live.path))
 
+    def is_in_use(self, recording_id: str) -> bool:
+        """Return whether a recording is being made, or open for reading."""
+        live = self._current()
+        if live is not None and live.id == recording_id:
+            return True
+        return self.opened.is_open(self.collection.get(recording_id).path)
+
     def readable(self, recording_id: str) -> StoredRecording:
         """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
         live = self._current()
@@ -219,7 +226,7 @@ class RecordingService:
             live.label = label  # written when it ends
         else:
             self.collection.set_label(self.collection.get(recording_id), label=label)
-        self._emit("recording.updated", "a recording was described anew", recording_id)
+        self.report_update(recording_id, "a recording was described anew")
         return self.get(recording_id)
 
     def remove(self, recording_id: str) -> None:
@@ -235,8 +242,12 @@ class RecordingService:
     def restore(self, recording_id: str) -> RecordingDocument:
         """Take a recording out of the trash."""
         kept = self.collection.restore(recording_id)
-        self._emit("recording.updated", f"recording {kept.name} is out of the trash", recording_id)
+        self.report_update(recording_id, f"recording {kept.name} is out of the trash")
         return self.get(recording_id)
+
+    def report_update(self, recording_id: str, message: str) -> None:
+        """Emit that a recording was changed."""
+        self._emit("recording.updated", message, recording_id)
 
     # The job -----------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ import { copyCode } from "../elements/copy.js";
 import { html } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
 import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
@@ -44,6 +45,12 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
   const label = makeEditable("Label", { save: save("label"), hint: "a line for people" });
   const licence = makeEditable("Licence", { save: save("licence"), usual: LICENCES });
   const check = makeCheck(orders, () => reader.changed());
+  const archive = makeArchive({
+    orders,
+    signal,
+    changed: () => reader.entry && reader.changed(),
+    read: () => reader.readAll(),
+  });
   const reference = makeReference(id, context, () => reader.entry && reader.changed());
   const sheet = makeSheet(signal);
   store.on(["rig"], () => reader.entry && reader.changed(), signal);
@@ -69,6 +76,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
             </div>`,
           )}
           ${panel("Check", check(dataset))}
+          ${described && !isLive(dataset) && archive(dataset)}
           ${
             points && [
               panel("In Python", python(dataset)),
@@ -97,7 +105,7 @@ function headParts(dataset, noun, orders) {
   return {
     noun,
     orders,
-    word: badge(tone, text),
+    word: [badge(tone, text), archivedBadge(dataset)],
     busy: live ? "Not while it runs" : "",
     actions: [
       live && html`<a class="plain primary" href="#/capture">Watch it</a>`,

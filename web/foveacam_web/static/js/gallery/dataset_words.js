@@ -3,7 +3,7 @@
 import { angle, count, MISSING, number, sentence, span } from "../elements/format.js";
 
 /**
- * @import { CaptureDocument, PointDocument } from "#api"
+ * @import { ArchivedDocument, CaptureDocument, PointDocument } from "#api"
  * @typedef {Record<string, unknown>} Json
  */
 
@@ -245,4 +245,10 @@ function part(value) {
 /** @param {unknown} value @param {(each: unknown) => boolean} fits @returns {unknown[]} empty for what is no list */
 function listOf(value, fits) {
   return Array.isArray(value) ? value.filter(fits) : [];
+}
+
+/** @param {ArchivedDocument} archived */
+export function archivedWords({ utc, bytes, local }) {
+  const where = local ? "All of it is here as well." : "Only what is small is here; the rest is read from there.";
+  return `${sizeWords(bytes)}, ${whenWords(utc)}. ${where}`;
 }

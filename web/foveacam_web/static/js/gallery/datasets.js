@@ -6,6 +6,7 @@ import { shareOf } from "../capture/state.js";
 import { html } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
 import { request } from "../transport/api.js";
+import { archivedBadge } from "./archive.js";
 import { openEntry, openList } from "./collection.js";
 import { CollectionOrders } from "./collection_orders.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
@@ -63,7 +64,7 @@ function cardOf(dataset) {
     blank: state === "damaged" ? "No picture: it cannot be read" : points.taken === 0 ? "Nothing taken yet" : "",
     picture: fresh(`${url}/thumbnail.jpg`, String(points.taken)),
     facts: html`<p class="facts">
-        ${badge(tone, text)}${numbers.map((words) => html`<span class="number">${words}</span>`)}
+        ${badge(tone, text)}${archivedBadge(dataset)}${numbers.map((words) => html`<span class="number">${words}</span>`)}
       </p>
       ${!live && why !== "" && html`<p class="reason">${sentence(why)}</p>`}`,
     progress: live && progressOf(dataset, `Progress of ${dataset.name}`),

@@ -5,6 +5,7 @@ import { badge, figures, nothing, panel } from "../elements/parts.js";
 import { h, html, update } from "../elements/dom.js";
 import { count, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf } from "./collection.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import { makeEditable } from "./editable.js";
@@ -53,8 +54,14 @@ export function makeRecordingPage(id, { noun, orders, reader, context }) {
     },
   });
   const stage = makeStage(id, orders, context);
+  const archive = makeArchive({
+    orders,
+    signal: context.signal,
+    changed: () => reader.entry && reader.changed(),
+    read: () => reader.readAll(),
+  });
   return (/** @type {RecordingDocument} */ recording) => {
-    const { state, why, truncated, file, url } = recording;
+    const { state, why, truncated, file, url, archived } = recording;
     const { tone, text } = stateWords(recording);
     const made = isBeingMade(recording);
     const rest = truncated ? " What comes before was found by reading the file through, and is whole." : "";
@@ -63,11 +70,12 @@ export function makeRecordingPage(id, { noun, orders, reader, context }) {
       ${headOf(recording, {
         noun,
         orders,
-        word: badge(tone, text),
+        word: [badge(tone, text), archivedBadge(recording)],
         busy: made ? "Not while it is being made" : "",
         actions:
           !made &&
           state !== "damaged" &&
+          archived?.local !== false &&
           html`<a class="plain" href="${url}/download.fcap" download=${file}>${icon("down")}Download the file</a>`,
         far:
           why !== "" &&
@@ -79,6 +87,7 @@ export function makeRecordingPage(id, { noun, orders, reader, context }) {
           ${stage.beside}
           ${panel("Cameras", html`<div class="stack">${camerasOf(recording.streams)}</div>`)}
           ${panel("About", label(recording.label), html`<div class="stack">${figures(factRows(recording))}</div>`)}
+          ${!made && state !== "damaged" && archive(recording)}
         </div>
       </div>
     </article>`;

@@ -5,6 +5,7 @@ import { badge } from "../elements/parts.js";
 import { h, html } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
 import { makeImporter } from "../replay/importer.js";
+import { archivedBadge } from "./archive.js";
 import { openEntry, openList } from "./collection.js";
 import { CollectionOrders } from "./collection_orders.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
@@ -12,13 +13,12 @@ import { makeRecordingPage } from "./recording_page.js";
 import { boundWords, clockWords, isBeingMade, recordingPath, stateWords, tallyWords } from "./recording_words.js";
 
 /**
- * @import { FilmRequest, JobDocument, RecordedDepthDocument, RecordingDocument } from "#api"
+ * @import { FilmRequest, RecordedDepthDocument, RecordingDocument } from "#api"
  * @import { GalleryPlace } from "#page"
  * @import { GalleryContext } from "./page.js"
  */
 
 const NOUN = Object.freeze({ one: "recording", many: "recordings" });
-const LOOK_MS = 400;
 const DEPTH_MS = 60_000; // the matcher takes a second, and other requests may be queued before this one
 
 /** @param {GalleryPlace} at @param {GalleryContext} context @returns {HTMLElement} */
@@ -88,7 +88,7 @@ function cardOf(recording) {
     blank: made ? "Being recorded" : playable ? "" : none,
     picture: coverUrl(recording),
     facts: html`<p class="facts">
-        ${badge(tone, text)}<span class="number">${clockWords(duration_s, 1)}</span>
+        ${badge(tone, text)}${archivedBadge(recording)}<span class="number">${clockWords(duration_s, 1)}</span>
         <span class="tally-words">${tallyWords(recording)}</span>
       </p>
       ${made && html`<p class="bound">${sentence(boundWords(recording))}</p>`}
@@ -137,20 +137,7 @@ export class RecordingOrders extends CollectionOrders {
    * @param {{told: (done: number, total: number) => void, signal: AbortSignal, cancelled: AbortSignal}} how
    * @returns {Promise<string | null>}
    */
-  film(id, wish, { told, signal, cancelled }) {
-    return this.commands.attempt(async () => {
-      let job = /** @type {JobDocument} */ (await request("POST", this.path(id, "/films"), { body: wish }));
-      const cancel = () => void this.commands.send("POST", `/jobs/${job.id}/cancel`);
-      cancelled.addEventListener("abort", cancel, { once: true });
-      while (job.ended_utc === null) {
-        if (signal.aborted) return null;
-        await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
-        job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job.id}`));
-        told(job.progress?.done ?? 0, job.progress?.total ?? 0);
-      }
-      if (job.state === "cancelled") return null;
-      if (job.problem) throw new RequestError(job.problem);
-      return job.result_url;
-    });
+  film(id, wish, how) {
+    return this.runJob(this.path(id, "/films"), wish, how);
   }
 }

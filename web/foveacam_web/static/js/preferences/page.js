@@ -9,6 +9,7 @@ import { settingRows } from "../panels/dialogs.js";
 import { nothing, panel } from "../elements/parts.js";
 import { recordOptions } from "../recording/options.js";
 import { anaglyphColours } from "../video/anaglyph_colours.js";
+import { showRetention } from "./retention.js";
 import { lastLayout } from "../windows/last_layout.js";
 import { layoutAddress } from "../windows/layout.js";
 
@@ -22,7 +23,7 @@ import { layoutAddress } from "../windows/layout.js";
 /** @param {HTMLElement} place @param {{store: Store, commands: Commands, preferences: Preferences}} context */
 export function mountSettingsPage(place, { store, commands, preferences }) {
   const [cameras, layouts, rig] = [h("div", { class: "stack" }), h("div", { class: "stack" }), h("div", {})];
-  const recordings = h("div", {});
+  const [recordings, retention] = [h("div", {}), h("div", {})];
   let shown = new AbortController();
   const colours = anaglyphColours(commands);
   fill(
@@ -32,7 +33,7 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
       ${panel("This browser", h("div", { class: "settings" }, settingRows(store)))}
       <div class="column">
         ${panel("All viewers", h("label", { class: "setting" }, "Anaglyph: left and right glass", colours))}
-        ${panel("Recordings", recordings)} ${panel("Rig", rig)}
+        ${panel("Recordings", recordings)} ${panel("Retention", retention)} ${panel("Rig", rig)}
       </div>
       <div class="column">${panel("Cameras by name", cameras)} ${panel("Windows by name", layouts)}</div>
     </div>`,
@@ -47,6 +48,7 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
     shown.abort();
     shown = new AbortController();
     fill(recordings, settings_page && recordOptions({ store, signal: shown.signal }));
+    if (settings_page) showRetention(retention, { commands, signal: shown.signal });
   });
   update(
     rig,

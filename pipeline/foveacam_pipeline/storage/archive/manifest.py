@@ -1,0 +1,153 @@
+"""What an archive holds of an item (`ArchiveManifest`), and the note beside the local one."""
+
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Literal
+from urllib.parse import quote
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationError
+
+from foveacam_hardware.contract import DeviceFault, InvalidInput
+from foveacam_pipeline.storage.archive.store import open_store
+from foveacam_pipeline.storage.disk import disk_errors, write_file
+
+MANIFEST = "manifest.json"
+RECORD = "archived.json"
+"""The record's name in a dataset's folder; beside a recording it follows the recording's own name."""
+ItemKind = Literal["captures", "recordings"]
+
+
+def _inside(name: str) -> str:
+    if any(part in ("", ".", "..") for part in name.split("/")) or "\0" in name:
+        raise ValueError(f"{name!r} is no file below the item's folder")
+    return name
+
+
+FileName = Annotated[str, AfterValidator(_inside)]
+"""A file's name in its item, with folders; it never leads out of the item's folder."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ArchivedFile(_Table):
+    """One file: its size and hash."""
+
+    size_bytes: Annotated[int, Field(ge=0)]
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class ArchiveManifest(_Table):
+    """What an archive holds of one dataset or recording; `created_utc`: of the item itself.
+
+    `about`: what is shown of it without reading its files.
+    """
+
+    format: Literal["foveacam-archive"] = "foveacam-archive"
+    version: Literal[1] = 1
+    kind: ItemKind
+    id: Annotated[str, Field(min_length=1, max_length=255)]
+    name: Annotated[str, Field(min_length=1, max_length=255, pattern=r"^[^/\x00]+$")]
+    label: str = ""
+    created_utc: str = ""
+    archived_utc: str
+    about: dict[str, JsonValue] = {}
+    files: dict[FileName, ArchivedFile]
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of all files."""
+        return sum(file.size_bytes for file in self.files.values())
+
+    @property
+    def folder(self) -> str:
+        """Where the item lies below the archive's URL."""
+        return item_folder(self.kind, self.id)
+
+    def key(self, name: str) -> str:
+        """Return the object of a file; raise InvalidInput for a file that the item has not."""
+        file = self.files.get(name)
+        if file is None:
+            raise InvalidInput(f"{self.kind} {self.id}: its archive has no file {name!r}; archive it again")
+        return f"{self.folder}/{file.sha256}/{name.rpartition('/')[2]}"
+
+
+class ArchiveRecord(_Table):
+    """Where the bytes of a local dataset or recording are: the archive's URL and the manifest."""
+
+    format: Literal["foveacam-archived"] = "foveacam-archived"
+    version: Literal[1] = 1
+    archive: str
+    manifest: ArchiveManifest
+
+    @property
+    def url(self) -> str:
+        """The item's own URL."""
+        return f"{self.archive}/{self.manifest.folder}"
+
+    def read(self, name: str) -> bytes:
+        """Return a whole file; raise DeviceFault for one that is not what was archived."""
+        content = open_store(self.archive).read(self.manifest.key(name))
+        if hashlib.sha256(content).hexdigest() != self.manifest.files[name].sha256:
+            raise mismatch(name, self.url)
+        return content
+
+
+def mismatch(name: str, url: str) -> DeviceFault:
+    """Return the error for a file whose content has another hash than its manifest."""
+    found, remedy = "its content is not what was archived (SHA-256)", "archive it again from a copy"
+    return DeviceFault(f"reading {name} in {url}: {found}; {remedy}", asked=name, found=found, remedy=remedy)
+
+
+def item_folder(kind: str, item_id: str) -> str:
+    """Return where an item lies below the archive's URL."""
+    safe = quote(item_id, safe=" ()")
+    return f"{kind}/{safe.replace('.', '%2E', 1) if safe.startswith('.') else safe}"
+
+
+def parse_manifest(content: bytes, *, what: str) -> ArchiveManifest:
+    """Return a manifest; raise InvalidInput for anything else."""
+    try:
+        return ArchiveManifest.model_validate_json(content)
+    except ValidationError as error:
+        raise InvalidInput(f"{what}: that is no manifest of an archive; archive the item again") from error
+
+
+def write_record(path: Path, record: ArchiveRecord) -> None:
+    """Write the record of an archived item; raise as `disk_errors`."""
+    with disk_errors(f"the record {path.name}", path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, record.model_dump_json(indent=1).encode())
+
+
+def read_record(path: Path) -> ArchiveRecord | None:
+    """Return a record; None where there is none that can be read."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return _read(path, (status.st_mtime_ns, status.st_size))
+
+
+@lru_cache(maxsize=256)
+def _read(path: Path, stamp: tuple[int, int]) -> ArchiveRecord | None:
+    try:
+        return ArchiveRecord.model_validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None
+
+
+def read_stored(folder: Path, name: str) -> bytes:
+    """Return a file of a folder, from the folder's archive where it is not on the disk.
+
+    Raise OSError for one that is in neither, FoveaError for an archive that cannot be read.
+    """
+    try:
+        return (folder / name).read_bytes()
+    except FileNotFoundError:
+        record = read_record(folder / RECORD)
+        if record is None or name not in record.manifest.files:
+            raise
+        return record.read(name)

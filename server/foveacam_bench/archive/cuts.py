@@ -1,0 +1,159 @@
+"""Cuts uploads at random places: kills the process or drops its connections; checks what is there."""
+
+import hashlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from foveacam_bench.archive.storage_proxy import StorageProxy, storage_proxy
+from foveacam_bench.archive.storage_server import BUCKET, StorageServer
+from foveacam_hardware.contract import DeviceFault
+from foveacam_pipeline.capture.dataset.lock import LOCK
+from foveacam_pipeline.storage.archive import RECORD, fetch_item, find_item, open_store
+from foveacam_pipeline.storage.archive.store import ENDPOINT
+
+CUTS_AN_UPLOAD = 5
+
+
+@dataclass(slots=True, kw_only=True)
+class CutFigures:
+    """Counts. `lost`: files that were there before a cut and are not after it, or are not in the end.
+
+    `damaged`: objects whose content is not what their key says.
+    """
+
+    cuts: int = 0
+    kills: int = 0
+    lost: int = 0
+    damaged: int = 0
+
+
+def cut_figures(
+    server: StorageServer, folder: Path, *, kills: int, drops: int, seed: int = 1
+) -> dict[str, int]:
+    """Cut uploads of the dataset in `folder`, let each end after five cuts, and return the counts."""
+    figures, rng = CutFigures(), np.random.default_rng(seed)
+    by_kill = rng.permutation([True] * kills + [False] * drops)
+    with storage_proxy(server.port) as proxy, _uploader(server, proxy) as uploader:
+        for upload, begin in enumerate(range(0, len(by_kill), CUTS_AN_UPLOAD)):
+            prefix = f"cuts-{upload}"
+            there: dict[str, bytes] = {}
+            for kill in by_kill[begin : begin + CUTS_AN_UPLOAD]:
+                proxy.restore()
+                left = _bytes_of(folder) - sum(map(len, there.values()))
+                proxy.budget = int(rng.integers(0, max(1, left)))
+                _cut(uploader, proxy, f"s3://{BUCKET}/{prefix}", folder, kill=bool(kill), figures=figures)
+                there = _compare(there, _objects(prefix, known=there), figures)
+            proxy.restore()
+            if uploader.run(f"s3://{BUCKET}/{prefix}", folder) != 0:
+                raise DeviceFault(f"the upload {prefix} did not end after its cuts; run the bench again")
+            _check_end(prefix, folder, figures)
+    return {name: getattr(figures, name) for name in CutFigures.__slots__}
+
+
+class _Uploader:
+    """The process that forks uploaders."""
+
+    def __init__(self, process: "subprocess.Popen[str]", commands: IO[str], answers: IO[str]) -> None:
+        self._process, self._commands, self._answers = process, commands, answers
+
+    def start(self, url: str, folder: Path) -> int:
+        """Start an uploader and return its process id."""
+        self._commands.write(f"{url}\t{folder}\n")
+        self._commands.flush()
+        return int(self._answers.readline())
+
+    def wait(self) -> int:
+        """Return the exit status of the uploader."""
+        return int(self._answers.readline())
+
+    def run(self, url: str, folder: Path) -> int:
+        """Upload to the end."""
+        self.start(url, folder)
+        return self.wait()
+
+
+@contextmanager
+def _uploader(server: StorageServer, proxy: StorageProxy) -> Iterator[_Uploader]:
+    environment = {**os.environ, **server.environment, ENDPOINT: f"http://127.0.0.1:{proxy.port}"}
+    command = [sys.executable, "-m", "foveacam_bench.archive.uploader"]
+    with subprocess.Popen(  # noqa: S603 - the project's own module
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=environment,
+    ) as process:
+        if process.stdin is None or process.stdout is None:
+            raise AssertionError("both were asked for")
+        try:
+            yield _Uploader(process, process.stdin, process.stdout)
+        finally:
+            process.kill()
+
+
+def _cut(
+    uploader: _Uploader, proxy: StorageProxy, url: str, folder: Path, *, kill: bool, figures: CutFigures
+) -> None:
+    """Upload until the proxy's budget of bytes has gone, and cut there."""
+    child = uploader.start(url, folder)
+    if kill:
+        proxy.wait_until_gone()
+        with suppress(ProcessLookupError):
+            os.kill(child, signal.SIGKILL)
+    status = uploader.wait()
+    figures.cuts += status != 0
+    figures.kills += status == -signal.SIGKILL
+
+
+def _compare(before: Mapping[str, bytes], after: dict[str, bytes], figures: CutFigures) -> dict[str, bytes]:
+    """Count what a cut lost and damaged; return what is there after it."""
+    figures.lost += sum(name not in after for name in before)
+    figures.damaged += _damaged(after)
+    return after
+
+
+def _check_end(prefix: str, folder: Path, figures: CutFigures) -> None:
+    """Fetch what was archived, and compare it file by file."""
+    figures.damaged += _damaged(_objects(prefix))
+    record = find_item(f"s3://{BUCKET}/{prefix}", "captures", "bench")
+    copy = folder.with_name("copy")
+    shutil.rmtree(copy, ignore_errors=True)
+    fetch_item(record, {name: copy / name for name in record.manifest.files}, watch=lambda done, total: None)
+    for path in _files(folder):
+        fetched = copy / path.relative_to(folder)
+        if not fetched.is_file():
+            figures.lost += 1
+        elif fetched.read_bytes() != path.read_bytes():
+            figures.damaged += 1
+
+
+def _damaged(objects: Mapping[str, bytes]) -> int:
+    """Count the objects whose content is not what their key says."""
+    named = {key: content for key, content in objects.items() if not key.endswith("manifest.json")}
+    return sum(hashlib.sha256(content).hexdigest() not in key for key, content in named.items())
+
+
+def _objects(prefix: str, *, known: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+    """Return all objects of an upload by key; those that are `known` are not read again."""
+    store, read = open_store(f"s3://{BUCKET}/{prefix}"), known or {}
+    return {key: read[key] if key in read else store.read(key) for key in store.sizes("")}
+
+
+def _bytes_of(folder: Path) -> int:
+    return sum(path.stat().st_size for path in _files(folder))
+
+
+def _files(folder: Path) -> list[Path]:
+    own = (LOCK, RECORD)
+    return [path for path in folder.rglob("*") if path.is_file() and path.name not in own]

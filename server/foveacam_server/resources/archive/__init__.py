@@ -1,0 +1,1 @@
+"""Datasets and recordings in an archive on S3-compatible storage."""

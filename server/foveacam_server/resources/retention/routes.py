@@ -1,0 +1,32 @@
+"""Routes of retention: what the rules would move to the trash, and moving it."""
+
+from typing import Annotated, Protocol
+
+from fastapi import APIRouter, Depends
+
+from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.resources.retention.schema import RetentionApplied, RetentionPreview, RetentionRequest
+from foveacam_server.resources.retention.service import RetentionService
+
+router = APIRouter(prefix="/retention", tags=["retention"])
+
+
+class RetentionRouteServices(Protocol):
+    """Services that these routes use."""
+
+    retention: RetentionService
+
+
+ServicesDep = Annotated[RetentionRouteServices, Depends(opened_services)]
+
+
+@router.get("", summary="What the rules would move to the trash now")
+def show(services: ServicesDep) -> RetentionPreview:
+    """Return the rules, each capture, recording and still that they would remove, and why."""
+    return services.retention.preview()
+
+
+@router.post("", summary="Move it to the trash", responses=problems(404, 409))
+def apply(request: RetentionRequest, services: ServicesDep) -> RetentionApplied:
+    """Move exactly what a preview named, by its digest; nothing, when something changed meanwhile."""
+    return services.retention.apply(request.digest)

@@ -1,0 +1,67 @@
+"""Schemas of retention: the rules of a data directory, what they would remove, and what was moved."""
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
+
+RetainedKind = Literal["captures", "recordings", "stills"]
+
+
+class RetentionRule(ResponseModel):
+    """How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    keep_days: Annotated[float, Field(gt=0.0, le=36500.0)] | None = None
+    keep_gb: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+
+
+class RetentionRules(ResponseModel):
+    """The rules of a data directory; `automatic`: whether the server applies them once an hour."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    automatic: bool = False
+    captures: RetentionRule = RetentionRule()
+    recordings: RetentionRule = RetentionRule()
+    stills: RetentionRule = RetentionRule()
+
+    def rule(self, kind: RetainedKind) -> RetentionRule:
+        """Return the rule of a kind."""
+        return {"captures": self.captures, "recordings": self.recordings, "stills": self.stills}[kind]
+
+
+class DueItem(ResponseModel):
+    """One that the rules would move to the trash, and why."""
+
+    kind: RetainedKind
+    id: str
+    name: str
+    created_utc: str
+    size_bytes: int
+    why: str
+
+
+class RetentionPreview(ResponseModel):
+    """What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'."""
+
+    file: str
+    rules: RetentionRules
+    items: list[DueItem]
+    size_bytes: int
+    digest: str
+
+
+class RetentionRequest(RequestModel):
+    """Which preview to carry out: its digest."""
+
+    digest: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class RetentionApplied(ResponseModel):
+    """What was moved to the trash."""
+
+    items: list[DueItem]
+    size_bytes: int

@@ -1,0 +1,66 @@
+"""Applies the rules of retention: what a preview named, and once an hour where they are automatic."""
+
+import logging
+import threading
+from pathlib import Path
+
+from foveacam_hardware.contract import FoveaError
+from foveacam_server.foundation.errors import EditedMeanwhile
+from foveacam_server.resources.retention.rules import Sources, preview
+from foveacam_server.resources.retention.schema import RetentionApplied, RetentionPreview
+
+_log = logging.getLogger(__name__)
+
+PERIOD_S = 3600.0
+
+
+class RetentionService:
+    """The rules of a data directory over its collections."""
+
+    def __init__(self, data: Path, sources: Sources) -> None:
+        self._data, self._sources = data, sources
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="foveacam-retention", daemon=True)
+
+    def start(self) -> None:
+        """Start to apply automatic rules, the first time after an hour."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closing.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def preview(self) -> RetentionPreview:
+        """Return what the rules would move to the trash now."""
+        return preview(self._data, self._sources)
+
+    def apply(self, digest: str) -> RetentionApplied:
+        """Move exactly what a preview named to the trash; raise EditedMeanwhile for an older preview."""
+        with self._lock:
+            found = self.preview()
+            if found.digest != digest:
+                raise EditedMeanwhile(
+                    "what would go to the trash has changed since it was shown; nothing moved; look again",
+                    asked=digest,
+                    found=found.digest,
+                    remedy="look again: GET /api/v1/retention",
+                )
+            for item in found.items:
+                self._sources[item.kind].remove(item.id)
+        return RetentionApplied(items=found.items, size_bytes=found.size_bytes)
+
+    def apply_automatic(self) -> None:
+        """Apply the rules where they are automatic."""
+        found = self.preview()
+        if found.rules.automatic and found.items:
+            self.apply(found.digest)
+
+    def _run(self) -> None:
+        while not self._closing.wait(PERIOD_S):
+            try:
+                self.apply_automatic()
+            except FoveaError as error:
+                _log.warning("retention: %s", error)

@@ -1,0 +1,83 @@
+// The panel of retention on the settings page: its rules, what they would move to the trash now, and the button.
+
+import { RequestError, request } from "../transport/api.js";
+import { html, update } from "../elements/dom.js";
+import { count, sentence } from "../elements/format.js";
+import { sizeWords, whenWords } from "../gallery/dataset_words.js";
+import { icon } from "../elements/icons.js";
+import { nothing } from "../elements/parts.js";
+import { ruleWords } from "./retention_words.js";
+
+/**
+ * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
+ * @import { Commands } from "../commands.js"
+ */
+
+const MOST = 20;
+/** @type {readonly ["captures" | "recordings" | "stills", string][]} */
+const KINDS = [
+  ["captures", "Datasets"],
+  ["recordings", "Recordings"],
+  ["stills", "Stills"],
+];
+
+/**
+ * Show the rules in a place, and what is due.
+ * @param {HTMLElement} place
+ * @param {{commands: Commands, signal: AbortSignal}} context
+ */
+export function showRetention(place, { commands, signal }) {
+  const read = async () => {
+    try {
+      const found = /** @type {RetentionPreview} */ (await request("GET", "/retention"));
+      if (!signal.aborted) update(place, shown(found, move));
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      if (!signal.aborted) update(place, nothing(sentence(error.message)));
+    }
+  };
+  const move = async (/** @type {string} */ digest) => {
+    const moved = /** @type {RetentionApplied | null} */ (
+      await commands.send("POST", "/retention", { body: { digest } })
+    );
+    if (moved)
+      commands.say({
+        tone: "info",
+        title: `${count(moved.items.length)} moved to the trash`,
+        detail: "They can be restored until the trash is emptied.",
+      });
+    await read();
+  };
+  void read();
+}
+
+/** @param {RetentionPreview} found @param {(digest: string) => unknown} move */
+function shown({ file, rules, items, size_bytes, digest }, move) {
+  return html`<div class="stack">
+    <ul class="sentences">${KINDS.map(([kind, title]) => html`<li>${title}: ${ruleWords(rules[kind])}</li>`)}</ul>
+    <p class="note">
+      ${rules.automatic ? "Applied once an hour." : "Applied only here."} What has a label, or is in use, is kept always.
+      The rules stand in <code>${file}</code>.
+    </p>
+    ${items.length === 0 ? nothing("Nothing would go to the trash now.") : dueOf(items)}
+    <p class="actions">
+      <button type="button" class="plain" ?disabled=${items.length === 0} @click=${() => void move(digest)}>
+        ${icon("trash")}Move to the trash
+      </button>
+      ${items.length > 0 && html`<span class="why">${count(items.length)}, ${sizeWords(size_bytes)}</span>`}
+    </p>
+  </div>`;
+}
+
+/** @param {DueItem[]} items */
+function dueOf(items) {
+  const more = items.length - MOST;
+  return html`<ul class="named">
+    ${items.slice(0, MOST).map(
+      ({ name, why, size_bytes, created_utc }) => html`<li>
+        <span><b>${name}</b> <span class="note">${whenWords(created_utc)}, ${sizeWords(size_bytes)}: ${why}</span></span>
+      </li>`,
+    )}
+    ${more > 0 && html`<li><span class="note">… and ${count(more)} more</span></li>`}
+  </ul>`;
+}
