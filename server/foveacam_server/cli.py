@@ -20,6 +20,7 @@ from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.resources.batches.cli import app as batch_app
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -44,6 +45,7 @@ app.add_typer(board_app)
 app.add_typer(depth_app)
 app.add_typer(learn_app)
 app.add_typer(dataset_app)
+app.add_typer(batch_app)
 app.add_typer(recording_app)
 app.command()(record)
 app.command()(capture)

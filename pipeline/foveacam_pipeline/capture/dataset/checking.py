@@ -167,10 +167,11 @@ def _frames(folder: Path, journal: JournalContent) -> Iterator[str]:
     yield from (f"{file}: {count} rows name it." for file, count in seen.items() if count > 1)
     for record in journal.records:
         for frame in record.frames:
-            yield from _frame(folder, frame)
+            yield from frame_problems(folder, frame)
 
 
-def _frame(folder: Path, frame: FrameRecord) -> Iterator[str]:
+def frame_problems(folder: Path, frame: FrameRecord) -> Iterator[str]:
+    """Yield a sentence where the file of a frame is not as it was written."""
     path = folder / frame.file
     if not path.is_file() or path.is_symlink():
         yield f"{frame.file}: the file is gone."
