@@ -1,11 +1,9 @@
 """A Dask scheduler and workers as processes of this machine, which can be killed."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -28,14 +26,12 @@ class DaskProcesses:
         self._folder, self._count = folder, workers
         self._port = port
         self._stack = ExitStack()
-        self.workers: list[subprocess.Popen[bytes]] = []
+        self._workers: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Self:
         with self._stack as stack:
             self._start("scheduler", "--host", "127.0.0.1", "--port", str(self._port))
-            for _ in range(self._count):
-                self.add_worker()
-            self._wait_for_workers(self._count)
+            self.resize(self._count)
             self._stack = stack.pop_all()
         return self
 
@@ -44,16 +40,25 @@ class DaskProcesses:
     ) -> None:
         self._stack.close()
 
-    def add_worker(self) -> None:
-        """Start one more worker."""
-        self.workers.append(self._start("worker", self.address, "--nthreads", "1", "--no-nanny"))
+    def resize(self, workers: int) -> None:
+        """Start or end workers until there are so many, and wait for them."""
+        while len(self._workers) > workers:
+            _end(self._workers.pop())
+        while len(self._workers) < workers:
+            self._add_worker()
+        end_s = time.monotonic() + START_S
+        while self._connected() != workers:
+            if time.monotonic() > end_s:
+                raise DeviceFault(f"the bench's Dask cluster did not start within {START_S:g} s")
+            time.sleep(0.2)
 
     def kill_worker(self, number: int) -> None:
         """Kill a worker, which can do nothing about it, and start another one."""
-        killed = self.workers.pop(number)
-        killed.send_signal(signal.SIGKILL)
-        killed.wait()
-        self.add_worker()
+        _end(self._workers.pop(number))
+        self._add_worker()
+
+    def _add_worker(self) -> None:
+        self._workers.append(self._start("worker", self.address, "--nthreads", "1", "--no-nanny"))
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         log = self._stack.enter_context((self._folder / f"dask-{time.monotonic_ns()}.log").open("wb"))
@@ -67,10 +72,6 @@ class DaskProcesses:
         self._stack.callback(_end, process)
         return process
 
-    def _wait_for_workers(self, count: int) -> None:
-        end_s = time.monotonic() + START_S
-        _until(end_s, lambda: self._connected() >= count)
-
     def _connected(self) -> int:
         try:
             with cluster_client(self.address) as client:
@@ -79,13 +80,7 @@ class DaskProcesses:
             return 0
 
 
-def _until(end_s: float, there: Callable[[], bool]) -> None:
-    while not there():
-        if time.monotonic() > end_s:
-            raise DeviceFault(f"the bench's Dask cluster did not start within {START_S:g} s")
-        time.sleep(0.2)
-
-
 def _end(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process; it can do nothing about it."""
     process.kill()
     process.wait()

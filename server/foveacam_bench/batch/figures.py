@@ -73,26 +73,18 @@ def run(*, quick: bool = False, report: Report) -> dict[str, object]:
         folder = Path(name)
         report("capturing")
         datasets = simulated_rasters(folder / "datasets", count=extent.datasets)
-        with DaskProcesses(folder, workers=2) as two:
+        with DaskProcesses(folder, workers=2) as cluster:
             report("equal bytes")
-            figures = equal_bytes(datasets[0], folder, two.address)
+            figures = equal_bytes(datasets[0], folder, cluster.address)
             report("killed workers")
-            figures |= killed_workers(datasets, folder, two, runs=extent.runs)
-            report("two workers")
-            two_s = depth_s(datasets, folder / "two", two.address)
-        with DaskProcesses(folder, workers=1) as one:
-            report("one worker")
-            one_s = depth_s(datasets, folder / "one", one.address)
+            figures |= killed_workers(datasets, folder, cluster, runs=extent.runs)
+            report("two workers, one worker")
+            figures |= efficiency(datasets, folder, cluster)
             report("memory")
-            figures |= memory_growth(one.address, tasks=extent.small_tasks)
-        figures |= {
-            "one_worker_s": one_s,
-            "two_workers_s": two_s,
-            "efficiency_2_workers": one_s / (2 * two_s),
-        }
-        with DaskProcesses(folder, workers=extent.sleepers) as sleepers:
+            figures |= memory_growth(cluster.address, tasks=extent.small_tasks)
             report("overhead")
-            figures |= overhead(sleepers.address, workers=extent.sleepers, tasks=extent.naps)
+            cluster.resize(extent.sleepers)
+            figures |= overhead(cluster.address, workers=extent.sleepers, tasks=extent.naps)
     return figures
 
 
@@ -149,6 +141,15 @@ def killed_workers(
         double += len(list((into.path / "depth").iterdir())) - len(plan.tasks)
         unlike += contents(into.path / "depth") != expected
     return {"killed_runs": runs, "lost_tasks": lost, "double_results": double, "unlike_results": unlike}
+
+
+def efficiency(datasets: list[Path], folder: Path, cluster: DaskProcesses) -> dict[str, object]:
+    """Return the time of two workers and of one, which stays, for depth of all points."""
+    cluster.resize(2)
+    two_s = depth_s(datasets, folder / "two", cluster.address)
+    cluster.resize(1)
+    one_s = depth_s(datasets, folder / "one", cluster.address)
+    return {"one_worker_s": one_s, "two_workers_s": two_s, "efficiency_2_workers": one_s / (2.0 * two_s)}
 
 
 def depth_s(datasets: list[Path], out: Path, cluster: str) -> float:

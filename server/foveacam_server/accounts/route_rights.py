@@ -29,6 +29,7 @@ _OF_ADMINS = _Row(_ADMINISTER, _ADMINISTER)
 RESOURCES: dict[str, _Row] = {
     "audit": _OF_ADMINS,
     "audit.jsonl": _OF_ADMINS,
+    "batches": _SEEN_BY_ALL,
     "calibration_sessions": _SEEN_BY_ALL,
     "calibrations": _SEEN_BY_ALL,
     "cameras": _SEEN_BY_ALL,

@@ -8,6 +8,7 @@ from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.batches.service import BatchService
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.mosaics.service import MosaicService
@@ -29,6 +30,7 @@ class CollectionServices:
     recordings: RecordingService
     mosaics: MosaicService
     references: ReferenceService
+    batches: BatchService
 
 
 def open_collections(
@@ -54,6 +56,12 @@ def open_collections(
         ),
         mosaics=MosaicService(making, displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
+        batches=BatchService(
+            foundation.store.subfolder("batches"),
+            making,
+            cluster=foundation.settings.cluster,
+            network_in_use=backends.network_in_use,
+        ),
     )
 
 

@@ -136,6 +136,7 @@ def open_services(
         recordings=collected.recordings,
         mosaics=collected.mosaics,
         references=collected.references,
+        batches=collected.batches,
         fixations=observation.fixations,
         follows=observation.follows,
         rounds=observation.rounds,
