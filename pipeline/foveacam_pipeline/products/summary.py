@@ -157,15 +157,16 @@ def _picture(kind: ProductKind, datasets: Sequence[DatasetSummary]) -> bytes:
 
     shown = datasets[:MOST_PICTURED]
     left_out = f", the first {len(shown)} of {len(datasets)}" if len(shown) < len(datasets) else ""
-    title = f"{kind.value} of {len(datasets)} datasets{left_out}"
+    title = f"{kind.value}, {len(datasets)} dataset{'s' * (len(datasets) > 1)}{left_out}"
     if kind is ProductKind.EVALUATE:
         figure = Figure(figsize=(10.0, 1.8 + 0.3 * len(shown)), dpi=100, layout="constrained")
         _draw_bars(figure.subplots(1, 3, sharey=True), shown)
     else:
-        rows = -(-len(shown) // COLUMNS)
-        figure = Figure(figsize=(3.0 * COLUMNS, 2.6 * rows + 0.5), dpi=100, layout="constrained")
+        columns = min(COLUMNS, len(shown))
+        rows = -(-len(shown) // columns)
+        figure = Figure(figsize=(3.4 * columns, 2.6 * rows + 0.5), dpi=100, layout="constrained")
         for axis, one in zip(
-            figure.subplots(rows, COLUMNS, squeeze=False).flat, [*shown, *[None] * COLUMNS], strict=False
+            figure.subplots(rows, columns, squeeze=False).flat, [*shown, *[None] * COLUMNS], strict=False
         ):
             _draw_thumbnail(axis, one)
     figure.suptitle(title)

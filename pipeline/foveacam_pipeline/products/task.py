@@ -115,14 +115,14 @@ def plan_products(folder: Path, settings: ProductSettings) -> tuple[ProductTask,
     if is_pair_folder(folder):
         if settings.kind is not ProductKind.EVALUATE:
             raise InvalidInput(
-                f"{folder} holds pairs with truth, which have no {settings.kind.value}; give it to "
+                f"{folder.name} holds pairs with truth, which have no {settings.kind.value}; give it to "
                 "`foveacam batch evaluate`"
             )
         units: Sequence[int] = range(len(read_document(folder).pairs))
     else:
         units = _units(Dataset.open(folder), settings)
     if not units:
-        raise InvalidInput(f"{folder} has nothing to make a {settings.kind.value} of; capture it first")
+        raise InvalidInput(f"{folder.name} has nothing to make a {settings.kind.value} of; capture it first")
     code = code_version()
     inputs = _inputs(folder, settings, units)
     return tuple(
@@ -137,11 +137,9 @@ def check_unchanged(task: ProductTask) -> None:
     try:
         found = _inputs(task.folder, task.settings, (task.unit,))[0]
     except FoveaError as error:
-        raise DatasetChanged(
-            f"{task.folder} changed while it was worked on: {error}", remedy=remedy
-        ) from error
+        raise DatasetChanged(f"{task.name} changed while it was worked on: {error}", remedy=remedy) from error
     if found != task.inputs_sha256:
-        raise DatasetChanged(f"{task.folder} changed while it was worked on; {remedy}", remedy=remedy)
+        raise DatasetChanged(f"{task.name} changed while it was worked on; {remedy}", remedy=remedy)
     if is_pair_folder(task.folder):
         return  # a pair is compared with its hash when it is read
     points = products_points(Dataset.open(task.folder), task.settings, task.unit)
@@ -150,7 +148,7 @@ def check_unchanged(task: ProductTask) -> None:
     ]
     if problems:
         raise DatasetChanged(
-            f"{task.folder}: {problems[0]} see `foveacam dataset check`, and restore it from a copy",
+            f"{task.name}: {problems[0]} see `foveacam dataset check`, and restore it from a copy",
             remedy="restore it from a copy",
         )
 
@@ -163,7 +161,7 @@ def products_points(dataset: Dataset, settings: ProductSettings, unit: int) -> D
         return dataset.scan(unit)
     positions = [position for position, point in enumerate(dataset) if point.index == unit]
     if not positions:
-        raise InvalidInput(f"{dataset.folder} has no point {unit} any more")
+        raise InvalidInput(f"{dataset.folder.name} has no point {unit} any more")
     return dataset[positions[0] : positions[0] + 1]
 
 
@@ -186,8 +184,8 @@ def _units(dataset: Dataset, settings: ProductSettings) -> Sequence[int]:
         return (0,) if len(dataset) else ()
     if dataset.calibration is None:
         raise NotCalibrated(
-            f"{dataset.folder} has no calibration: it has no {settings.kind.value}; capture it again with a "
-            "calibration in use"
+            f"{dataset.folder.name} has no calibration: it has no {settings.kind.value}; capture it again "
+            "with a calibration in use"
         )
     if settings.kind is ProductKind.MOSAIC:
         return dataset.scans

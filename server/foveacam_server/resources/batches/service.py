@@ -61,7 +61,7 @@ class BatchService:
     ) -> None:
         """`cluster`: the Dask scheduler of the server's settings. `network_in_use`: asked when one begins."""
         self._folder, self._tools = folder, tools
-        self._cluster, self._network_in_use = cluster, network_in_use
+        self._cluster, self._network_in_use = cluster or None, network_in_use
         self._lock = threading.Lock()
         self._live: tuple[str, str] | None = None
         """Ids of the batch that is being made, and of its job."""
