@@ -20,6 +20,8 @@ T = TypeVar("T")
 MOST_DEATHS = 3
 """A task that has ended its worker so often is given up."""
 POLL_S = 0.01
+COUNT_S = 1.0
+"""Interval of asking how many workers there are."""
 LATE_S, LATE_FACTOR = 30.0, 4.0
 """A task is late after this time, and after this multiple of the median of the others."""
 REMEMBERED = 100
@@ -75,7 +77,7 @@ class _Run(Generic[Task, T]):
         self._under_way: list[_Attempt[Task, T]] = []
         self._settled: set[int] = set()
         self._took_s: deque[float] = deque(maxlen=REMEMBERED)
-        self._most = pool.most_under_way
+        self._most, self._counted_ns = pool.most_under_way, clock.now_ns()
 
     def fill(self) -> bool:
         """Give tasks to the pool as far as it takes them; return whether any is under way."""
@@ -97,7 +99,7 @@ class _Run(Generic[Task, T]):
         if not ended:
             self._clock.sleep_until_ns(self._clock.now_ns() + round(1e9 * POLL_S))
             return
-        self._most = self._pool.most_under_way
+        self._count_workers()
         self._under_way = [attempt for attempt in self._under_way if attempt not in ended]
         for attempt in ended:
             yield from self._settle(attempt)
@@ -106,6 +108,12 @@ class _Run(Generic[Task, T]):
         """Leave out what has not begun."""
         for attempt in self._under_way:
             attempt.part.cancel()
+
+    def _count_workers(self) -> None:
+        """Ask how many workers there are, which a cluster is slow to tell, once a second."""
+        now_ns = self._clock.now_ns()
+        if now_ns - self._counted_ns > 1e9 * COUNT_S:
+            self._most, self._counted_ns = self._pool.most_under_way, now_ns
 
     def _submit(self, number: int, task: Task, *, alone: bool = False) -> None:
         part = self._pool.submit(self._work, task)

@@ -4,7 +4,7 @@
 `efficiency_2_workers`: time of one worker over twice that of two. `lost_tasks`, `double_results`: over all
 runs in which a worker was killed at a random moment. `overhead_ratio`: time of tasks that sleep 1 s over the
 time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's resident memory over small
-tasks.
+tasks. `scheduling_ms_per_task`: tasks that do nothing; `plan_and_summary_s`: of all datasets.
 """
 
 import random
@@ -31,6 +31,7 @@ from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.networks.known_pair import known_pair
 from foveacam_pipeline.products.batch import BatchPlan, plan_batch, run_batch
 from foveacam_pipeline.products.results import ProductFolder
+from foveacam_pipeline.products.summary import write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings
 from foveacam_pipeline.stereo.match import match
 
@@ -80,6 +81,8 @@ def run(*, quick: bool = False, report: Report) -> dict[str, object]:
             figures |= killed_workers(datasets, folder, cluster, runs=extent.runs)
             report("two workers, one worker")
             figures |= efficiency(datasets, folder, cluster)
+            report("scheduling")
+            figures |= scheduling(datasets, folder, cluster.address, tasks=extent.small_tasks)
             report("memory")
             figures |= memory_growth(cluster.address, tasks=extent.small_tasks)
             report("overhead")
@@ -173,6 +176,22 @@ def overhead(cluster: str, *, workers: int, tasks: int) -> dict[str, object]:
     return {"naps": tasks, "nap_workers": workers, "naps_s": took_s, "overhead_ratio": took_s / slept_s - 1.0}
 
 
+def scheduling(datasets: list[Path], folder: Path, cluster: str, *, tasks: int) -> dict[str, object]:
+    """Return the time that the scheduler takes for a task, and that of planning and summing up."""
+    with cluster_workers(cluster) as pool:
+        began_s = time.perf_counter()
+        list(run_tasks(pool, nothing, range(tasks), clock=MonotonicClock(), stopped=lambda: False))
+        scheduled_s = time.perf_counter() - began_s
+    began_s = time.perf_counter()
+    plan = plan_batch(datasets, DEPTH)
+    write_summary(plan, ProductFolder(path=folder / "two"), ())
+    summed_s = time.perf_counter() - began_s
+    return {
+        "scheduling_ms_per_task": 1e3 * scheduled_s / tasks,
+        "plan_and_summary_s": summed_s,
+    }
+
+
 def memory_growth(cluster: str, *, tasks: int) -> dict[str, object]:
     """Return the slope of a worker's resident memory over small tasks, without those at the start."""
     with cluster_workers(cluster) as pool:
@@ -186,6 +205,10 @@ def memory_growth(cluster: str, *, tasks: int) -> dict[str, object]:
 def nap(_number: int) -> None:
     """Sleep 1 s."""
     time.sleep(1.0)
+
+
+def nothing(_number: int) -> None:
+    """Do nothing."""
 
 
 def match_small(_number: int) -> int:

@@ -51,9 +51,3 @@ class BatchDocument(ResponseModel):
     url: str
     picture_url: str | None
     download_url: str | None
-
-
-class BatchEvent(ResponseModel):
-    """Data of the events of batches."""
-
-    batch_id: str

@@ -22,7 +22,6 @@ from foveacam_server.foundation.whole_file import read_document, write_document
 from foveacam_server.resources.batches.process import ChildOrder
 from foveacam_server.resources.batches.schema import (
     BatchDocument,
-    BatchEvent,
     BatchFailureDocument,
     BatchRequest,
 )
@@ -90,7 +89,6 @@ class BatchService:
             write_document(stored.folder / REQUEST, document, what="a batch")
             job = jobs.submit(JOB, request, idempotency_key=idempotency_key)
             self._live = stored.id, job.id
-        self._emit("begun", stored.id)
         return job
 
     def every(self) -> list[BatchDocument]:
@@ -139,7 +137,6 @@ class BatchService:
         self._check_idle(batch_id, "remove it")
         with disk_errors("removing a batch", self._folder):
             shutil.rmtree(stored.folder)
-        self._emit("removed", batch_id)
 
     def _work(self, context: JobContext) -> str:
         request = context.job.parse_request(BatchRequest)
@@ -157,7 +154,6 @@ class BatchService:
         finally:
             with self._lock:
                 self._live = None
-            self._emit("ended", stored.id)
         return f"{URL}/{stored.id}"
 
     def _datasets(self, request: BatchRequest) -> list[Path]:
@@ -195,11 +191,6 @@ class BatchService:
             return None
         job = self._tools.jobs.get(self._live[1])
         return None if job.state.ended else job
-
-    def _emit(self, what: str, batch_id: str) -> None:
-        self._tools.events.emit(
-            f"batch.{what}", f"batch {batch_id}: {what}", data=BatchEvent(batch_id=batch_id)
-        )
 
 
 class _RequestFile(BaseModel):
