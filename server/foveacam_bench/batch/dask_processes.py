@@ -62,7 +62,9 @@ class DaskProcesses:
 
     def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
         log = self._stack.enter_context((self._folder / f"dask-{time.monotonic_ns()}.log").open("wb"))
-        stored = ("--local-directory", str(self._folder)) if arguments[0] == "worker" else ()
+        stored: tuple[str, ...] = ("--local-directory", str(self._folder), "--death-timeout", "60")
+        if arguments[0] == "scheduler":
+            stored = ("--idle-timeout", "600")  # all of them end with a bench that was killed
         process = subprocess.Popen(  # noqa: S603 - Dask's own program
             [sys.executable, "-m", "dask", *arguments, "--no-dashboard", *stored],
             stdout=log,
