@@ -1,8 +1,10 @@
 """Tasks that are tried again: on worker processes that die, and on a pool whose parts end as a test says."""
 
 import os
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import ParamSpec, TypeVar
@@ -10,7 +12,8 @@ from typing import ParamSpec, TypeVar
 import pytest
 
 from foveacam_hardware.contract import MonotonicClock, VirtualClock
-from foveacam_pipeline.batches.pool import Part, PartLost, WorkPool
+from foveacam_pipeline.batches.cluster import cluster_workers
+from foveacam_pipeline.batches.pool import Part, PartLost, WorkersLost, WorkPool
 from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.batches.retries import LATE_S, TaskEnd, run_tasks
 
@@ -100,3 +103,25 @@ def test_worker_processes_that_died_are_replaced(tmp_path: Path) -> None:
         found = run_tasks(pool, work, range(4), clock=MonotonicClock(), stopped=lambda: False)
         assert sorted(end.result or 0 for end in found) == [-3, -2, -1, 0]
     assert (tmp_path / "died").exists()
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_goes_away_ends_the_run_with_its_address() -> None:
+    from distributed import LocalCluster  # an extra, and slow to import
+
+    with ExitStack() as stack:
+        local = stack.enter_context(
+            LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
+                n_workers=1, processes=False, dashboard_address=":0", protocol="tcp"
+            )
+        )
+        pool = stack.enter_context(cluster_workers(local.scheduler_address))
+        run = run_tasks(pool, slowly, range(50), clock=MonotonicClock(), stopped=lambda: False)
+        next(run)
+        local.close()
+        with pytest.raises(WorkersLost, match=r"the scheduler at tcp://.* is gone"):
+            list(run)
+
+
+def slowly(_task: int) -> None:
+    time.sleep(0.1)
