@@ -3,6 +3,7 @@
 import socket
 import threading
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -136,7 +137,8 @@ class _Cluster:
         try:
             yield
         except Exception as error:
-            if isinstance(error, CommClosedError) or self._client.status != "running":
+            lost = isinstance(error, CommClosedError | CancelledError)  # nobody cancels what is waited for
+            if lost or self._client.status != "running":
                 raise WorkersLost(
                     f"the scheduler at {self._address} is gone", remedy=f"{START_ONE}, then start it again"
                 ) from error
