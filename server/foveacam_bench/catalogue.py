@@ -14,6 +14,7 @@ from foveacam_hardware.contract import InvalidInput
 BENCHES: Mapping[str, str] = {
     "archive": "archive.figures",
     "auth": "access.figures",
+    "batch": "batch.figures",
     "calibration": "calibration.procedures",
     "capture": "capture.captures",
     "clicks": "verge.field_clicks",

@@ -21,6 +21,7 @@ from foveacam_server.foundation.answers import BODY_BYTES, problems
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
 from foveacam_server.resources.archive import routes as archive
+from foveacam_server.resources.batches import routes as batches
 from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
 from foveacam_server.resources.calibrations import routes as calibrations
 from foveacam_server.resources.cameras import preset_routes as camera_presets
@@ -82,6 +83,7 @@ _RESOURCES = (
     captures,
     mosaics,
     references,
+    batches,
     stills,
     mirrors,
     steering,

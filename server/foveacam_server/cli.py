@@ -22,6 +22,7 @@ from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.foundation.watching.log_lines import configure_logging
 from foveacam_server.resources.archive.cli import app as archive_app
+from foveacam_server.resources.batches.cli import app as batch_app
 from foveacam_server.resources.captures.cli import capture
 from foveacam_server.resources.captures.dataset_cli import app as dataset_app
 from foveacam_server.resources.depth_backends.cli import app as depth_app
@@ -46,6 +47,7 @@ app.add_typer(board_app)
 app.add_typer(depth_app)
 app.add_typer(learn_app)
 app.add_typer(dataset_app)
+app.add_typer(batch_app)
 app.add_typer(recording_app)
 app.add_typer(archive_app)
 app.command()(record)

@@ -129,6 +129,48 @@ export interface components {
             research_confirmed?: boolean;
             second: string;
         };
+        /**
+         * @description A batch. `planned`, `done`: its products; null before its first run has ended.
+         *
+         *     The same request has the same batch: a further run makes what is missing. `download_url`: the products as
+         *     one ZIP file; null before there are any.
+         */
+        BatchDocument: {
+            capture_ids: string[];
+            done: number | null;
+            download_url: string | null;
+            failed: components["schemas"]["BatchFailureDocument"][];
+            id: string;
+            job_id: string | null;
+            /** @enum {string} */
+            kind: "depth" | "mosaic" | "export" | "evaluate";
+            picture_url: string | null;
+            planned: number | null;
+            url: string;
+        };
+        /** @description A product that could not be made; `unit`: point or scan, null for a whole capture. */
+        BatchFailureDocument: {
+            dataset: string;
+            reason: string;
+            unit: number | null;
+        };
+        /**
+         * @description What is made of which captures; `to`: the format of an export.
+         *
+         *     `cluster`: by the workers of the Dask cluster that the server was given, instead of this machine.
+         */
+        BatchRequest: {
+            capture_ids: string[];
+            /** @default false */
+            cluster?: boolean;
+            /** @enum {string} */
+            kind: "depth" | "mosaic" | "export" | "evaluate";
+            /**
+             * @default hugging-face
+             * @enum {string}
+             */
+            to?: "hugging-face" | "colmap" | "nerfstudio" | "authors";
+        };
         /** @description White all over. */
         BlankPattern: {
             /**
@@ -3546,6 +3588,9 @@ export type AuditPage = components['schemas']['AuditPage'];
 export type AutoMode = components['schemas']['AutoMode'];
 export type BackendComparisonDocument = components['schemas']['BackendComparisonDocument'];
 export type BackendComparisonRequest = components['schemas']['BackendComparisonRequest'];
+export type BatchDocument = components['schemas']['BatchDocument'];
+export type BatchFailureDocument = components['schemas']['BatchFailureDocument'];
+export type BatchRequest = components['schemas']['BatchRequest'];
 export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];
 export type BoardOption = components['schemas']['BoardOption'];

@@ -3,6 +3,7 @@
 import socket
 import threading
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeVar
 from urllib.parse import urlsplit
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
-from foveacam_pipeline.batches.pool import AHEAD, Part, WorkersLost, WorkPool
+from foveacam_pipeline.batches.pool import AHEAD, Part, PartLost, WorkersLost, WorkPool
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -110,24 +111,34 @@ class _Cluster:
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Give a part to the scheduler; where a worker dies, another one computes it."""
-        part: Part[T] = self._client.submit(_in_turn, work, *arguments, pure=False, **named)
+        with self._scheduler_within_reach():
+            part: Part[T] = self._client.submit(_in_turn, work, *arguments, pure=False, **named)
         return part
 
     def result(self, part: Part[T]) -> T:
         """Wait for a part."""
         from distributed import KilledWorker
-        from distributed.comm.core import CommClosedError
 
         try:
-            return part.result()
+            with self._scheduler_within_reach():
+                return part.result()
         except KilledWorker as error:
-            raise WorkersLost(
+            raise PartLost(
                 f"workers of the cluster {self._address} ended again and again in one part of the work, "
                 "perhaps for their memory",
                 remedy="give the workers more memory, then start it again",
             ) from error
+
+    @contextmanager
+    def _scheduler_within_reach(self) -> Generator[None, None, None]:
+        """Turn the errors of a lost scheduler into WorkersLost."""
+        from distributed.comm.core import CommClosedError
+
+        try:
+            yield
         except Exception as error:
-            if isinstance(error, CommClosedError) or self._client.status != "running":
+            lost = isinstance(error, CommClosedError | CancelledError)  # nobody cancels what is waited for
+            if lost or self._client.status != "running":
                 raise WorkersLost(
                     f"the scheduler at {self._address} is gone", remedy=f"{START_ONE}, then start it again"
                 ) from error

@@ -22,8 +22,15 @@ class WorkersLost(DeviceFault):
     """Workers ended, or are no longer within reach, while a batch ran; its message says why."""
 
 
+class PartLost(WorkersLost):
+    """Workers ended in a part, or beside it; the pool goes on with others."""
+
+
 class Part(Protocol[Result]):
     """A part that a worker computes."""
+
+    def done(self) -> bool:
+        """Return whether it has ended, one way or another."""
 
     def result(self) -> Result:
         """Wait for the result; raise what the part has raised."""

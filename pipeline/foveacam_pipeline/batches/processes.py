@@ -8,12 +8,11 @@ from collections.abc import Callable, Generator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
 import cv2
 
-from foveacam_pipeline.batches.pool import AHEAD, HereAndNow, Part, WorkersLost, WorkPool
+from foveacam_pipeline.batches.pool import AHEAD, HereAndNow, Part, PartLost, WorkPool
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -25,26 +24,27 @@ def local_workers(workers: int) -> Generator[WorkPool, None, None]:
     if workers == 1:
         yield HereAndNow()
         return
-    context = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker)
+    processes = _Processes(workers)
     try:
-        yield _Processes(executor, (1 + AHEAD) * workers)
+        yield processes
     finally:
-        executor.shutdown(wait=True, cancel_futures=True)
+        processes.close()
 
 
-@dataclass(frozen=True, slots=True)
 class _Processes:
-    executor: ProcessPoolExecutor
-    most_under_way: int
+    def __init__(self, workers: int) -> None:
+        self.most_under_way = (1 + AHEAD) * workers
+        self._workers = workers
+        self._executor = self._open()
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Give a part to a process; one that may be started for it leaves Ctrl-C to this program."""
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return self.executor.submit(work, *arguments, **named)
-        except BrokenProcessPool as error:
-            raise _lost() from error
+            return self._executor.submit(work, *arguments, **named)
+        except BrokenProcessPool:  # all its processes are gone: new ones compute what comes now
+            self._executor = self._open()
+            return self._executor.submit(work, *arguments, **named)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -53,14 +53,18 @@ class _Processes:
         try:
             return part.result()
         except BrokenProcessPool as error:
-            raise _lost() from error
+            raise PartLost(
+                "a worker process was ended from outside, perhaps for its memory",
+                remedy="start it again, with fewer --workers if memory is short",
+            ) from error
 
+    def close(self) -> None:
+        """End the processes after the parts that have begun."""
+        self._executor.shutdown(wait=True, cancel_futures=True)
 
-def _lost() -> WorkersLost:
-    return WorkersLost(
-        "a worker process was ended from outside, perhaps for its memory",
-        remedy="start it again, with fewer --workers if memory is short",
-    )
+    def _open(self) -> ProcessPoolExecutor:
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self._workers, mp_context=context, initializer=_start_worker)
 
 
 def _start_worker() -> None:

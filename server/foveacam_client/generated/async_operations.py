@@ -66,6 +66,83 @@ class AsyncAudit:
         return self._transport.download(Call("GET", "/api/v1/audit.jsonl"))
 
 
+class AsyncBatches:
+    """Operations of `batches`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.BatchDocument]:
+        """All batches.
+
+        Return all batches, by id.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/batches"), builtins.list[models.BatchDocument]
+        )
+
+    async def make(
+        self, body: models.BatchRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.BatchDocument]:
+        """Make products of several captures.
+
+        Queue it, or the rest of the same one, as a job that leaves the rig free.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/batches", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.BatchDocument,
+        )
+
+    async def get(self, batch_id: str) -> models.BatchDocument:
+        """One batch.
+
+        Return how many of its products there are, and which failed, and why.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/batches/{batch_id}", path_values={"batch_id": batch_id}),
+            models.BatchDocument,
+        )
+
+    async def remove(self, batch_id: str) -> None:
+        """Remove a batch.
+
+        Remove it with its products; the captures stay.
+
+        Needs the right `operate`.
+        """
+        await self._transport.order(
+            Call("DELETE", "/api/v1/batches/{batch_id}", path_values={"batch_id": batch_id})
+        )
+
+    def download(self, batch_id: str) -> AsyncDownload:
+        """The products as one ZIP file.
+
+        Send the folder of the batch, files as they are.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/batches/{batch_id}/download.zip", path_values={"batch_id": batch_id})
+        )
+
+    def overview(self, batch_id: str) -> AsyncDownload:
+        """A batch as one picture.
+
+        Return a thumbnail for each capture, or the figures of an evaluation as bars.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call("GET", "/api/v1/batches/{batch_id}/overview.png", path_values={"batch_id": batch_id})
+        )
+
+
 class AsyncCalibrationSessions:
     """Operations of `calibration_sessions`."""
 
@@ -3844,6 +3921,7 @@ class AsyncOperations:
     def __init__(self, transport: AsyncTransport) -> None:
         self.archive = AsyncArchive(transport)
         self.audit = AsyncAudit(transport)
+        self.batches = AsyncBatches(transport)
         self.calibration_sessions = AsyncCalibrationSessions(transport)
         self.calibrations = AsyncCalibrations(transport)
         self.camera_presets = AsyncCameraPresets(transport)

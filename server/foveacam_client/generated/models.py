@@ -137,6 +137,35 @@ class BackendComparisonRequest(Document):
     second: Annotated[str, Field(pattern="^[a-z0-9][a-z0-9_-]{0,39}$")]
 
 
+class BatchFailureDocument(Document):
+    """A product that could not be made; `unit`: point or scan, null for a whole capture."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    dataset: str
+    reason: str
+    unit: int | None
+
+
+CaptureId = TypeAliasType("CaptureId", Annotated[str, Field(max_length=255, min_length=1)])
+
+
+class BatchRequest(Document):
+    """What is made of which captures; `to`: the format of an export.
+
+    `cluster`: by the workers of the Dask cluster that the server was given, instead of this machine.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    capture_ids: Annotated[list[CaptureId], Field(max_length=500, min_length=1)]
+    cluster: bool = False
+    kind: Literal["depth", "mosaic", "export", "evaluate"]
+    to: Literal["hugging-face", "colmap", "nerfstudio", "authors"] = "hugging-face"
+
+
 class BlankPattern(Document):
     """White all over."""
 
@@ -3670,6 +3699,28 @@ class BackendComparisonDocument(Document):
     spread_px: float | None
     within_1: float | None
     within_2: float | None
+
+
+class BatchDocument(Document):
+    """A batch. `planned`, `done`: its products; null before its first run has ended.
+
+    The same request has the same batch: a further run makes what is missing. `download_url`: the products as
+    one ZIP file; null before there are any.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    capture_ids: list[str]
+    done: int | None
+    download_url: str | None
+    failed: list[BatchFailureDocument]
+    id: str
+    job_id: str | None
+    kind: Literal["depth", "mosaic", "export", "evaluate"]
+    picture_url: str | None
+    planned: int | None
+    url: str
 
 
 class CalibrationDocument(Document):

@@ -30,6 +30,7 @@ RESOURCES: dict[str, _Row] = {
     "archive": _SEEN_BY_ALL,
     "audit": _OF_ADMINS,
     "audit.jsonl": _OF_ADMINS,
+    "batches": _SEEN_BY_ALL,
     "calibration_sessions": _SEEN_BY_ALL,
     "calibrations": _SEEN_BY_ALL,
     "cameras": _SEEN_BY_ALL,

@@ -10,6 +10,7 @@ from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.archive.service import ArchiveService
+from foveacam_server.resources.batches.service import BatchService
 from foveacam_server.resources.captures.archiving import CaptureArchiveSource
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.depth_backends.service import DepthBackendService
@@ -35,6 +36,7 @@ class CollectionServices:
     mosaics: MosaicService
     references: ReferenceService
     archive: ArchiveService
+    batches: BatchService
 
 
 def open_collections(shared: SharedServices, *, backends: DepthBackendService) -> CollectionServices:
@@ -55,6 +57,12 @@ def open_collections(shared: SharedServices, *, backends: DepthBackendService) -
             shared.foundation.settings.archive,
             {"captures": CaptureArchiveSource(captures), "recordings": RecordingArchiveSource(recordings)},
             shared.jobs,
+        ),
+        batches=BatchService(
+            shared.foundation.store.subfolder("batches"),
+            making,
+            cluster=shared.foundation.settings.cluster,
+            network_in_use=backends.network_in_use,
         ),
     )
 

@@ -112,6 +112,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         references=collections.references,
         archive=collections.archive,
         retention=open_retention(shared, collections),
+        batches=collections.batches,
         fixations=observation.fixations,
         follows=observation.follows,
         rounds=observation.rounds,

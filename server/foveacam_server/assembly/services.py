@@ -14,6 +14,7 @@ from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.archive.service import ArchiveService
+from foveacam_server.resources.batches.service import BatchService
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrations.service import CalibrationService
@@ -107,6 +108,7 @@ class Services:
     references: ReferenceService
     archive: ArchiveService
     retention: RetentionService
+    batches: BatchService
     fixations: FixationService
     follows: FollowService
     rounds: FollowRounds
@@ -121,6 +123,7 @@ class Services:
 
 if TYPE_CHECKING:
     from foveacam_server.resources.archive.routes import ArchiveRouteServices
+    from foveacam_server.resources.batches.routes import BatchRouteServices
     from foveacam_server.resources.calibration_sessions.routes import CalibrationSessionRouteServices
     from foveacam_server.resources.calibrations.routes import CalibrationRouteServices
     from foveacam_server.resources.cameras.preset_routes import CameraPresetRouteServices
@@ -170,6 +173,7 @@ if TYPE_CHECKING:
     def _check_route_services(services: Services) -> None:
         """Let the type checker verify that the services of every route are opened."""
         _archive: ArchiveRouteServices = services
+        _batch: BatchRouteServices = services
         _calibration_session: CalibrationSessionRouteServices = services
         _calibration: CalibrationRouteServices = services
         _camera: CameraRouteServices = services

@@ -139,21 +139,17 @@ class DerivedProductJobs:
         request = context.job.parse_request(ProductRequest)
         stored = self._tools.captures.collection.get(request.capture_id)
         try:
-            return self._kind.make(stored, request.arguments, lambda arguments: self._run(context, arguments))
+            return self._kind.make(
+                stored,
+                request.arguments,
+                lambda arguments: run_reporting(
+                    self._kind.process, arguments, context=context, clock=self._tools.clock
+                ),
+            )
         finally:
             with self._lock:
                 self._live = None
             self.emit("ended", f"the {self._kind.noun} of capture {stored.name} ended", stored.id)
-
-    def _run(self, context: JobContext, arguments: Sequence[str]) -> None:
-        began_ns = self._tools.clock.now_ns()
-
-        def on_progress(step: ChildProgress) -> None:
-            spent_s = (self._tools.clock.now_ns() - began_ns) / 1e9
-            left_s = spent_s * (1.0 / step.share - 1.0) if step.share else None
-            context.progress(step.done, total=step.total, note=step.note, left_s=left_s)
-
-        run_child(self._kind.process, arguments, on_progress=on_progress, cancelled=context.cancelled)
 
     def _check_free(self) -> None:
         live = self._live
@@ -167,3 +163,15 @@ class DerivedProductJobs:
             return None
         job = self._tools.jobs.get(live[1])
         return None if job.state.ended else job
+
+
+def run_reporting(module: str, arguments: Sequence[str], *, context: JobContext, clock: Clock) -> None:
+    """Run a child process to its end and report its progress as the job's. Raise as `run_child`."""
+    began_ns = clock.now_ns()
+
+    def on_progress(step: ChildProgress) -> None:
+        spent_s = (clock.now_ns() - began_ns) / 1e9
+        left_s = spent_s * (1.0 / step.share - 1.0) if step.share else None
+        context.progress(step.done, total=step.total, note=step.note, left_s=left_s)
+
+    run_child(module, arguments, on_progress=on_progress, cancelled=context.cancelled)

@@ -110,6 +110,8 @@ class Settings(BaseSettings):
     """URL of the archive of captures and recordings: `s3://bucket/prefix`, or `file:///folder`."""
     recording_folders: tuple[Path, ...] = ()
     """Folders of this machine from which recordings may be opened, besides `import` of `data`."""
+    cluster: str | None = None
+    """Dask scheduler, tcp://HOST:8786, whose workers may make the products of batches."""
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
     live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)

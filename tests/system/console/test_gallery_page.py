@@ -284,3 +284,24 @@ def test_where_no_reference_can_be_made_it_is_said_and_without_a_rail_nothing_is
     stub.wait_for_listener()
     become(stub, reference(stops=1))
     expect(section).to_have_count(0)
+
+
+def test_a_batch_of_ticked_datasets_is_made_and_downloaded(server: Server, open_console: OpenConsole) -> None:
+    console = open_console(f"{server.url}#/gallery/datasets")
+    page = console.page
+    button = page.get_by_role("button", name="Batch …")
+    expect(button).to_be_disabled()
+    page.get_by_role("checkbox", name=f"Tick {PLANE} for a batch").check()
+    expect(page.get_by_text("1 dataset ticked")).to_be_visible()
+    button.click()
+    page.get_by_label("Make").select_option("export")
+    expect(page.get_by_label("Format")).to_be_visible()
+    page.get_by_label("Make").select_option("depth")
+    page.get_by_role("button", name="Start", exact=True).click()
+    link = page.get_by_role("link", name="Products (ZIP)")
+    expect(link).to_be_visible(timeout=120_000)
+    expect(page.get_by_text("The last batch (depth): 4 of 4 made.")).to_be_visible()
+    with page.expect_download() as download:
+        link.click()
+    assert download.value.suggested_filename.startswith("depth-")
+    assert console.overflow_px() <= 0

@@ -169,10 +169,11 @@ def _frames(folder: Path, journal: JournalContent) -> Iterator[str]:
     yield from (f"{file}: {count} rows name it." for file, count in seen.items() if count > 1)
     for record in journal.records:
         for frame in record.frames:
-            yield from _frame(folder, frame, archived)
+            yield from frame_problems(folder, frame, archived)
 
 
-def _frame(folder: Path, frame: FrameRecord, archived: ArchiveRecord | None) -> Iterator[str]:
+def frame_problems(folder: Path, frame: FrameRecord, archived: ArchiveRecord | None) -> Iterator[str]:
+    """Yield a sentence where the file of a frame is not as it was written, here or in the archive."""
     path = folder / frame.file
     if archived is not None and frame.file in archived.manifest.files and not path.exists():
         if archived.manifest.files[frame.file].sha256 != frame.sha256:

@@ -13,16 +13,16 @@ _FLOCK = "hhqqi4x"
 
 
 class FolderLock:
-    """The writer's lock of a dataset's folder; raises Busy when another writer holds it."""
+    """The writer's lock of a folder; raises Busy, which names `what` it is, when another writer holds it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, what: str = "dataset") -> None:
         self._descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         try:
             fcntl.fcntl(self._descriptor, fcntl.F_OFD_SETLK, _whole_file(fcntl.F_WRLCK))
         except OSError as error:
             self.release()
             raise Busy(
-                f"dataset {folder} is being written already; wait until it ends, or cancel it there"
+                f"{what} {folder} is being written already; wait until it ends, or cancel it there"
             ) from error
 
     def release(self) -> None:

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, Role
-from foveacam_server.foundation.settings import checked_settings
+from foveacam_server.datasets.given_folder import dataset_folder
 
 if TYPE_CHECKING:
     from foveacam_pipeline.capture.mosaic.values import MosaicFigures
@@ -26,10 +26,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-DATASETS = "captures"
-"""Folder of datasets in the data folder."""
-STILLS = "stills"
-"""Folder of stills, datasets of one point, in the data folder."""
 _FOUND_WRONG = 1
 _CANCELLED = 130
 """Exit status of a program that Ctrl-C ended."""
@@ -161,22 +157,6 @@ def picture(
     with disk_errors("the picture", output.parent):
         write_file(output, memoryview(png_bytes(drawn)))
     typer.echo(str(output))
-
-
-def dataset_folder(text: str, data: Path | None) -> Path:
-    """Return the folder of a dataset given by path or by name, unopened."""
-    path = Path(text)
-    if path.exists() or len(path.parts) != 1:
-        return path
-    home = checked_settings({"data": data}).data
-    kept = home / DATASETS / text
-    if not kept.exists() and (home / STILLS / text).exists():
-        return home / STILLS / text
-    if not kept.exists():
-        raise InvalidInput(
-            f"there is no dataset {text!r}, neither here nor in {kept.parent}; give its folder"
-        )
-    return kept
 
 
 @app.command()

@@ -15,8 +15,9 @@ import { galleryAddress } from "../addresses.js";
  * @import { EntryReader, ListReader } from "./collection_readers.js"
  * @typedef {{id: string, name: string, label: string, size_bytes: number, created_utc: string | null}} Entry
  * @typedef {{
- *   state: string, removed: boolean, busy?: string, blank: string, picture: string, facts: unknown, progress?: unknown
- * }} Card `busy`: why it cannot be removed now; `blank`: the text in place of a picture
+ *   state: string, removed: boolean, busy?: string, blank: string, picture: string, facts: unknown, progress?: unknown,
+ *   tick?: unknown
+ * }} Card `busy`: why it cannot be removed now; `blank`: the text in place of a picture; `tick`: chooses it with others
  * @typedef {{one: string, many: string}} Noun
  */
 
@@ -109,7 +110,7 @@ function summary(length, bytes, noun) {
  * @param {Noun} noun
  * @param {CollectionOrders<T>} orders
  */
-function cardOf(entry, { state, removed, busy = "", blank, picture, facts, progress }, noun, orders) {
+function cardOf(entry, { state, removed, busy = "", blank, picture, facts, progress, tick }, noun, orders) {
   const { id, name, label, created_utc } = entry;
   const why = removed ? "In the trash" : blank;
   const restore = () => void orders.restore(entry);
@@ -128,6 +129,7 @@ function cardOf(entry, { state, removed, busy = "", blank, picture, facts, progr
     </div>
     <div class="far">${progress}</div>
     <div class="tools">
+      ${!removed && tick}
       ${
         removed
           ? html`<button type="button" class="plain" aria-label="Restore ${name}" @click=${restore}>${icon("again")}Restore</button>`

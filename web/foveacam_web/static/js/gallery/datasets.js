@@ -7,6 +7,7 @@ import { html } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
 import { request } from "../transport/api.js";
 import { archivedBadge } from "./archive.js";
+import { makeBatch } from "./batch.js";
 import { openEntry, openList } from "./collection.js";
 import { CollectionOrders } from "./collection_orders.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
@@ -29,13 +30,15 @@ export function openDatasets(at, context) {
   if (at.id !== null) return part ? part.open(at, context) : openDataset(at.id, context);
   /** @type {ListReader<CaptureDocument>} */
   const reader = new ListReader({ resource: "/captures", hear });
+  const batch = makeBatch(context, () => reader.changed());
   return openList(
     {
       noun: NOUN,
       hint: "Name, label, id or state",
       orders: new DatasetOrders(context, () => reader.readAll()),
       reader,
-      card: cardOf,
+      card: (dataset) => ({ ...cardOf(dataset), tick: batch.tick(dataset) }),
+      above: batch.above,
       key: ({ id, folder }) => `${id} ${folder}`,
       intro: () =>
         html`A raster that is captured shows up here from its first point on. <a href="#/capture">Plan a capture</a>.`,

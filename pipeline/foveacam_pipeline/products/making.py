@@ -1,0 +1,178 @@
+"""Makes one product of each kind from its dataset, in a folder of its own."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from foveacam_hardware.contract import FoveaError, InvalidInput, StorageFull
+from foveacam_pipeline.capture.dataset import Dataset
+from foveacam_pipeline.capture.dataset.export import ExportChoice, export_dataset
+from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
+from foveacam_pipeline.capture.dataset.pictures import png_bytes, thumbnail
+from foveacam_pipeline.capture.dataset.rectified import disparity_bytes
+from foveacam_pipeline.capture.mosaic.build import build_mosaic
+from foveacam_pipeline.capture.mosaic.depth_files import MeshFile
+from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
+from foveacam_pipeline.capture.mosaic.values import MosaicSettings
+from foveacam_pipeline.learn.pair_folder import PairSample, StoredPairs, is_pair_folder
+from foveacam_pipeline.learn.truth_figures import MethodAnswer, truth_sums
+from foveacam_pipeline.networks.card import StereoNetwork, load_network
+from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.products.agreement import agreement_sums
+from foveacam_pipeline.products.results import Figures, ProductFolder
+from foveacam_pipeline.products.task import (
+    ProductKind,
+    ProductTask,
+    check_unchanged,
+    code_version,
+    products_points,
+)
+from foveacam_pipeline.stereo.depth import cloud, depth_map
+from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend, DepthEstimator
+from foveacam_pipeline.stereo.mesh import depth_mesh
+from foveacam_pipeline.stereo.pictures import depth_picture
+from foveacam_pipeline.stereo.ply import ply_bytes
+from foveacam_pipeline.storage.disk import write_file
+
+SCALE = 0.5
+MESH_STEP_PX = 4
+PICTURE = {
+    ProductKind.DEPTH: "depth.png",
+    ProductKind.MOSAIC: "depth.png",
+    ProductKind.EXPORT: "thumbnail.png",
+}
+"""The file of a product that stands for it in an overview."""
+EXPORTED = "data"
+"""Folder of the exported files."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProductOutcome:
+    """How the work on a product ended: it was there, it is made, or why it failed."""
+
+    reused: bool = False
+    failed: str = ""
+
+
+def make_product(task: ProductTask, *, into: ProductFolder, mesh_file: MeshFile) -> ProductOutcome:
+    """Make a product unless it is there; `mesh_file` returns the content of a GLB file.
+
+    Raise InvalidInput in a worker that has another program, StorageFull.
+    """
+    ours = code_version()
+    if task.code != ours:
+        raise InvalidInput(
+            f"a worker has another program than the one that asked: {ours} instead of {task.code}; install "
+            "the same there",
+            asked=task.code,
+            found=ours,
+            remedy="install the same there",
+        )
+    if into.find(task) is not None:
+        return ProductOutcome(reused=True)
+    try:
+        check_unchanged(task)
+        into.store(
+            task,
+            lambda folder: _MAKERS[task.settings.kind](task, folder, mesh_file),
+            check=lambda: check_unchanged(task),
+        )
+    except StorageFull:
+        raise
+    except FoveaError as error:
+        return ProductOutcome(failed=str(error))
+    except Exception as error:  # noqa: BLE001 - the outermost frame of a task: the others go on
+        return ProductOutcome(failed=f"an error that nobody foresaw ({type(error).__name__}: {error})")
+    return ProductOutcome()
+
+
+def _make_depth(task: ProductTask, folder: Path, mesh_file: MeshFile) -> Figures:
+    """Write depth.png, depth.tiff, depth_sigma.tiff, cloud.ply and mesh.glb of a point."""
+    point = products_points(Dataset.open(task.folder), task.settings, task.unit)[0]
+    pair = point.rectified(scale=SCALE, bracket=task.settings.bracket)
+    depth = depth_map(pair, _estimator(task.settings.backend).estimate(pair))
+    write_file(folder / "depth.png", encode(depth_picture(depth), ImageCodec.PNG))
+    write_file(folder / "depth.tiff", disparity_bytes(depth.z_m))
+    write_file(folder / "depth_sigma.tiff", disparity_bytes(np.hypot(depth.sigma_m, depth.pose_sigma_m)))
+    known = np.isfinite(depth.z_m)
+    figures: Figures = {"known": float(known.mean()), "median_z_m": None, "points": 0}
+    points = cloud(pair, depth)
+    if len(points):
+        write_file(folder / "cloud.ply", ply_bytes(points))
+        figures |= {"median_z_m": float(np.median(depth.z_m[known])), "points": len(points)}
+    mesh = depth_mesh(pair, depth, step_px=MESH_STEP_PX)
+    if len(mesh.faces):
+        write_file(folder / "mesh.glb", mesh_file(mesh))
+    return figures
+
+
+def _make_mosaic(task: ProductTask, folder: Path, mesh_file: MeshFile) -> Figures:
+    """Write a mosaic as `foveacam dataset mosaic` does."""
+    asked = task.settings
+    settings = MosaicSettings(scan=task.unit, eye=asked.eye, bracket=asked.bracket, network=asked.network)
+    made = build_mosaic(Dataset.open(task.folder), folder, settings, mesh_file=mesh_file)
+    write_depth_tiles(folder, made.placed.depth.z_m)
+    figures = made.figures
+    return {
+        "width": figures.width,
+        "height": figures.height,
+        "views": figures.views,
+        "seams_rms_px": _finite(figures.seams.after_rms_px),
+        "known": _finite(figures.depth.known),
+        "failed_pairs": figures.matching.failed_pairs,
+    }
+
+
+def _make_export(task: ProductTask, folder: Path, _mesh_file: MeshFile) -> Figures:
+    """Write the export into `data`, and a thumbnail beside it."""
+    asked, dataset = task.settings, Dataset.open(task.folder)
+    choice = ExportChoice(scale=asked.scale, seeds_per_pair=asked.seeds_per_pair)
+    export_dataset(dataset, folder / EXPORTED, to=asked.to, choice=choice)
+    write_file(folder / PICTURE[ProductKind.EXPORT], png_bytes(thumbnail(dataset)))
+    return {"points": len(dataset)}
+
+
+def _make_evaluation(task: ProductTask, _folder: Path, _mesh_file: MeshFile) -> Figures:
+    """Return the sums of a pair: against the truth where there is one, and of both pictures' agreement."""
+    sample = _sample(task)
+    estimator = _estimator(task.settings.backend)
+    found = estimator.estimate(sample.pair)
+    figures: Figures = {**asdict(agreement_sums(sample.pair, found, estimator))}
+    if sample.truth is not None:
+        answer = MethodAnswer(disparity_px=found.residual_px, sigma_px=found.sigma_px)
+        sums = truth_sums(answer, sample.truth, offset_px=sample.pair.offset_px)
+        figures |= {f"truth_{name}": value for name, value in asdict(sums).items()}
+    return figures
+
+
+def _sample(task: ProductTask) -> PairSample:
+    if is_pair_folder(task.folder):
+        return StoredPairs(task.folder)[task.unit]
+    point = products_points(Dataset.open(task.folder), task.settings, task.unit)[0]
+    return PairSample(pair=point.rectified(scale=SCALE, bracket=task.settings.bracket))
+
+
+def _estimator(backend: DepthBackend | StereoNetwork) -> DepthEstimator:
+    return BACKENDS[backend] if isinstance(backend, str) else _opened(backend.path, backend.card.sha256)
+
+
+@lru_cache(maxsize=1)
+def _opened(card: Path, _sha256: str) -> DepthEstimator:
+    """Return the network of a card; it stays open for the next product."""
+    return NetworkEstimator.open(load_network(card))
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+Maker = Callable[[ProductTask, Path, MeshFile], Figures]
+_MAKERS: dict[ProductKind, Maker] = {
+    ProductKind.DEPTH: _make_depth,
+    ProductKind.MOSAIC: _make_mosaic,
+    ProductKind.EXPORT: _make_export,
+    ProductKind.EVALUATE: _make_evaluation,
+}

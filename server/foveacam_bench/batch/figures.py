@@ -1,0 +1,228 @@
+"""`foveacam bench batch`: products of simulated rasters by one process, processes, and a Dask cluster.
+
+`cluster_equal_bytes_KIND`: whether this process, two processes and two workers of a cluster write the same.
+`efficiency_2_workers`: time of one worker over twice that of two. `lost_tasks`, `double_results`: over all
+runs in which a worker was killed at a random moment. `overhead_ratio`: time of tasks that sleep 1 s over the
+time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's resident memory over small
+tasks. `scheduling_ms_per_task`: tasks that do nothing; `plan_and_summary_s`: of all datasets.
+"""
+
+import random
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from foveacam_bench.batch.dask_processes import DaskProcesses
+from foveacam_bench.capture.mosaic import CERTIFICATE, SCENE, capture_raster, glb_of, plan_of
+from foveacam_hardware.contract import MonotonicClock, Role
+from foveacam_hardware.sim.rig import open_simulated
+from foveacam_pipeline.batches.cluster import cluster_workers
+from foveacam_pipeline.batches.pool import HereAndNow, WorkPool
+from foveacam_pipeline.batches.processes import local_workers
+from foveacam_pipeline.batches.retries import run_tasks
+from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetHeader, DatasetWriter, Shot
+from foveacam_pipeline.capture.progress_steps import SILENT
+from foveacam_pipeline.models import load_calibration
+from foveacam_pipeline.networks.known_pair import known_pair
+from foveacam_pipeline.products.batch import BatchPlan, plan_batch, run_batch
+from foveacam_pipeline.products.results import ProductFolder
+from foveacam_pipeline.products.summary import write_summary
+from foveacam_pipeline.products.task import ProductKind, ProductSettings
+from foveacam_pipeline.stereo.match import match
+
+Report = Callable[[str], None]
+SIDE = 2
+SEED = 4
+SMALL_PX = 96, 64
+WARM_UP_SHARE = 0.2
+"""Of the small tasks, after which memory is expected to be flat."""
+PAGE_KIB = 4
+DEPTH = ProductSettings(kind=ProductKind.DEPTH)
+EXPORT = ProductSettings(kind=ProductKind.EXPORT, to="nerfstudio", scale=0.5)
+KINDS = (
+    DEPTH,
+    ProductSettings(kind=ProductKind.MOSAIC),
+    EXPORT,
+    ProductSettings(kind=ProductKind.EVALUATE),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extent:
+    """How much is measured. `datasets` of 2 x 2 points; `sleepers`: workers that sleep `naps` times."""
+
+    datasets: int
+    runs: int
+    sleepers: int
+    naps: int
+    small_tasks: int
+
+
+WHOLE = Extent(datasets=8, runs=20, sleepers=16, naps=1000, small_tasks=1000)
+QUICK = Extent(datasets=2, runs=2, sleepers=2, naps=12, small_tasks=200)
+
+
+def run(*, quick: bool = False, report: Report) -> dict[str, object]:
+    """Measure and return the figures; some ten minutes, quick one. `report` is told how far it is."""
+    extent = QUICK if quick else WHOLE
+    with TemporaryDirectory(prefix="foveacam-batch-") as name:
+        folder = Path(name)
+        report("capturing")
+        datasets = simulated_rasters(folder / "datasets", count=extent.datasets)
+        with DaskProcesses(folder, workers=2) as cluster:
+            report("equal bytes")
+            figures = equal_bytes(datasets[0], folder, cluster.address)
+            report("killed workers")
+            figures |= killed_workers(datasets, folder, cluster, runs=extent.runs)
+            report("two workers, one worker")
+            figures |= efficiency(datasets, folder, cluster)
+            report("scheduling")
+            figures |= scheduling(datasets, folder, cluster.address, tasks=extent.small_tasks)
+            report("memory")
+            figures |= memory_growth(cluster.address, tasks=extent.small_tasks)
+            report("overhead")
+            cluster.resize(extent.sleepers)
+            figures |= overhead(cluster.address, workers=extent.sleepers, tasks=extent.naps)
+    return figures
+
+
+def simulated_rasters(folder: Path, *, count: int) -> list[Path]:
+    """Return datasets of 2 x 2 points; all but the first are copies of it with ids of their own."""
+    folder.mkdir()
+    calibration = load_calibration(CERTIFICATE)
+    with open_simulated(SCENE, inline=True) as rig:
+        capture_raster(rig, calibration, folder / "raster-0", plan_of(SIDE, calibration))
+    first = Dataset.open(folder / "raster-0")
+    for number in range(1, count):
+        header = DatasetHeader(points=len(first), calibration=calibration)
+        with DatasetWriter.create(folder / f"raster-{number}", header) as writer:
+            for point in first:
+                frames = [point.frame(role) for role in Role]
+                shots = tuple(Shot(frame=frame) for frame in frames)
+                writer.add(CapturedPoint(place=point.place, shots=shots))
+            writer.finish()
+    return sorted(folder.iterdir())
+
+
+def equal_bytes(dataset: Path, folder: Path, cluster: str) -> dict[str, object]:
+    """Return for each kind whether it has the same bytes wherever it is made."""
+    figures: dict[str, object] = {}
+    for settings in KINDS:
+        plan, kind = plan_batch([dataset], settings), settings.kind.value
+        make(plan, HereAndNow(), folder / "here")
+        with local_workers(2) as pool:
+            make(plan, pool, folder / "processes")
+        with cluster_workers(cluster) as pool:
+            make(plan, pool, folder / "cluster")
+        here, *others = (contents(folder / place / kind) for place in ("here", "processes", "cluster"))
+        figures[f"cluster_equal_bytes_{kind}"] = bool(here) and all(other == here for other in others)
+    return figures
+
+
+def killed_workers(
+    datasets: list[Path], folder: Path, cluster: DaskProcesses, *, runs: int
+) -> dict[str, object]:
+    """Return how many products were lost or there twice when a worker was killed, over all runs."""
+    plan, rng = plan_batch(datasets, DEPTH), random.Random(SEED)  # noqa: S311 - moments, not secrets
+    whole_s = depth_s(datasets, folder / "undisturbed", cluster.address)
+    expected = contents(folder / "undisturbed" / "depth")
+    lost = double = unlike = 0
+    for number in range(runs):
+        into = ProductFolder(path=folder / f"killed-{number}")
+        killer = threading.Timer(rng.random() * whole_s, cluster.kill_worker, (rng.randrange(2),))
+        killer.start()
+        with cluster_workers(cluster.address) as pool:
+            make(plan, pool, into.path)
+        killer.join()
+        into.remove_unfinished()
+        lost += sum(into.find(task) is None for task in plan.tasks)
+        double += len(list((into.path / "depth").iterdir())) - len(plan.tasks)
+        unlike += contents(into.path / "depth") != expected
+    return {"killed_runs": runs, "lost_tasks": lost, "double_results": double, "unlike_results": unlike}
+
+
+def efficiency(datasets: list[Path], folder: Path, cluster: DaskProcesses) -> dict[str, object]:
+    """Return the time of two workers and of one, which stays, for depth of all points."""
+    cluster.resize(2)
+    two_s = depth_s(datasets, folder / "two", cluster.address)
+    cluster.resize(1)
+    one_s = depth_s(datasets, folder / "one", cluster.address)
+    return {"one_worker_s": one_s, "two_workers_s": two_s, "efficiency_2_workers": one_s / (2.0 * two_s)}
+
+
+def depth_s(datasets: list[Path], out: Path, cluster: str) -> float:
+    """Return the time for depth of all points by the workers of a cluster, once they have loaded all code."""
+    with cluster_workers(cluster) as pool:
+        make(plan_batch(datasets[:1], DEPTH), pool, out.with_name(f"{out.name}-loaded"))
+        plan = plan_batch(datasets, DEPTH)
+        began_s = time.perf_counter()
+        make(plan, pool, out)
+        return time.perf_counter() - began_s
+
+
+def overhead(cluster: str, *, workers: int, tasks: int) -> dict[str, object]:
+    """Return how much longer tasks of 1 s take than they sleep."""
+    with cluster_workers(cluster) as pool:
+        list(run_tasks(pool, nap, range(workers), clock=MonotonicClock(), stopped=lambda: False))
+        began_s = time.perf_counter()
+        list(run_tasks(pool, nap, range(tasks), clock=MonotonicClock(), stopped=lambda: False))
+        took_s = time.perf_counter() - began_s
+    slept_s = float(-(-tasks // workers))
+    return {"naps": tasks, "nap_workers": workers, "naps_s": took_s, "overhead_ratio": took_s / slept_s - 1.0}
+
+
+def scheduling(datasets: list[Path], folder: Path, cluster: str, *, tasks: int) -> dict[str, object]:
+    """Return the time that the scheduler takes for a task, and that of planning and summing up."""
+    with cluster_workers(cluster) as pool:
+        began_s = time.perf_counter()
+        list(run_tasks(pool, nothing, range(tasks), clock=MonotonicClock(), stopped=lambda: False))
+        scheduled_s = time.perf_counter() - began_s
+    began_s = time.perf_counter()
+    plan = plan_batch(datasets, DEPTH)
+    write_summary(plan, ProductFolder(path=folder / "two"), ())
+    summed_s = time.perf_counter() - began_s
+    return {
+        "scheduling_ms_per_task": 1e3 * scheduled_s / tasks,
+        "plan_and_summary_s": summed_s,
+    }
+
+
+def memory_growth(cluster: str, *, tasks: int) -> dict[str, object]:
+    """Return the slope of a worker's resident memory over small tasks, without those at the start."""
+    with cluster_workers(cluster) as pool:
+        ends = run_tasks(pool, match_small, range(tasks), clock=MonotonicClock(), stopped=lambda: False)
+        held_kib = [end.result for end in ends if end.result is not None]
+    warm = held_kib[round(WARM_UP_SHARE * tasks) :]
+    slope = float(np.polyfit(np.arange(len(warm)), warm, 1)[0])
+    return {"worker_growth_kib_per_1000": 1000.0 * slope, "worker_mib": warm[-1] / 1024}
+
+
+def nap(_number: int) -> None:
+    """Sleep 1 s."""
+    time.sleep(1.0)
+
+
+def nothing(_number: int) -> None:
+    """Do nothing."""
+
+
+def match_small(_number: int) -> int:
+    """Match a small pair; return what this process holds in memory, KiB."""
+    match(known_pair(*SMALL_PX).pair)
+    return PAGE_KIB * int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+
+
+def make(plan: BatchPlan, pool: WorkPool, out: Path) -> None:
+    """Make a batch."""
+    into = ProductFolder(path=out)
+    run_batch(plan, pool, into, mesh_file=glb_of, watch=SILENT, clock=MonotonicClock())
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the content of all files below a folder, by their names."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

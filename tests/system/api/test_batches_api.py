@@ -1,0 +1,67 @@
+"""Batches by REST: made as a job of several captures, listed, downloaded as ZIP, removed, refused."""
+
+import io
+import zipfile
+from dataclasses import replace
+
+import pytest
+
+from foveacam_pipeline.capture.dataset import DatasetWriter
+from foveacam_server.foundation.store import Document
+from tests.system.conftest import Running
+from tests.unit.dataset_scenes import header, noise_point
+from tests.unit.mosaic_scenes import scan
+
+pytestmark = pytest.mark.timeout(300)
+
+PLANE, NOISE = "test", "noise"
+
+
+@pytest.fixture(scope="module")
+def captures(server: Running) -> list[str]:
+    """The ids of a capture and of one without a calibration."""
+    scan(server.captures / "plane", points=2)
+    with DatasetWriter.create(server.captures / NOISE, replace(header(1), id=NOISE)) as writer:
+        writer.add(noise_point(0))
+        writer.finish()
+    return [PLANE, NOISE]
+
+
+def test_a_batch_is_made_listed_downloaded_found_again_and_removed(
+    server: Running, captures: list[str]
+) -> None:
+    body = {"kind": "depth", "capture_ids": captures}
+    job = server.ended(server.post("/batches", body).json())
+    assert (job["state"], job["progress"]["done"]) == ("succeeded", 2)
+    batch: Document = server.http.get(job["result_url"]).json()
+    assert (batch["planned"], batch["done"], batch["job_id"]) == (2, 2, None)
+    assert [failure["dataset"] for failure in batch["failed"]] == [NOISE]
+    assert server.get("/batches").json() == [batch]
+
+    content = zipfile.ZipFile(io.BytesIO(server.http.get(batch["download_url"]).content))
+    names = [name.rpartition("/")[2] for name in content.namelist()]
+    assert names.count("cloud.ply") == names.count("mesh.glb") == 2
+    assert {"depth.json", "depth.csv", "depth.png"} <= set(names)
+    assert server.http.get(batch["picture_url"]).content.startswith(b"\x89PNG")
+
+    again = server.ended(server.post("/batches", body).json())
+    assert again["result_url"] == job["result_url"]
+    assert again["progress"]["note"] == "2 reused, 1 failed"
+    assert server.http.delete(batch["url"]).status_code == 204
+    assert server.get(f"/batches/{batch['id']}").status_code == 404
+
+
+def test_what_cannot_be_is_refused_with_the_remedy(server: Running, captures: list[str]) -> None:
+    missing = server.post("/batches", {"kind": "depth", "capture_ids": ["nowhere"]})
+    assert (missing.status_code, missing.json()["asked"]) == (404, "nowhere")
+    cluster = server.post("/batches", {"kind": "depth", "capture_ids": [PLANE], "cluster": True})
+    assert (cluster.status_code, cluster.json()["remedy"]) == (
+        422,
+        "start it with FOVEACAM_CLUSTER=tcp://HOST:8786",
+    )
+    none = server.ended(server.post("/batches", {"kind": "mosaic", "capture_ids": [NOISE]}).json())
+    assert none["state"] == "failed"
+    assert "capture it again with a calibration in use" in none["problem"]["detail"]
+    (unfinished,) = server.get("/batches").json()
+    assert server.get(f"/batches/{unfinished['id']}/download.zip").status_code == 404
+    assert server.get("/batches/depth-nothing").status_code == 422
