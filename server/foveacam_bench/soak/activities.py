@@ -131,8 +131,8 @@ def follow(soak: Soak) -> None:
 
 
 def loop(soak: Soak) -> None:
-    """Keep both eyes on a place for a while."""
-    soak.tally.expect("loop", soak.server.send("POST", "/loop", {"pixel": soak.pixel()}), 200, 409)
+    """Keep both eyes on a place for a while; one without texture is refused."""
+    soak.tally.expect("loop", soak.server.send("POST", "/loop", {"pixel": soak.pixel()}), 200, 409, 422)
     time.sleep(FOLLOWED_S)
     soak.server.send("DELETE", "/loop")
 

@@ -28,6 +28,8 @@ from foveacam_bench.soak.tally import count_lost_jobs
 
 HOURS, QUICK_HOURS = 24, 2
 CROWD_S, QUICK_CROWD_S = 1200.0, 60.0
+SETTLED_H = 4
+"""Hours after which each kind of work has been done several times, and all its caches are filled."""
 WARM_UP_SHARE = 1 / 3
 """Share of the second part after which memory is expected to be flat."""
 STOP_PERIOD_S = 4.0
@@ -65,6 +67,7 @@ def day_figures(hours: int, *, report: Report) -> dict[str, object]:
             "simulated_hours": len(held) - 1,
             "cut_short": stopped,
             **growth_figures(held, after=1),
+            "rss_slope_settled_mb_per_h": growth_figures(held, after=SETTLED_H)["rss_slope_mb_per_h"],
             "rss_mb_by_hour": [round(found.rss_mb) for found in held],
             "activities": dict(soak.tally.done),
             "jobs": len(soak.tally.jobs),
