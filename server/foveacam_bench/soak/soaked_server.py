@@ -4,7 +4,7 @@ import json
 import socket
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -16,6 +16,8 @@ from foveacam_hardware.contract import DeviceFault
 
 PATIENCE_S = 120.0
 POLL_S = 0.1
+REST_SAMPLES = 10
+"""A thread that ends, or a file that is just read, is in some of them alone."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,7 +100,16 @@ class SoakedServer:
             time.sleep(POLL_S)
 
     def resources(self) -> Resources:
-        """Return what the process holds now."""
+        """Return what the process holds at rest: threads and files are the least of a second's samples."""
+        samples = [self._sample() for _ in range(REST_SAMPLES)]
+        return replace(
+            samples[-1],
+            threads=min(sample.threads for sample in samples),
+            fds=min(sample.fds for sample in samples),
+        )
+
+    def _sample(self) -> Resources:
+        time.sleep(POLL_S)
         return process_resources(self._process.process.pid, self.data, t_s=self.skip(0.0))
 
 
