@@ -63,13 +63,17 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadFil
 class _FolderScheduling(LoadFileScheduling):  # type: ignore[misc]  # xdist ships no types
     def _split_scope(self, nodeid: str) -> str:
         file: str = super()._split_scope(nodeid)
-        folder = file.rpartition("/")[0]
-        return folder if folder in SHARING else file
+        return _sharing(file) or file
+
+
+def _sharing(path: str) -> str | None:
+    """Return the folder whose files share a server or a browser in which a file is."""
+    return next((folder for folder in SHARING if path.startswith(f"{folder}/")), None)
 
 
 def _turn(item: pytest.Item) -> int:
     """Return how early a test comes: folders that one worker runs, then files that wait for a rig."""
-    folder = item.path.parent.relative_to(item.config.rootpath).as_posix()
-    if folder in SHARING:
-        return SHARING.index(folder) - len(SHARING)
-    return 0 if folder in ("tests/system", "tests/integration") else 1
+    path = item.path.relative_to(item.config.rootpath).as_posix()
+    if shared := _sharing(path):
+        return SHARING.index(shared) - len(SHARING)
+    return 0 if path.startswith(("tests/system/", "tests/integration/")) else 1

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from tests.simulated_gaze import gaze
-from tests.unit.test_mirror_dynamics import codes, pair_at_rest
+from tests.unit.simulation.test_mirror_dynamics import codes, pair_at_rest
 
 from foveacam_hardware.contract import MirrorVolts, Role, VirtualClock
 from foveacam_hardware.sim.animated_scene import AnimatedScene

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import load_rig_config, open_rig
-from tests.contract.gige_cameras import PROGRAM, await_on_network
+from tests.contract.cameras.gige_cameras import PROGRAM, await_on_network
 
 ADDRESSES = ("127.0.0.1", "127.0.0.2", "127.0.0.3")
 SIOCSIFFLAGS, SIOCSIFADDR = 0x8914, 0x8916  # Linux: netdevice(7)

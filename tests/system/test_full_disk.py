@@ -20,8 +20,8 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.store import Document
+from tests.system.api.captures.capture_plans import URL, begin, plan
 
-from .api.capture_plans import URL, begin, plan
 from .conftest import API, Running, running
 
 pytestmark = pytest.mark.timeout(300)

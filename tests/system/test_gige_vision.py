@@ -30,7 +30,7 @@ from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis.settings import AravisOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 from foveacam_hardware.sim.rig import open_simulated
-from tests.contract.gige_cameras import (
+from tests.contract.cameras.gige_cameras import (
     LOOPBACK,
     OPTIONS,
     SETTINGS,
@@ -41,7 +41,7 @@ from tests.contract.gige_cameras import (
     fake_program,
     require_library,
 )
-from tests.contract.gige_far_end import AcquisitionRequest, GigeCamera
+from tests.contract.cameras.gige_far_end import AcquisitionRequest, GigeCamera
 
 WHOLE = AravisOptions(width_px=1440, height_px=1080, packet_size_bytes=8900)
 PATIENCE_S = 40.0

@@ -8,8 +8,8 @@ import pytest
 from opentelemetry.proto.trace.v1.trace_pb2 import Span
 
 from tests.collector import Collector, collecting
+from tests.system.api.captures.capture_plans import begin, plan
 
-from .api.capture_plans import begin, plan
 from .conftest import CENTRE, Running, running
 
 TRACE, CALLER = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"

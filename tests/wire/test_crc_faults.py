@@ -3,6 +3,9 @@
 from typing import cast
 
 import pytest
+from tests.wire.firmware.crc_rig import ASIDE, Rig
+from tests.wire.firmware.firmware_board import REST, FirmwareBoard
+from tests.wire.firmware.test_firmware_driver import differences, told
 
 from foveacam_hardware.contract import PARKED, DeviceFault, NotConnected, Timeout
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
@@ -15,10 +18,6 @@ from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackLink
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.wire.guardian import ParkingPlan
 from foveacam_hardware.wire.open_file import OpenPort
-
-from .crc_rig import ASIDE, Rig
-from .firmware_board import REST, FirmwareBoard
-from .test_firmware_driver import differences, told
 
 REQUIRED = LinkSupervision(crc=Crc.REQUIRE)
 

@@ -3,14 +3,14 @@
 import threading
 import time
 
+from tests.wire.firmware.firmware_board import Item
+from tests.wire.firmware.firmware_process import FirmwareProcess
+from tests.wire.firmware.test_firmware_driver import Loop
+
 from foveacam_hardware.contract import MirrorLimits, MonotonicClock
 from foveacam_hardware.drivers.controller.guard import WATCHDOG_MS, LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.wire.link import SerialLink
-
-from .firmware_board import Item
-from .firmware_process import FirmwareProcess
-from .test_firmware_driver import Loop
 
 
 def test_the_watchdog_and_the_rigs_limits_are_in_force_after_the_connect() -> None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from tests.contract.controllers import Controllers, started
 
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
@@ -21,8 +22,6 @@ from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-
-from ..contract.controllers import Controllers, started  # noqa: TID252 - tests are no installed package
 
 REST = (29490,) * 8
 HOST = Path(__file__).parent / "guarded_host.py"

@@ -10,8 +10,8 @@ from playwright.sync_api import Browser, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
+from tests.system.console.calibration import calibration_documents
 
-from . import calibration_documents
 from .console_page import BROWSER, DESKTOP, Console, OpenConsole, OpenWizard, Tabs
 from .server_process import Server, StartServer, server_of, servers
 from .stub_server import StubServer, serving_stub

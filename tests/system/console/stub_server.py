@@ -23,14 +23,14 @@ from foveacam_server.console import pages
 from foveacam_server.console.page_policy import content_policy
 from foveacam_server.rig.stream_messages import HEADER
 from tests.local_server import serving
+from tests.system.console.calibration import calibration_documents as documents
+from tests.system.console.calibration.calibration_documents import SESSION_ID, Document
+from tests.system.console.calibration.calibration_results import UTC, settle_time
+from tests.system.console.rig import engine_documents, rig_documents
+from tests.system.console.rig.stub_steering import StubSteering
 
-from . import calibration_documents as documents
-from . import engine_documents, rig_documents
-from .calibration_documents import SESSION_ID, Document
-from .calibration_results import UTC, settle_time
 from .stub_people import StubPeople
 from .stub_people import problem as problem  # the tests of the pages take it from here
-from .stub_steering import StubSteering
 
 Json = Any  # what tests put in and look at: any JSON value
 END = ""  # of an event stream

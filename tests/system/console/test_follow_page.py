@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Download, Locator, Page, Request, Response, expect
 
-from .calibration_documents import Document
+from tests.system.console.calibration.calibration_documents import Document
+
 from .console_page import PHONE, Console, OpenConsole, posted
 from .server_process import Server
 from .stub_server import StubServer, problem

@@ -3,8 +3,9 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from . import calibration_documents as documents
-from .calibration_documents import SESSION_ID
+from tests.system.console.calibration import calibration_documents as documents
+from tests.system.console.calibration.calibration_documents import SESSION_ID
+
 from .console_page import TOUCH, OpenConsole, OpenWizard
 from .stub_server import StubServer
 

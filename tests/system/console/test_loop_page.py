@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Locator, Page, Request, Response, expect
 
-from .calibration_documents import Document, job
+from tests.system.console.calibration.calibration_documents import Document, job
+
 from .console_page import PHONE, Console, OpenConsole, posted
 from .server_process import Server
 from .stub_server import StubServer, problem

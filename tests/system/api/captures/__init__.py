@@ -1,0 +1,1 @@
+"""Tests of captures and what is made of them, by REST."""

@@ -1,0 +1,1 @@
+"""Tests of calibrations on a whole server."""

@@ -1,0 +1,305 @@
+"""The capture page: plans edited and estimated, captures started, paused, cancelled and gone on with."""
+
+import re
+import threading
+
+import pytest
+from playwright.sync_api import Locator, Page, Request, Route, expect
+
+from foveacam_pipeline.capture.dataset import Dataset, check_dataset
+from tests.system.conftest import Running
+from tests.system.console.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
+from tests.system.console.stub_server import StubServer, problem
+
+from . import capture_documents as documents
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+PATIENCE_MS = 90_000
+SMALL = {"wide_size": "half", "fovea_size": "half"}
+CHANGED = """() => {
+  const kept = JSON.parse(localStorage.getItem("foveacam.capture.draft"));
+  %s;
+  localStorage.setItem("foveacam.capture.draft", JSON.stringify(kept));
+}"""
+LONG = "-".join(["a-very-long-name-for-a-capture"] * 8)
+
+
+@pytest.fixture
+def stub(stub: StubServer) -> StubServer:
+    stub.answers |= {"/captures": [], "/captures/estimates": documents.estimate()}
+    return stub
+
+
+def four_points(console: Console, name: str) -> Locator:
+    """Type a plan of four points; return the page once it is estimated."""
+    page = console.page.locator("#capture-page")
+    plan = part(page, "Plan")
+    plan.get_by_text("Given", exact=True).click()
+    for label, value in (("Distance", "2"), ("Columns", "2"), ("Rows", "2")):
+        plan.get_by_label(label, exact=True).fill(value)
+    plan.get_by_label("Field", exact=True).select_option("step")
+    plan.get_by_label("Step across").fill("1.5")
+    plan.get_by_label("Step down").fill("1.5")
+    part(page, "Capture").get_by_label("Name", exact=True).fill(name)
+    expect(page.locator(".figures")).to_contain_text("±0.8° × ±0.8°", timeout=PATIENCE_MS)
+    return page
+
+
+def part(page: Locator, name: str) -> Locator:
+    return page.get_by_role("region", name=name, exact=True)
+
+
+def start(page: Locator) -> None:
+    page.get_by_role("button", name="Start the capture").click()
+
+
+def outcome(page: Locator) -> Locator:
+    return page.get_by_role("group", name="The capture")
+
+
+def badge(page: Page) -> Locator:
+    return page.locator("#badges a[href='#/capture']")
+
+
+def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
+    rig: Running, gate: threading.Event, open_console: OpenConsole
+) -> None:
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
+    page = four_points(console, "from the page")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    start(page)
+    expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
+    part(page, "Capture").get_by_label("Name", exact=True).fill("another")
+    start(page)
+    expect(page.locator(".above")).to_contain_text("Capture from the page is using the rig", ignore_case=True)
+    outcome(page).get_by_role("button", name="Pause").click()
+    expect(outcome(page)).to_contain_text("pausing after this point")
+    gate.set()
+    expect(outcome(page)).to_contain_text("paused: 1 of 4", timeout=PATIENCE_MS)
+    expect(badge(console.page)).to_have_text("Capture paused 25 %")
+    outcome(page).get_by_role("button", name="Go on").click()
+    expect(outcome(page)).to_contain_text("“from the page”: complete", timeout=PATIENCE_MS)
+    expect(badge(console.page)).to_be_hidden()
+    expect(page.locator(".above")).to_be_empty()  # whoever had the rig has it no more
+    link = outcome(page).get_by_role("link", name="Show in the gallery")
+    expect(link).to_have_attribute("href", re.compile("^#/gallery/datasets/cap-"))
+    folder = rig.services.settings.data / "captures" / "from the page"
+    assert (check_dataset(folder), len(Dataset.open(folder))) == ([], 4)
+
+
+def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
+    rig: Running, gate: threading.Event, open_console: OpenConsole
+) -> None:
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
+    page = four_points(console, "cut off")
+    start(page)
+    expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
+    outcome(page).get_by_role("button", name="Cancel").click()
+    expect(outcome(page)).to_contain_text("cancelling")
+    gate.set()
+    expect(outcome(page)).to_contain_text("“cut off”: cancelled", timeout=PATIENCE_MS)
+    expect(outcome(page)).to_contain_text("Cancelled after 1 of 4 points")
+    unfinished = part(page, "Unfinished")
+    expect(unfinished).to_contain_text("1 of 4 points")
+    gate.clear()
+    unfinished.get_by_role("button", name="Resume cut off").click()
+    expect(outcome(page).get_by_role("button", name="Cancel")).to_be_enabled(timeout=PATIENCE_MS)
+    expect(unfinished).to_contain_text("None")  # what runs is not offered once more
+    gate.set()
+    expect(outcome(page)).to_contain_text("“cut off”: complete", timeout=PATIENCE_MS)
+    expect(unfinished).to_contain_text("None")
+    assert rig.get("/captures", text="cut off").json()[0]["points"]["taken"] == 4
+
+
+def test_what_is_refused_is_told_where_it_was_typed(rig: Running, open_console: OpenConsole) -> None:
+    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
+    page = four_points(console, "up/down")
+    plan = part(page, "Plan")
+    started = page.get_by_role("button", name="Start the capture")
+    words = {
+        "name": "it contains '/', which separates folders",
+        "size": "200 was given; needed is a value of at most 101.",
+        "field": "of 4 points are beyond reach",
+        "rail": "is 695 mm beyond its end",
+        "exposures": "an exposure of 5000 ms was asked",
+        "text": "Line 2: `@spin` is no command",
+        "distance": "Give the distance in metres.",
+    }
+
+    def told(about: str) -> None:
+        expect(page.locator(f"[data-about={about}]")).to_contain_text(
+            words[about], ignore_case=True, timeout=PATIENCE_MS
+        )
+
+    started.click()
+    told("name")
+    plan.get_by_label("Columns").fill("200")
+    told("size")
+    expect(started).to_be_disabled()
+    plan.get_by_label("Columns").fill("2")
+    plan.get_by_label("Step across").fill("40")
+    told("field")
+    plan.get_by_label("Step across").fill("1")
+    for about, group, value in (("rail", "Rail", "1000"), ("exposures", "At every point", "5000")):
+        chips = page.get_by_role("group", name=group)
+        chips.locator(".chips-field input").fill(value)
+        chips.get_by_role("button", name="Add").click()
+        told(about)
+        chips.get_by_role("button", name="None").click()
+    plan.get_by_text("Set points", exact=True).first.click()
+    plan.get_by_label("Set points", exact=True).last.fill("1, 1\n@spin 2\n")
+    told("text")
+    plan.get_by_label("Set points", exact=True).last.fill("1, 1\n2, 2, inf\n")
+    plan.get_by_label("Distance", exact=True).fill("")
+    told("distance")
+    plan.get_by_label("Distance", exact=True).fill("3")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "2", timeout=PATIENCE_MS)
+    assert page.locator(".refused:not(:empty)").all_inner_texts() == []
+    expect(started).to_be_enabled()
+
+
+def test_newest_plan_is_the_one_that_is_shown(stub: StubServer, open_console: OpenConsole) -> None:
+    console = open_console(f"{stub.url}#/capture")
+    page = console.page.locator("#capture-page")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    asked: list[int] = []
+    held: list[Route] = []
+
+    def answer(route: Route) -> None:
+        asked.append(posted(route.request)["plan"]["points"]["columns"])
+        if asked[-1] == 3:
+            held.append(route)
+        else:
+            route.fulfill(json=documents.estimate(columns=asked[-1]))
+
+    console.page.route("**/captures/estimates", answer)
+    with console.page.expect_request("**/captures/estimates"):
+        page.get_by_label("Columns").fill("3")
+    for columns in ("4", "5"):
+        page.get_by_label("Columns").fill(columns)
+    expect(page.locator(".figures")).to_have_attribute("aria-busy", "true")
+    held[0].fulfill(json=documents.estimate(columns=3))
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "10")
+    page.locator(".plan-prints").press("ArrowLeft")
+    expect(page.locator(".plan-tip")).to_have_text("Point 9 · column 4, row 1 · +2.00° +1.50°")
+    assert (asked[0], asked[-1]) == (3, 5)
+
+
+def test_what_was_typed_outlives_a_reload_and_gives_way_to_the_defaults(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{stub.url}#/capture")
+    page = console.page.locator("#capture-page")
+    columns = page.get_by_label("Columns")
+    defaults = page.get_by_role("button", name="Start from the defaults")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    expect(defaults).to_be_hidden()
+    columns.fill("3")
+    page.get_by_label("Field", exact=True).select_option("overlap")
+    page.get_by_label("Overlap across").fill("41")
+    page.get_by_role("button", name="The paper's five").click()
+    part(page, "Capture").get_by_label("Name", exact=True).fill("kept")
+    with console.page.expect_request(is_overlap) as asked:
+        console.page.reload()
+    assert posted(asked.value)["plan"]["rail_positions_mm"] == [-300, -100, 0, 100, 300]
+    expect(columns).to_have_value("3")
+    expect(page.get_by_label("Overlap across")).to_have_value("41")
+    expect(part(page, "Capture").get_by_label("Name", exact=True)).to_have_value("kept")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    defaults.click()
+    expect(columns).to_have_value("9")
+    expect(part(page, "Capture").get_by_label("Name", exact=True)).to_have_value(re.compile("^raster "))
+    expect(defaults).to_be_hidden()
+    console.page.get_by_role("button", name="Undo").click()
+    expect(columns).to_have_value("3")
+
+
+def is_overlap(order: Request) -> bool:
+    """Tell whether an extent is asked about: that of an overlap follows from the size of a view."""
+    return order.url.endswith("/estimates") and posted(order)["plan"]["points"]["half_width_deg"] is not None
+
+
+def test_draft_of_another_version_or_damaged_is_passed_over(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    console = open_console(f"{stub.url}#/capture")
+    columns = console.page.locator("#capture-page").get_by_label("Columns")
+    for change in ("kept.version = 0", "kept.draft.columns = '3'", "delete kept.draft.text"):
+        columns.fill("3")
+        console.wait_until("localStorage.getItem('foveacam.capture.draft') !== null")
+        console.page.evaluate(CHANGED % change)
+        console.page.reload()
+        expect(columns).to_have_value("9")
+        console.page.evaluate("localStorage.clear()")
+
+
+def test_browser_that_keeps_nothing_takes_plans_all_the_same(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    tab = open_console(f"{stub.url}none").page.context.new_page()
+    errors = console_of(tab).errors
+    tab.add_init_script(NO_STORAGE)
+    tab.goto(f"{stub.url}#/capture")
+    page = tab.locator("#capture-page")
+    page.get_by_label("Columns").fill("3")
+    page.get_by_role("button", name="Start from the defaults").click()
+    expect(page.get_by_label("Columns")).to_have_value("9")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    assert errors == []
+
+
+def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    wish = "push the rig to 100 mm, then let it go on"
+    running = documents.capture("paused", name=LONG, why=wish, progress=documents.progress("paused", 2))
+    stub.answers |= {"/captures": [running], "/captures/cap-1": running}
+    stub.answers |= {"/jobs": [documents.job()], "/jobs/job-9": documents.job()}
+    console = open_console(f"{stub.url}#/capture", options=TOUCH)
+    page = console.page.locator("#capture-page")
+    expect(outcome(page)).to_contain_text("Push the rig to 100 mm, then let it go on.")
+    expect(badge(console.page)).to_have_text("Capture paused 50 %")
+    assert console.overflow_px() <= 0
+    outcome(page).get_by_role("button", name="Done, go on").click()
+    expect(outcome(page).get_by_role("button", name="Done, go on")).to_be_disabled()
+    why = problem(502, "A device failed", f"camera left is lost: {LONG}", "plug it in")
+    partial = documents.capture("partial", name=LONG, label=LONG, why="camera left is lost")
+    stub.answers |= {"/captures": [partial], "/captures/cap-1": partial}
+    stub.answers["/jobs/job-9"] = documents.job("failed", problem=why)
+    expect(outcome(page)).to_contain_text("failed")
+    expect(outcome(page)).to_contain_text("Plug it in.")
+    expect(part(page, "Unfinished")).to_contain_text("2 of 4 points, 9.33 MB")
+    assert console.overflow_px() <= 0
+    expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()
+    assert [asked for method, asked, _ in stub.requests if method == "POST" and "estimates" not in asked] == [
+        "/captures/cap-1/continue"
+    ]
+
+
+def test_panes_go_from_page_to_page_and_space_stops_from_the_plan(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    stub.refusals["POST /captures/estimates"] = problem(
+        409, "The rig is not calibrated", "the rig has no calibration; load or make one"
+    )
+    console = open_console(stub.url)
+    page = console.page
+    page.get_by_role("link", name="Capture: raster datasets").click()
+    expect(page.locator("#capture-page .pane-left")).to_be_visible()
+    expect(page.locator("#capture-page .above")).to_contain_text("The rig has no calibration")
+    page.locator(".plan-prints").focus()
+    with page.expect_request(lambda order: order.url.endswith("/stop") and order.method == "POST"):
+        page.keyboard.press("Space")
+    page.get_by_role("link", name="Rig: cameras, trigger, controller").click()
+    expect(page.locator("#rig-page .pane-wide")).to_be_visible()
+    expect(page.locator("#capture-page")).to_be_hidden()
+    expect(page.locator("#rig-page .plan-prints")).to_be_hidden()
+    page.go_back()
+    expect(page.locator("#capture-page .pane-wide")).to_be_visible()
+    page.locator("#capture-page").get_by_role("link", name="Gallery").click()
+    expect(page.locator("#gallery")).to_be_visible()
+    expect(page.locator("#console")).to_be_hidden()
+    page.goto(f"{stub.url}#/")
+    expect(page.locator("#console .area-eyes .pane-right")).to_be_visible()
+    assert not page.locator(".pane-wide .surface").evaluate("surface => surface.inert")

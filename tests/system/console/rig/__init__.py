@@ -1,0 +1,1 @@
+"""Tests of the pages about the rig, in a browser."""

@@ -1,0 +1,208 @@
+"""Setting a rig up in the browser, from nothing to a rig that is open, without touching a file."""
+
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from foveacam_hardware.rig_config import load_rig_config
+from foveacam_hardware.sim.cables import RecordingCables
+from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
+from tests.contract.cameras.gige_cameras import fake_program
+from tests.system.conftest import running
+from tests.system.console.console_page import TOUCH, Console, OpenConsole
+from tests.system.console.server_process import Server, server_of
+from tests.system.console.stub_server import StubServer
+
+from . import rig_documents
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+OpenSetup = Callable[..., Console]
+
+
+@pytest.fixture(scope="module")
+def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server whose rig these tests exchange."""
+    with running(tmp_path_factory.mktemp("data")) as found:
+        yield server_of(found)
+
+
+@pytest.fixture
+def open_setup(own_server: Server, open_console: OpenConsole) -> Iterator[OpenSetup]:
+    """Open the page with a draft of nothing, on the simulated rig."""
+    own_server.send("POST", "/rig/setup/draft", {"path": None})
+    name = own_server.get("/rig")["name"]
+
+    def open_() -> Console:
+        console = open_console(f"{own_server.url}#/setup")
+        expect(console.page.locator(".setup-camera").first).to_be_visible()
+        return console
+
+    yield open_
+    if own_server.get("/rig")["name"] != name:
+        own_server.send("POST", "/rig/setup/open", {"path": None})
+
+
+def card(page: Page, kind: str, name: str) -> Locator:
+    return page.locator(f'[data-camera="{kind} {name}"]')
+
+
+def give(page: Page, kind: str, name: str, role: str) -> None:
+    """Give a camera a role by its card."""
+    chip = card(page, kind, name).get_by_role("button", name=role, exact=True)
+    chip.click()
+    expect(chip).to_have_attribute("aria-pressed", "true")
+
+
+def enter(page: Page, field: str, value: str) -> None:
+    entry = page.locator(f"#setup-{field}")
+    entry.fill(value)
+    entry.press("Tab")
+
+
+def step(page: Page, device: str) -> Locator:
+    return page.locator(f'.start-steps [data-step="{device}"]')
+
+
+def open_now(page: Page) -> None:
+    page.get_by_role("button", name="Open this rig now").click()
+    page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
+
+
+def save(page: Page) -> Path:
+    page.get_by_role("button", name="Save", exact=True).click()
+    expect(page.get_by_text("The file says all of this already.")).to_be_visible()
+    return Path(page.locator(".inside > .lead.number").first.inner_text())
+
+
+def test_simulated_rig_is_set_up_from_nothing_opened_and_undone(
+    own_server: Server, open_setup: OpenSetup
+) -> None:
+    page = open_setup().page
+    expect(card(page, "simulated", "left").locator("img")).to_be_visible()
+    give(page, "simulated", "wide", "wide")
+    give(page, "simulated", "left", "right")
+    field = page.locator(".role-right")
+    expect(field).to_contain_text("This is the simulated left camera; give right its own.")
+    give(page, "simulated", "left", "left")
+    give(page, "simulated", "right", "right")
+    page.get_by_role("button", name="simulated", exact=True).click()
+    enter(page, "name", "Bench two")
+    enter(page, "rig_id", "bench-2")
+    page.get_by_role("button", name="Does it answer?").first.click()
+    expect(page.get_by_text("The controller answers: FoveaCam mirror controller")).to_be_visible()
+    page.get_by_role("button", name="Small step of the mirrors").click()
+    page.get_by_role("alertdialog").get_by_role("button", name="Move them").click()
+    expect(page.get_by_text("came back, and the controller confirmed each")).to_be_visible()
+    expect(page.locator(".difference")).to_contain_text('+name = "Bench two"')
+
+    path = save(page)
+    assert load_rig_config(path).name == "Bench two"
+    open_now(page)
+    expect(page.locator(".rig-name")).to_have_text("Bench two")
+    expect(page.locator(".start-steps .good")).to_have_count(8)
+    expect(page.get_by_text("This file's rig is open.")).to_be_visible()
+    expect(page.get_by_label("Command")).to_have_text(f"foveacam serve --rig {path}")
+
+    enter(page, "name", "Bench three")
+    save(page)
+    page.get_by_role("button", name="Undo the last saving").click()
+    expect(page.locator("#setup-name")).to_have_value("Bench two")
+    assert load_rig_config(path).name == "Bench two"
+
+
+def test_edit_by_hand_meanwhile_is_shown_and_kept(own_server: Server, open_setup: OpenSetup) -> None:
+    page = open_setup().page
+    enter(page, "rig_id", "by-hand")
+    enter(page, "mirrors-port", "auto")
+    path = save(page)
+    path.write_text(path.read_text(encoding="utf-8") + "# measured on Monday\n", encoding="utf-8")
+    enter(page, "markers-side_mm", "61")
+    page.evaluate("document.querySelector('.setup-side .primary').scrollIntoView()")
+    expect(page.get_by_text("Somebody else changed the file meanwhile")).to_be_visible()
+    save(page)
+    written = path.read_text(encoding="utf-8")
+    assert "# measured on Monday" in written
+    assert tomllib.loads(written)["markers"]["side_mm"] == 61.0
+
+
+def test_rig_of_basler_cameras_is_set_up_and_opened(own_server: Server, open_setup: OpenSetup) -> None:
+    with ControllerProcess(RecordingCables()) as controller:
+        page = open_setup().page
+        for number, role in enumerate(("wide", "left", "right")):
+            give(page, "pylon", f"0815-000{number}", role)
+        expect(card(page, "pylon", "0815-0001").locator("img")).to_be_visible()
+        enter(page, "rig_id", "basler")
+        enter(page, "name", "Three Baslers")
+        enter(page, "mirrors-port", controller.port)
+        page.get_by_role("button", name="Does it answer?").first.click()
+        expect(page.get_by_text("The controller answers: FoveaCam mirror controller")).to_be_visible()
+        path = save(page)
+        open_now(page)
+        expect(page.locator(".rig-name")).to_have_text("Three Baslers")
+        for device in ("rig", "mirrors", "wide", "left", "right"):
+            expect(step(page, device)).to_have_class("good")
+        expect(step(page, "calibration")).to_have_class("bad")
+        expect(card(page, "pylon", "0815-0001")).to_contain_text("open as left")
+        assert [camera["serial"] for camera in own_server.get("/rig")["cameras"]] == [
+            "0815-0000",
+            "0815-0001",
+            "0815-0002",
+        ]
+        config = tomllib.loads(path.read_text(encoding="utf-8"))
+        assert config["cameras"]["left"] == {"kind": "pylon", "serial": "0815-0001"}
+        controller.unplug()
+        expect(page.locator("#problems")).to_contain_text("mirrors")
+        page.get_by_role("button", name="Does it answer?").first.click()
+        expect(page.locator(".setup-values .note.bad").first).to_be_visible()
+
+
+def test_gige_camera_is_found_chosen_opened_and_missed_when_it_leaves(
+    own_server: Server, open_setup: OpenSetup
+) -> None:
+    with fake_program("GV-7") as camera:
+        console = open_setup()
+        page = console.page
+        give(page, "aravis", "GV-7", "wide")
+        expect(card(page, "aravis", "GV-7").locator("img")).to_be_visible()
+        enter(page, "rig_id", "gige")
+        page.get_by_label("Left and right expose").select_option("software")
+        enter(page, "mirrors-port", "/dev/no-such-port")
+        expect(page.locator("#setup-mirrors-port-notes")).to_contain_text("not there")
+        save(page)
+        open_now(page)
+        expect(step(page, "wide")).to_have_class("good")
+        expect(step(page, "mirrors")).to_contain_text("/dev/no-such-port")
+        assert own_server.get("/rig")["cameras"][0]["serial"] == "GV-7"
+        camera.kill()
+        expect(page.locator("#problems")).to_contain_text("GV-7")
+        page.get_by_role("button", name="Search again").click()
+        expect(page.locator(".role-wide")).to_contain_text("Serial GV-7 is not there")
+        console.errors = [
+            error for error in console.errors if "status of 503" not in error
+        ]  # its last picture
+
+
+def test_start_stands_over_the_console_at_what_failed_until_it_is_dismissed(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    stub.answers["/rig/start"] = rig_documents.start(mirrors="failed", wide="active")
+    page = open_console(stub.url).page
+    strip = page.locator("#start")
+    expect(strip).to_contain_text("The start met problems")
+    expect(strip.locator("li.bad")).to_contain_text("Mirrors' controller")
+    expect(strip.locator("li.warn")).to_contain_text("Wide camera")
+    stub.answers["/rig/start"] = rig_documents.start(mirrors="failed")
+    expect(strip.locator("li.warn")).to_have_count(0)
+    expect(strip.get_by_role("link", name="Set up")).to_have_attribute("href", "#/setup")
+    strip.get_by_role("button", name="Dismiss").click()
+    expect(strip).to_be_hidden()
+
+
+def test_page_fits_a_phone(own_server: Server, open_setup: OpenSetup, open_console: OpenConsole) -> None:
+    page = open_console(f"{own_server.url}#/setup", options=TOUCH).page
+    expect(page.locator(".setup-camera").first).to_be_visible()
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

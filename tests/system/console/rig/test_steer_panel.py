@@ -1,0 +1,214 @@
+"""Steering by hand in the page: pads, keys, numbers, a gamepad, and the wide view."""
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from foveacam_hardware.contract import PARKED
+from foveacam_server.rig import hand_steering
+from tests.system.conftest import Running
+from tests.system.console.console_page import PHONE, Console, OpenConsole
+from tests.system.console.stub_server import StubServer
+
+from .stub_steering import Document
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
+
+GAMEPAD = """
+window.pad = null;
+navigator.getGamepads = () => [window.pad];
+window.press = (buttons, ...axes) => {
+  const pressed = Array.from({ length: 16 }, (_, index) => ({ pressed: buttons.includes(index) }));
+  window.pad = { connected: true, axes, buttons: pressed };
+};
+"""
+
+
+def panel(page: Page) -> Locator:
+    return page.get_by_role("region", name="Steer by hand", exact=True)
+
+
+def pad(page: Page, name: str) -> Locator:
+    return panel(page).get_by_role("group", name=name, exact=True).get_by_role("application")
+
+
+def drag(page: Page, surface: Locator, *ways: tuple[float, float]) -> None:
+    """Press in the middle of a pad and move by shares of its side; do not let go."""
+    surface.scroll_into_view_if_needed()
+    box = surface.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    for across, down in ways:
+        page.mouse.move(
+            box["x"] + (0.5 + across) * box["width"], box["y"] + (0.5 + down) * box["height"], steps=5
+        )
+
+
+def eyes(rig: Running) -> Document:
+    found: Document = rig.get("/mirrors").json()
+    return found
+
+
+@pytest.fixture
+def steered(rig: Running, open_console: OpenConsole) -> Iterator[Page]:
+    """The rig's page on the simulated rig, once it may steer; mirrors at rest afterwards."""
+    page = open_console(f"http://127.0.0.1:{rig.port}/#/rig").page
+    expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
+    yield page
+    rig.http.delete("/api/v1/stop")
+    rig.services.hardware.hand.make_way("a test has ended")
+    rig.post("/mirrors/park")
+
+
+@pytest.fixture
+def stubbed(stub: StubServer, open_console: OpenConsole) -> Page:
+    page = open_console(f"{stub.url}#/rig").page
+    expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
+    return page
+
+
+def test_the_pad_of_directions_steers_both_eyes_which_then_stay(rig: Running, steered: Page) -> None:
+    drag(steered, pad(steered, "Both eyes"), (0.1, 0.0), (0.2, -0.1))  # of ±10°
+    expect(panel(steered).locator(".steer-status")).to_have_text("You are steering.")
+    rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - 4.0) < 0.2)
+    steered.mouse.up()
+    expect(panel(steered).locator(".steer-status")).to_contain_text("Drag in a pad")
+    stays = eyes(rig)
+    assert stays["right"]["ax_deg"] == pytest.approx(stays["left"]["ax_deg"], abs=0.05)
+    assert stays["right"]["ay_deg"] == pytest.approx(-2.0, abs=0.2)
+
+
+def test_an_eyes_own_pad_splits_and_the_wide_view_brings_them_together(
+    rig: Running, open_console: OpenConsole, steered: Page
+) -> None:
+    drag(steered, pad(steered, "Left eye"), (0.2, 0.0))
+    rig.poll("/mirrors", lambda found: found["left"]["x_v"] > 60.0)
+    steered.mouse.up()
+    assert eyes(rig)["right"]["x_v"] == pytest.approx(0.0, abs=0.1)
+    split = panel(steered).get_by_role("button", name="Split")
+    expect(split).to_have_attribute("aria-pressed", "true")
+    expect(pad(steered, "Both eyes")).to_be_hidden()
+
+    steered.evaluate("location.hash = '#/'")
+    console = Console(steered)
+    console.wait_for_frames("wide")
+    steered.keyboard.down("Alt")
+    steered.mouse.move(*console.page_position(800.0, 540.0))
+    steered.mouse.down()
+    steered.mouse.move(*console.page_position(850.0, 540.0), steps=4)
+    rig.poll("/mirrors", lambda found: 0.5 < found["right"]["ax_deg"] < 4.0)
+    steered.mouse.up()
+    steered.keyboard.up("Alt")
+
+    rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - found["right"]["ax_deg"]) < 0.05)
+    steered.evaluate("location.hash = '#/rig'")
+    expect(panel(steered).get_by_role("button", name="Together")).to_have_attribute("aria-pressed", "true")
+
+
+def test_a_stop_ends_it_until_it_is_pressed_again(rig: Running, steered: Page) -> None:
+    drag(steered, pad(steered, "Both eyes"), (0.2, 0.0))
+    rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 3.0)
+    steered.keyboard.press("Space")
+    expect(panel(steered).locator(".steer-status")).to_have_text("The stop is engaged.")
+    steered.mouse.move(10, 10, steps=3)
+    assert rig.rig.mirrors.state.volts == PARKED
+    rig.http.delete("/api/v1/stop")
+    expect(panel(steered).locator(".steer-status")).to_contain_text("Let go, and press again.")
+    steered.mouse.move(200, 200, steps=3)
+    assert rig.rig.mirrors.state.volts == PARKED
+    steered.mouse.up()
+    drag(steered, pad(steered, "Both eyes"), (0.2, 0.0))
+    rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 3.0)
+    steered.mouse.up()
+
+
+def test_a_gamepad_steers_while_its_button_is_held_and_parks_when_it_goes(
+    rig: Running, open_console: OpenConsole, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
+    page = open_console(f"http://127.0.0.1:{rig.port}/#/rig").page
+    page.add_init_script(GAMEPAD)
+    page.reload()
+    page.evaluate("press([], 1, 0, 0, 0)")  # the stick alone
+    note = panel(page).locator(".aside-note")
+    expect(note).to_contain_text("hold A or a shoulder button")
+    assert rig.rig.mirrors.state.volts == PARKED
+
+    page.evaluate("press([0], 1, 0, 0, 0)")
+    rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 1.0 and found["right"]["ax_deg"] > 1.0)
+    page.evaluate("press([], 1, 0, 0, 0)")
+    expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
+    assert eyes(rig)["left"]["ax_deg"] > 1.0  # let go, they stay
+
+    panel(page).get_by_role("button", name="Split").click()
+    before = eyes(rig)
+    page.evaluate("press([5], 0, 0, 0, 1)")  # the right stick down
+    rig.poll("/mirrors", lambda found: found["right"]["y_v"] > before["right"]["y_v"] + 10.0)
+    assert eyes(rig)["left"]["y_v"] == pytest.approx(before["left"]["y_v"], abs=0.1)
+
+    page.evaluate("window.pad = null")
+    expect(note).to_contain_text("has gone while it steered")
+    rig.poll("/mirrors", lambda found: found["left"]["x_v"] == found["right"]["y_v"] == 0.0)
+    expect(panel(page).locator(".steer-status")).to_contain_text("nothing was heard", ignore_case=True)
+
+
+def test_without_a_calibration_both_eyes_get_equal_volts(stub: StubServer, open_console: OpenConsole) -> None:
+    stub.answers["/rig"] = stub.answers["/rig"] | {"calibration": None, "steering": None}
+    page = open_console(f"{stub.url}#/rig").page
+    expect(pad(page, "Both eyes")).to_be_hidden()
+    drag(page, pad(page, "Right eye"), (0.25, 0.0), (0.25, 0.25))
+    page.mouse.up()
+    expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
+
+    volts = stub.steering.orders()[-1]["volts"]
+
+    assert volts["left"] == volts["right"] == pytest.approx({"x_v": 85.0, "y_v": 85.0}, abs=2.0)
+    assert stub.steering.said[-1] == {"type": "steer", "held": False}
+
+
+def test_keys_numbers_and_a_double_click_steer_a_pad(stub: StubServer, stubbed: Page) -> None:
+    panel(stubbed).get_by_role("button", name="Split").click()
+    left = pad(stubbed, "Left eye")
+    left.focus()
+    for key in ("ArrowRight", "ArrowRight", "ArrowDown", "Shift+ArrowDown"):
+        stubbed.keyboard.press(key)
+    expect(left).to_have_attribute("data-now", "4.0 2.2")
+
+    entry = panel(stubbed).get_by_label("Left eye, x", exact=True)
+    entry.fill("-20")
+    entry.press("Enter")
+    expect(left).to_have_attribute("data-now", "−20.0 2.2")
+    assert stub.steering.orders()[-1]["held"] is False
+
+    left.dblclick()
+    expect(left).to_have_attribute("data-now", "0.0 0.0")
+
+
+def test_distance_and_shift_belong_to_the_gaze(stub: StubServer, stubbed: Page) -> None:
+    panel(stubbed).get_by_label("Vertical shift").fill("0.25")
+    panel(stubbed).get_by_label("Distance for steering").fill("0.5")
+    for _ in range(100):
+        gaze = stub.steering.orders()[-1]["gaze"]
+        if gaze["distance_m"] is not None:
+            break
+        stubbed.wait_for_timeout(100)  # the order is on its way
+    assert (gaze["distance_m"], gaze["vertical_shift_deg"]) == (1.0, 0.25)
+
+
+def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
+    drag(stubbed, pad(stubbed, "Both eyes"), (0.2, 0.0))
+    stubbed.evaluate(
+        "Object.defineProperty(document, 'hidden', { value: true, configurable: true });"
+        "document.dispatchEvent(new Event('visibilitychange'))"
+    )
+    expect(panel(stubbed).locator(".steer-status")).to_contain_text("Drag in a pad")
+    assert stub.steering.said[-1] == {"type": "steer", "held": False}
+    stubbed.mouse.up()
+
+
+def test_the_panel_fits_a_phone(stub: StubServer, open_console: OpenConsole) -> None:
+    console = open_console(f"{stub.url}#/rig", options={"viewport": PHONE})
+    expect(pad(console.page, "Both eyes")).to_be_visible()
+    assert console.overflow_px() == 0

@@ -1,0 +1,188 @@
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.unit.fake_rig import Pictures
+
+from foveacam_hardware.contract import Frame, MirrorVolts, Role, Sighting
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_pipeline.stereo.values import Cloud
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.clouds.schema import CloudDocument
+from foveacam_server.resources.clouds.shapes import WAITING, ShapeWorker, VergedLook
+from foveacam_server.resources.depth_backends.service import DepthBackendService
+from foveacam_server.resources.fixations.documents import stored_look
+from foveacam_server.resources.fixations.schema import TargetDocument
+
+PATIENCE_S = 20.0
+
+
+class Pane:
+    """A 3D pane that remembers what it was shown."""
+
+    socket_path = Path("none")
+
+    def __init__(self) -> None:
+        self.shown: dict[str, tuple[str, Cloud | None]] = {}
+        self.changed = threading.Condition()
+
+    def show_fixation(self, fixation_id: str, *, label: str, cloud: Cloud | None, **_rest: object) -> None:
+        with self.changed:
+            self.shown[fixation_id] = (label, cloud)
+            self.changed.notify_all()
+
+    def wait_for(self, fixation_id: str) -> tuple[str, Cloud | None]:
+        with self.changed:
+            assert self.changed.wait_for(lambda: fixation_id in self.shown, timeout=PATIENCE_S)
+            return self.shown[fixation_id]
+
+    def show_limits(self, fixation_id: str, *, label: str, **_limits: object) -> None:
+        with self.changed:
+            self.shown[fixation_id] = (label, None)
+            self.changed.notify_all()
+
+    def show_field(self, content: bytes, **_centre: object) -> None: ...
+
+    def remove_field(self) -> None: ...
+
+    def show_surroundings(self, mesh: object, *, bring: bool = False) -> None: ...
+
+    def remove_surroundings(self) -> None: ...
+
+    def show_rig(self, shape: object) -> None: ...
+
+    def show_gaze(self, **_gaze: object) -> None: ...
+
+    def remove_fixation(self, fixation_id: str) -> None: ...
+
+    def show_measurement(self, measurement_id: str, drawing: object) -> None: ...
+
+    def remove_measurement(self, measurement_id: str) -> None: ...
+
+    def show_trail(self, target_id: str, label: str, points_rig_m: object) -> None: ...
+
+    def remove_trail(self, target_id: str) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Setup:
+    def __init__(self, folder: Path) -> None:
+        self.store = Store(folder)
+        self.events = EventLog(self.store)
+        self.shelf = CloudCollection(self.store)
+        self.pictures = Pictures()
+        self.pane = Pane()
+        self.depth_backends = DepthBackendService(folder / "networks", events=self.events)
+        self.worker = ShapeWorker(
+            clouds=self.shelf,
+            matcher=self.depth_backends,
+            sink=self.pictures,
+            viewer=self.pane,
+            events=self.events,
+        )
+        self.came: dict[str, CloudDocument] = {}
+
+    def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
+        return VergedLook(
+            fixation_id=fixation_id,
+            label="a mug",
+            sighting=sighting,
+            calibration=calibration,
+            point_rig_m=(0.0, 0.0, 4.0),
+            distance_m=4.0,
+            distance_sigma_m=0.002,
+            on_cloud=self.came.__setitem__,
+        )
+
+
+@pytest.fixture
+def setup(tmp_path: Path) -> Iterator[Setup]:
+    found = Setup(tmp_path)
+    yield found
+    found.worker.close()
+    found.events.close()
+    found.store.close()
+
+
+@pytest.fixture(scope="module")
+def calibration() -> Calibration:
+    return load_calibration(SHIPPED / "sim-rig120.json")
+
+
+def frame(role: Role, image: np.ndarray, volts: MirrorVolts | None) -> Frame:
+    return Frame(image=image, role=role, seq=1, t_ns=5, exposure_ns=8_000_000, volts=volts)
+
+
+def sighting(calibration: Calibration, image: np.ndarray) -> Sighting:
+    volts = calibration.steer(0.0, 0.0, distance_m=4.0)
+    return Sighting(
+        left=frame(Role.LEFT, image, volts.left),
+        right=frame(Role.RIGHT, image, volts.right),
+        wide=frame(Role.WIDE, image, None),
+        volts=volts,
+    )
+
+
+def test_textured_look_becomes_pictures_a_cloud_and_what_stands_in_the_pane(
+    setup: Setup, calibration: Calibration
+) -> None:
+    rng = np.random.default_rng(7)
+    coarse = rng.integers(40, 216, (108, 144), dtype=np.uint8)
+    textured = np.kron(coarse, np.ones((10, 10), np.uint8))
+    setup.worker.put(setup.seen(sighting(calibration, textured), calibration))
+    setup.worker.start()
+    label, cloud = setup.pane.wait_for("fix-1")
+    setup.worker.close()
+    assert label == "a mug"
+    assert cloud is not None
+    assert float(np.median(cloud.points_rig_m[:, 2])) == pytest.approx(4.0, rel=0.05)  # eyes roll a little
+    assert setup.came["fix-1"].points == len(cloud)
+    assert setup.came["fix-1"].backend == "sgbm"
+    assert {"anaglyph", "difference", "depth"} <= setup.pictures.counts.keys()
+
+
+def test_look_without_texture_leaves_the_point_and_says_why(setup: Setup, calibration: Calibration) -> None:
+    blank = np.full((1080, 1440), 90, np.uint8)
+    setup.worker.put(setup.seen(sighting(calibration, blank), calibration))
+    setup.worker.start()
+    assert setup.pane.wait_for("fix-1") == ("a mug", None)
+    setup.worker.close()
+    told = setup.events.recent(1)[0]
+    assert (told.kind, told.data["fixation_id"]) == ("cloud.failed", "fix-1")
+    assert setup.came == {}
+
+
+def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calibration) -> None:
+    blank = sighting(calibration, np.full((8, 8), 90, np.uint8))
+    for n in range(WAITING + 3):
+        setup.worker.put(setup.seen(blank, calibration, fixation_id=f"fix-{n}"))
+    assert setup.worker.dropped == 3
+
+
+def test_targets_of_an_earlier_run_stand_in_the_pane_again(setup: Setup) -> None:
+    target = TargetDocument(
+        id="tgt-1",
+        label="the door",
+        fixation_id="fix-9",
+        point_rig_m=(0.0, 0.0, 4.0),
+        distance_m=4.0,
+        distance_sigma_m=0.01,
+        ax_deg=0.0,
+        ay_deg=0.0,
+        x_px=720.0,
+        y_px=540.0,
+        cloud_id="cld-lost",
+        created_utc="2026-01-01T00:00:00.000Z",
+    )
+    look = stored_look(target)
+    assert look is not None
+    setup.worker.put_back([look])
+    setup.worker.start()
+    assert setup.pane.wait_for("fix-9") == ("the door", None)

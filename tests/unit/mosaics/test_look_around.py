@@ -1,0 +1,101 @@
+"""One look tells depth over both foveae's fields; a look around covers the field and can be cancelled."""
+
+import numpy as np
+import pytest
+from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.context.look_around import field_directions, look_around
+from foveacam_pipeline.context.looks import fuse_look, overlap_samples
+from foveacam_pipeline.context.values import DepthSource
+from foveacam_pipeline.context.wide_context import WideContext
+from foveacam_pipeline.context.wide_matches import contradicted, eye_matches, wide_matches
+from foveacam_pipeline.verge.aim import aim_at, volts_for
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+
+PLANE_M = 5.0
+
+
+@pytest.fixture(scope="module")
+def head() -> PlaneHead:
+    return PlaneHead(z_m=PLANE_M, texture=noise_texture())
+
+
+def _samples(q: list[float], sigma: float = 1e-4) -> DepthSamples:
+    return DepthSamples(
+        tangents=np.zeros((len(q), 2)), inverse_z_per_m=np.array(q), sigma_per_m=np.full(len(q), sigma)
+    )
+
+
+@pytest.mark.parametrize("asked_m", [5.0, 12.0], ids=["verged", "parted"])
+def test_each_fovea_against_the_wide_view_tells_the_plane_wherever_the_gazes_cross(
+    head: PlaneHead, asked_m: float
+) -> None:
+    gazes = aim_at(CALIBRATION, np.array([0.03, -0.02]), 1.0 / asked_m)
+    sighting = head.look(volts_for(CALIBRATION, gazes))
+    for role in (Role.LEFT, Role.RIGHT):
+        seen = eye_matches(sighting, CALIBRATION, role)
+        assert len(seen) > 1000
+        sigmas = np.abs(seen.inverse_z_per_m - 1.0 / PLANE_M) / seen.sigma_per_m
+        assert np.mean(sigmas < 3.0) > 0.98
+
+
+def test_dense_depth_of_a_verged_look_tells_the_plane(head: PlaneHead) -> None:
+    sighting = head.look(volts_for(CALIBRATION, aim_at(CALIBRATION, np.zeros(2), 1.0 / PLANE_M)))
+    seen = overlap_samples(sighting, CALIBRATION)
+    assert len(seen) > 20_000
+    assert float(np.median(seen.inverse_z_per_m)) == pytest.approx(1.0 / PLANE_M, rel=2e-3)
+
+
+def test_a_surface_without_texture_brings_no_depth() -> None:
+    blank = PlaneHead(z_m=PLANE_M, texture=plain_texture())
+    sighting = blank.look(volts_for(CALIBRATION, aim_at(CALIBRATION, np.zeros(2), 1.0 / PLANE_M)))
+    context = WideContext(CALIBRATION.wide)
+    fuse_look(context, sighting, CALIBRATION)
+    assert context.snapshot().known[0].mean() < 1e-3
+
+
+def test_an_eye_that_sees_something_else_adds_nothing(head: PlaneHead) -> None:
+    blinded = PlaneHead(z_m=PLANE_M, texture=noise_texture(), blind=frozenset({Role.RIGHT}))
+    sighting = blinded.look(volts_for(CALIBRATION, aim_at(CALIBRATION, np.zeros(2), 1.0 / PLANE_M)))
+    seen = wide_matches(sighting, CALIBRATION)
+    assert len(seen) > 1000
+    assert np.mean(np.abs(seen.inverse_z_per_m * PLANE_M - 1.0) < 0.02) > 0.95
+
+
+def test_what_lies_beyond_all_other_depths_of_its_block_is_contradicted() -> None:
+    by = _samples([0.10, 0.20])
+    found = contradicted(_samples([0.05, 0.10, 0.15, 0.2003, 0.30]), by=by, block_tan=0.01)
+    assert found.tolist() == [True, False, False, False, True]
+    assert not contradicted(_samples([0.5]), by=DepthSamples.none(), block_tan=0.01).any()
+
+
+def test_directions_of_the_field_leave_no_gap_that_a_fovea_does_not_see() -> None:
+    directions = field_directions(CALIBRATION)
+    assert 30 < len(directions) < 120
+    field_tan = CALIBRATION.fovea_width / CALIBRATION.fovea_f_px
+    apart = np.linalg.norm(directions[:, None] - directions[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    assert apart.min(axis=1).max() < field_tan
+
+
+def test_a_cancelled_look_around_keeps_what_it_has_seen() -> None:
+    near_m = 2.5
+    head = PlaneHead(z_m=near_m, texture=noise_texture())
+    context = WideContext(CALIBRATION.wide)
+    told: list[tuple[int, int]] = []
+    found = look_around(
+        head,
+        CALIBRATION,
+        context,
+        clock=head.clock,
+        on_direction=lambda done, total: told.append((done, total)),
+        cancelled=lambda: len(told) >= 2,
+    )
+    assert (found.done, found.cancelled) == (2, True)
+    assert found.directions == len(field_directions(CALIBRATION))
+    assert found.looks == 2  # the second direction begins with what the first one found
+    known = context.snapshot()
+    assert np.count_nonzero(known.source == DepthSource.DENSE_DEPTH) > 100
+    q = known.inverse_z_per_m[0][known.known[0]]
+    assert np.mean(np.abs(q * near_m - 1.0) < 0.01) > 0.98

@@ -1,0 +1,62 @@
+"""What README.md says can be typed, typed; and the Python of every page, imported."""
+
+import ast
+import re
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.unit.dataset_scenes import noise_texture, painted, plane_point
+
+from foveacam_bench.catalogue import bench_names
+
+ROOT = Path(__file__).parents[3]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [
+    path
+    for place in (".", "server", "server/foveacam_client", "web", "hardware", "pipeline", "docker")
+    for path in (ROOT / place).glob("*.md")
+]
+
+
+def block_of(language: str, word: str) -> str:
+    """Return the first code block in a language that has a word in it."""
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+    return next(str(block) for found, block in blocks if found == language and word in block)
+
+
+def test_a_capture_is_loaded_in_python_by_the_lines_of_the_readme(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    typed = shlex.split(block_of("", "foveacam capture --name"))
+    options = dict(zip(typed[2::2], typed[3::2], strict=True))
+    count = int(options["--columns"]) * int(options["--rows"])
+    point, _ = plane_point(0, aim_deg=(1.0, 0.5), z_m=4.0, texture=noise_texture())
+    points = [replace(point, place=replace(point.place, index=index)) for index in range(count)]
+    painted(tmp_path / options["--data"] / "captures" / options["--name"], points)
+    monkeypatch.chdir(tmp_path)
+    lines = block_of("python", "Dataset.open")
+    assert len([line for line in lines.splitlines() if line]) <= 5
+
+    exec(compile(lines, "README.md", "exec"), {})  # noqa: S102 - our own page
+
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"{count} StereoVolts(")
+    assert printed.count("(1080, 1440)") >= 2
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[path.relative_to(ROOT).as_posix() for path in PAGES])
+def test_the_python_of_a_page_is_python_and_what_it_imports_exists(page: Path) -> None:
+    for block in re.findall(
+        r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    ):
+        tree = ast.parse(block, page.name)
+        tree.body = [line for line in tree.body if isinstance(line, ast.ImportFrom)]
+        exec(compile(tree, page.name, "exec"), {})  # noqa: S102 - our own pages
+
+
+def test_the_readme_names_every_bench() -> None:
+    found = re.search(r"`foveacam bench NAME --json` .* with NAME one of\s(.*?)\.\n", README, re.DOTALL)
+    assert found is not None
+    assert re.findall(r"`([a-z]+)`", found[1]) == bench_names()

@@ -1,0 +1,54 @@
+"""Whether the middle of a match shows what the wide view shows."""
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from tests.unit.plane_head import CALIBRATION
+
+from foveacam_pipeline.verge.matching.centre_match import shows_another
+from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.wide_patch import evened, survey_f_px
+
+WIDE = CALIBRATION.wide
+F_PX = survey_f_px(WIDE)
+TARGET = np.array([0.03, -0.02])
+HALF_PX = 60
+
+Pattern: TypeAlias = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+
+
+def _things(tx: NDArray[np.float64], ty: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return grey levels along (tx, ty) tangents: waves of several directions and lengths."""
+    waves = [(900.0, 300.0), (-500.0, 1100.0), (200.0, -700.0), (1300.0, 1500.0)]
+    return np.asarray(128.0 + sum(22.0 * np.sin(a * tx + b * ty + a) for a, b in waves))
+
+
+def _others(tx: NDArray[np.float64], ty: NDArray[np.float64]) -> NDArray[np.float64]:
+    return _things(tx + 0.21, 1.3 * ty - 0.17)
+
+
+def _wide(pattern: Pattern) -> NDArray[np.uint8]:
+    rows, columns = np.mgrid[0 : WIDE.height, 0 : WIDE.width].astype(np.float64)
+    tangents = np.tan(WIDE.angles_rad(np.column_stack([columns.ravel(), rows.ravel()])))
+    return pattern(tangents[:, 0], tangents[:, 1]).reshape(rows.shape).astype(np.uint8)
+
+
+def _eye(pattern: Pattern, offset: NDArray[np.float64]) -> ReducedEye:
+    """Return an eye that has the target `offset` tangents from its centre."""
+    rows, columns = np.mgrid[-HALF_PX : HALF_PX + 1, -HALF_PX : HALF_PX + 1].astype(np.float64) / F_PX
+    image = pattern(TARGET[0] - offset[0] + columns, TARGET[1] - offset[1] + rows).astype(np.float32)
+    return ReducedEye(image=evened(image), seen=np.ones_like(image), u0_px=0.0, v0_px=0.0)
+
+
+def _asked(left: Pattern, right: Pattern) -> bool:
+    offsets = np.array([2e-3, 0.0]), np.array([-1e-3, 1e-3])
+    look = ReducedLook(left=_eye(left, offsets[0]), right=_eye(right, offsets[1]), f_px=F_PX)
+    return shows_another(look, _wide(_things), WIDE, TARGET, left=offsets[0], right=offsets[1])
+
+
+def test_both_eyes_must_show_something_else_for_a_match_to_be_of_another_thing() -> None:
+    assert not _asked(_things, _things)
+    assert not _asked(_things, _others)
+    assert _asked(_others, _others)
