@@ -2,10 +2,10 @@
 
 `cluster_equal_bytes_KIND`: whether this process, two processes and two workers of a cluster write the same.
 `efficiency_N_workers`: time of one worker, which has one thread, over N times that of N. `lost_tasks`,
-`double_results`: over all runs in which a worker was killed at a random moment. `overhead_ratio`: time of tasks
-that sleep 1 s over the time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's resident
-memory over small tasks. `scheduling_ms_per_task`: of tasks that do nothing; `plan_and_summary_s`: of all
-datasets. The model of the times, and its terms, are those of `scaling.py`.
+`double_results`: over all runs in which a worker was killed at a random moment. `overhead_ratio`: time of
+tasks that sleep 1 s over the time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's
+resident memory over small tasks. `scheduling_ms_per_task`: of tasks that do nothing; `plan_and_summary_s`: of
+all datasets. The model of the times, and its terms, are those of `scaling.py`.
 """
 
 import random
