@@ -12,6 +12,7 @@ from foveacam_bench.batch.dask_processes import DaskProcesses
 
 WORKERS = {"four": 4, "two": 2, "one": 1}
 """In this order; the last worker stays."""
+EXTRAPOLATED = 16, 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +68,7 @@ def scaling_figures(
 ) -> dict[str, object]:
     """Return the times of 4, 2 and 1 workers, beside those of the model, whose terms come from the last.
 
-    `empty`: of tasks that do nothing.
+    `empty`: of tasks that do nothing. The model's rates of more workers, each with a core, are not measured.
     """
     one, cores = runs["one"], len(os.sched_getaffinity(0))
     cpu_s = one.workers_cpu_s / products
@@ -83,13 +84,16 @@ def scaling_figures(
         kind = "worker" if count == 1 else "workers"
         figures |= {
             f"{word}_{kind}_s": run.took_s,
-            f"{word}_{kind}_predicted_s": model.time_s(products, workers=count, shared_cores=cores),
             f"{word}_{kind}_cpu_s": run.workers_cpu_s,
             f"{word}_{kind}_scheduler_cpu_s": run.scheduler_cpu_s,
             f"{word}_{kind}_waiting_cpu_s": run.waiting_cpu_s,
         }
-        if count > 1:
+        if count > 1:  # the terms are those of one worker
+            predicted_s = model.time_s(products, workers=count, shared_cores=cores)
+            figures[f"{word}_{kind}_predicted_s"] = predicted_s
             figures[f"efficiency_{count}_workers"] = one.took_s / (count * run.took_s)
+    for count in EXTRAPOLATED:
+        figures[f"products_per_s_{count}_workers_own_cores"] = 1.0 / model.time_s(1, workers=count)
     return figures | {
         "product_cpu_ms": 1e3 * model.cpu_s,
         "product_io_ms": 1e3 * model.io_s,
