@@ -125,6 +125,7 @@ def modules(document: Schema) -> dict[str, str]:
         "async_operations.py": asynchronous,
         "operations.py": synchronous(asynchronous),
         "transport.py": synchronous((PACKAGE / "async_transport.py").read_text()),
+        "lease.py": synchronous((PACKAGE / "async_lease.py").read_text()),
         "rig.py": synchronous((PACKAGE / "async_rig.py").read_text()),
     }
     return {name: formatted(source, name) for name, source in sources.items()}

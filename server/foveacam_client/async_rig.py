@@ -4,8 +4,9 @@
 """
 
 from asyncio import CancelledError, sleep
-from collections.abc import AsyncGenerator, Awaitable, Callable, Collection
-from contextlib import aclosing
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection
+from contextlib import aclosing, asynccontextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import httpx
 
+from foveacam_client.async_lease import held_lease
 from foveacam_client.async_transport import SILENCE_S, AsyncTransport
 from foveacam_client.call import Call, ResultT, StartedJob
 from foveacam_client.clouds import PointCloud
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
 _STOP = Call("POST", "/api/v1/stop", idempotent=True)  # a second one changes nothing
 POLL_S = 1.0
 """Pause between two questions for the same thing."""
+RENEWAL_S = 4.0
+"""The longest wait for the answer to one renewal of a lease, which lasts 15 s."""
 
 
 class AsyncRig:
@@ -43,8 +47,9 @@ class AsyncRig:
         http_transport: httpx.AsyncBaseTransport | None = None,
         pause: Callable[[float], Awaitable[None]] = sleep,
     ) -> None:
-        self._connect = partial(AsyncTransport, connection, http_transport=http_transport, pause=pause)
-        self._transport = self._connect()
+        self._connect = partial(AsyncTransport, http_transport=http_transport, pause=pause)
+        self._connection = connection
+        self._transport = self._connect(connection)
         self._pause = pause
         self._reconnect_s = connection.retries.reconnect_s
         self.api = AsyncOperations(self._transport)
@@ -66,16 +71,34 @@ class AsyncRig:
 
         It goes over a connection of its own, which the server answers however busy it is.
         """
-        own = self._connect()
+        own = self._connect(self._connection)
         try:
             return await own.answer(_STOP, models.StopAnswer)
         finally:
             await own.close()
 
-    def use_lease(self, token: str | None) -> None:
-        """Send a lease's token with every call; None: no longer.
+    @asynccontextmanager
+    async def hold_lease(
+        self, holder: str, *, take_over: bool = False, reason: str | None = None
+    ) -> AsyncIterator[None]:
+        """Take the control lease, keep it for the block, and give it back: nobody else moves the rig.
 
-        `api.lease.take` gives one and keeps others from moving the rig; it ends 15 s after `api.lease.renew`.
+        `holder`: what others read. `take_over`: also from another holder; from another person for a `reason`.
+        Raise `RigBusy` where another holds it; `LeaseLost` in the block's calls, and at its end, once it was
+        taken over or has ended, as it does when nothing moved for ten minutes.
+        """
+        request = models.LeaseRequest(holder=holder, take_over=take_over, reason=reason)
+        own = self._connect(replace(self._connection, timeout_s=min(RENEWAL_S, self._connection.timeout_s)))
+        try:
+            async with held_lease(self._transport, own, request):
+                yield
+        finally:
+            await own.close()
+
+    def use_lease(self, token: str | None) -> None:
+        """Send the token of a lease that `api.lease.take` gave with every call; None: no longer.
+
+        It ends 15 s after `api.lease.renew`; `hold_lease` does all of that.
         """
         self._transport.lease_token = token
 

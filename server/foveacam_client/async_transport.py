@@ -20,6 +20,7 @@ from foveacam_client.problems import (
     ClientError,
     DeviceFailed,
     DeviceMissing,
+    LeaseLost,
     TooManyRequests,
     Unreachable,
     error_of_answer,
@@ -57,10 +58,17 @@ class AsyncTransport:
         )
         self.lease_token: str | None = None
         """Sent with every call; of the control lease."""
+        self.lease_lost: ClientError | None = None
+        """Why the lease is lost, which every call then raises."""
 
     async def close(self) -> None:
         """Close all connections."""
         await self._http.aclose()
+
+    def check_lease(self) -> None:
+        """Raise `LeaseLost` where the lease is lost."""
+        if self.lease_lost is not None:
+            raise LeaseLost(str(self.lease_lost)) from self.lease_lost
 
     async def answer(self, call: Call, kind: type[AnswerT]) -> AnswerT:
         """Return the document that a call is answered with."""
@@ -164,6 +172,7 @@ class AsyncTransport:
         silence_s: float | None = None,
         stream: bool = False,
     ) -> httpx.Response:
+        self.check_lease()
         request = self._request(call, headers=headers or {}, silence_s=silence_s)
         for attempt in count(1):
             try:

@@ -4,6 +4,7 @@
     ├── Unreachable          nobody answers at the address
     ├── UnexpectedAnswer     what answers is no server of this API, or one of another version
     ├── WaitTimeout          it has not come in the time that was given
+    ├── LeaseLost            the control lease was taken over, has ended, or cannot be renewed
     └── ProblemError         the server said no (RFC 9457)
         ├── NotSignedIn      401: no token, or a wrong one
         ├── NotAllowed       403: the token lacks a right
@@ -44,6 +45,13 @@ class UnexpectedAnswer(ClientError):
 
 class WaitTimeout(ClientError):
     """A job that has not ended in time and goes on, or a point cloud that has not come."""
+
+
+class LeaseLost(ClientError):
+    """The control lease that a block holds was taken over, has ended, or cannot be renewed; says why."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"the control lease is lost: {why}")
 
 
 class ProblemError(ClientError):

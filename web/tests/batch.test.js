@@ -1,11 +1,17 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { progressWords, resultWords, tickedWords } from "../foveacam_web/static/js/gallery/batch_words.js";
+import { placesOf, progressWords, resultWords, tickedWords } from "../foveacam_web/static/js/gallery/batch_words.js";
 
 test("how many datasets are ticked, or what ticks are for", () => {
   assert.equal(tickedWords(0), "Tick datasets to make something of them together.");
   assert.equal(tickedWords(1), "1 dataset ticked");
   assert.equal(tickedWords(12), "12 datasets ticked");
+});
+
+test("the workers of a cluster come first where the server has one", () => {
+  assert.deepEqual(placesOf(null), [["here", "the server"]]);
+  const [first] = placesOf("tcp://lab:8786");
+  assert.deepEqual(first, ["cluster", "the cluster tcp://lab:8786"]);
 });
 
 test("progress tells how far it is and what was reused", () => {

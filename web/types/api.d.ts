@@ -129,6 +129,10 @@ export interface components {
             research_confirmed?: boolean;
             second: string;
         };
+        /** @description The Dask scheduler whose workers may make batches; `url`: null without one. */
+        BatchClusterDocument: {
+            url: string | null;
+        };
         /**
          * @description A batch. `planned`, `done`: its products; null before its first run has ended.
          *
@@ -3588,6 +3592,7 @@ export type AuditPage = components['schemas']['AuditPage'];
 export type AutoMode = components['schemas']['AutoMode'];
 export type BackendComparisonDocument = components['schemas']['BackendComparisonDocument'];
 export type BackendComparisonRequest = components['schemas']['BackendComparisonRequest'];
+export type BatchClusterDocument = components['schemas']['BatchClusterDocument'];
 export type BatchDocument = components['schemas']['BatchDocument'];
 export type BatchFailureDocument = components['schemas']['BatchFailureDocument'];
 export type BatchRequest = components['schemas']['BatchRequest'];

@@ -10,6 +10,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 from urllib.parse import urlsplit
 
+import cv2
+
 from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
 from foveacam_pipeline.batches.pool import AHEAD, Part, PartLost, WorkersLost, WorkPool
 
@@ -24,9 +26,11 @@ CONNECT_S = 10.0
 """Timeout of the scheduler's answer."""
 WORKER_S = 10.0
 """Timeout of the scheduler's first worker."""
+ONE_A_CORE = "--nworkers -1 --nthreads 1"
+"""Options of `dask worker`: as many workers as the machine has cores, of one thread each."""
 START_ONE = (
-    "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS`, and give "
-    "its address, tcp://HOST:8786"
+    "start one with `dask scheduler`, workers that have foveacam-duo with `dask worker ADDRESS "
+    f"{ONE_A_CORE}`, and give its address, tcp://HOST:8786"
 )
 _turn = threading.Lock()
 
@@ -146,8 +150,14 @@ class _Cluster:
 
 
 def _in_turn(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
-    """Compute one part at a time in a process: compiled code with threads of its own is not made for more."""
+    """Compute one part at a time in a process: compiled code with threads of its own is not made for more.
+
+    OpenCV uses as many threads as the worker was started with, not as many as the machine has cores.
+    """
+    from distributed import get_worker
+
     with _turn:
+        cv2.setNumThreads(get_worker().state.nthreads)
         return work(*arguments, **named)
 
 
@@ -157,8 +167,8 @@ def _await_worker(client: "Client", cluster: str) -> None:
         client.wait_for_workers(1, timeout=WORKER_S)
     except TimeoutError as error:
         raise NotConnected(
-            f"the Dask scheduler at {cluster} has no workers; start some with `dask worker {cluster}` where "
-            "foveacam-duo is installed"
+            f"the Dask scheduler at {cluster} has no workers; start some with `dask worker {cluster} "
+            f"{ONE_A_CORE}` where foveacam-duo is installed"
         ) from error
 
 

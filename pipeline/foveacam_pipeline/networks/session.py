@@ -5,6 +5,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Protocol, cast
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -69,6 +70,8 @@ def open_session(network: StereoNetwork) -> GraphSession:
         ) from error
     options = runtime.SessionOptions()
     options.log_severity_level = 4  # what fails is raised and said in words
+    if cv2.getNumThreads() == 1:  # a worker with one core: more threads would wait for each other, busily
+        options.intra_op_num_threads = 1
     try:
         opened = runtime.InferenceSession(str(network.graph), options, providers=["CPUExecutionProvider"])
     except Exception as error:

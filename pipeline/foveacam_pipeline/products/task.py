@@ -120,12 +120,14 @@ def plan_products(folder: Path, settings: ProductSettings) -> tuple[ProductTask,
                 "`foveacam batch evaluate`"
             )
         units: Sequence[int] = range(len(read_document(folder).pairs))
+        inputs = _inputs_of_pairs(folder, units)
     else:
-        units = _units(Dataset.open(folder), settings)
+        dataset = Dataset.open(folder)
+        units = _units(dataset, settings)
+        inputs = _inputs(dataset, settings, units)
     if not units:
         raise InvalidInput(f"{folder.name} has nothing to make a {settings.kind.value} of; capture it first")
     code = code_version()
-    inputs = _inputs(folder, settings, units)
     return tuple(
         ProductTask(settings=settings, folder=folder, unit=unit, inputs_sha256=digest, code=code)
         for unit, digest in zip(units, inputs, strict=True)
@@ -136,21 +138,16 @@ def check_unchanged(task: ProductTask) -> None:
     """Raise DatasetChanged unless the dataset is still what the task was planned for, every file of it."""
     remedy = "start the same command again"
     try:
-        found = _inputs(task.folder, task.settings, (task.unit,))[0]
+        if is_pair_folder(task.folder):  # a pair is compared with its hash when it is read
+            dataset, found = None, _inputs_of_pairs(task.folder, (task.unit,))
+        else:
+            dataset = Dataset.open(task.folder)
+            found = _inputs(dataset, task.settings, (task.unit,))
     except FoveaError as error:
         raise DatasetChanged(f"{task.name} changed while it was worked on: {error}", remedy=remedy) from error
-    if found != task.inputs_sha256:
+    if found != [task.inputs_sha256]:
         raise DatasetChanged(f"{task.name} changed while it was worked on; {remedy}", remedy=remedy)
-    if is_pair_folder(task.folder):
-        return  # a pair is compared with its hash when it is read
-    points = products_points(Dataset.open(task.folder), task.settings, task.unit)
-    archived = read_record(task.folder / RECORD)
-    problems = [
-        text
-        for point in points
-        for frame in point.frames
-        for text in frame_problems(task.folder, frame, archived)
-    ]
+    problems = [] if dataset is None else _frame_problems(dataset, task)
     if problems:
         raise DatasetChanged(
             f"{task.name}: {problems[0]} see `foveacam dataset check`, and restore it from a copy",
@@ -202,17 +199,30 @@ def _units(dataset: Dataset, settings: ProductSettings) -> Sequence[int]:
     ]
 
 
-def _inputs(folder: Path, settings: ProductSettings, units: Sequence[int]) -> list[str]:
-    """Return the hash of the inputs of each unit."""
-    if is_pair_folder(folder):
-        document = read_document(folder)
-        head = document.model_dump(mode="json", exclude={"pairs"})
-        pairs = [entry.model_dump(mode="json") for entry in document.pairs]
-        return [_digest((head, unit, pairs[unit])) for unit in units]
-    dataset = Dataset.open(folder)
+def _frame_problems(dataset: Dataset, task: ProductTask) -> list[str]:
+    """Return what is wrong with the frames that a product is made of."""
+    archived = read_record(task.folder / RECORD)
+    return [
+        text
+        for point in products_points(dataset, task.settings, task.unit)
+        for frame in point.frames
+        for text in frame_problems(task.folder, frame, archived)
+    ]
+
+
+def _inputs_of_pairs(folder: Path, units: Sequence[int]) -> list[str]:
+    """Return the hash of the inputs of each pair with truth."""
+    document = read_document(folder)
+    head = document.model_dump(mode="json", exclude={"pairs"})
+    pairs = [entry.model_dump(mode="json") for entry in document.pairs]
+    return [_digest((head, unit, pairs[unit])) for unit in units]
+
+
+def _inputs(dataset: Dataset, settings: ProductSettings, units: Sequence[int]) -> list[str]:
+    """Return the hash of the inputs of each unit of a dataset."""
     head = {"dataset": permanent_hash(dataset.document)}
     if settings.kind is ProductKind.EXPORT:  # which holds label and licence too
-        head = {"document": hashlib.sha256((folder / DOCUMENT).read_bytes()).hexdigest()}
+        head = {"document": hashlib.sha256((dataset.folder / DOCUMENT).read_bytes()).hexdigest()}
     return [
         _digest(
             (

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -14,6 +15,14 @@ from foveacam_hardware.contract import DeviceFault, NotConnected
 from foveacam_pipeline.batches.cluster import cluster_client
 
 START_S = 60.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClusterCpu:
+    """Processor time since they began of the scheduler and of each worker, s."""
+
+    scheduler: float
+    workers: tuple[float, ...]
 
 
 class DaskProcesses:
@@ -30,7 +39,7 @@ class DaskProcesses:
 
     def __enter__(self) -> Self:
         with self._stack as stack:
-            self._start("scheduler", "--host", "127.0.0.1", "--port", str(self._port))
+            self._scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", str(self._port))
             self.resize(self._count)
             self._stack = stack.pop_all()
         return self
@@ -51,6 +60,10 @@ class DaskProcesses:
             if time.monotonic() > end_s:
                 raise DeviceFault(f"the bench's Dask cluster did not start within {START_S:g} s")
             time.sleep(0.2)
+
+    def cpu_s(self) -> ClusterCpu:
+        """Return the processor time of the scheduler and of the present workers."""
+        return ClusterCpu(scheduler=_cpu_s(self._scheduler), workers=tuple(map(_cpu_s, self._workers)))
 
     def kill_worker(self, number: int) -> None:
         """Kill a worker, which can do nothing about it, and start another one."""
@@ -80,6 +93,12 @@ class DaskProcesses:
                 return len(client.scheduler_info(n_workers=-1)["workers"])
         except NotConnected:
             return 0
+
+
+def _cpu_s(process: subprocess.Popen[bytes]) -> float:
+    """Return the processor time of a process, user's and system's."""
+    stat = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(stat[11]) + int(stat[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -1,10 +1,11 @@
 """`foveacam bench batch`: products of simulated rasters by one process, processes, and a Dask cluster.
 
 `cluster_equal_bytes_KIND`: whether this process, two processes and two workers of a cluster write the same.
-`efficiency_2_workers`: time of one worker over twice that of two. `lost_tasks`, `double_results`: over all
-runs in which a worker was killed at a random moment. `overhead_ratio`: time of tasks that sleep 1 s over the
-time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's resident memory over small
-tasks. `scheduling_ms_per_task`: tasks that do nothing; `plan_and_summary_s`: of all datasets.
+`efficiency_N_workers`: time of one worker, which has one thread, over N times that of N. `lost_tasks`,
+`double_results`: over all runs in which a worker was killed at a random moment. `overhead_ratio`: time of
+tasks that sleep 1 s over the time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's
+resident memory over small tasks. `scheduling_ms_per_task`: of tasks that do nothing; `plan_and_summary_s`: of
+all datasets. The model of the times, and its terms, are those of `scaling.py`.
 """
 
 import random
@@ -12,12 +13,14 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from foveacam_bench.batch.dask_processes import DaskProcesses
+from foveacam_bench.batch.scaling import WORKERS, Usage, scaling_figures, used_by
 from foveacam_bench.capture.mosaic import CERTIFICATE, SCENE, capture_raster, glb_of, plan_of
 from foveacam_hardware.contract import MonotonicClock, Role
 from foveacam_hardware.sim.rig import open_simulated
@@ -79,10 +82,8 @@ def run(*, quick: bool = False, report: Report) -> dict[str, object]:
             figures = equal_bytes(datasets[0], folder, cluster.address)
             report("killed workers")
             figures |= killed_workers(datasets, folder, cluster, runs=extent.runs)
-            report("two workers, one worker")
-            figures |= efficiency(datasets, folder, cluster)
-            report("scheduling")
-            figures |= scheduling(datasets, folder, cluster.address, tasks=extent.small_tasks)
+            report("scaling")
+            figures |= scaling(datasets, folder, cluster, empty_tasks=extent.small_tasks)
             report("memory")
             figures |= memory_growth(cluster.address, tasks=extent.small_tasks)
             report("overhead")
@@ -129,7 +130,7 @@ def killed_workers(
 ) -> dict[str, object]:
     """Return how many products were lost or there twice when a worker was killed, over all runs."""
     plan, rng = plan_batch(datasets, DEPTH), random.Random(SEED)  # noqa: S311 - moments, not secrets
-    whole_s = depth_s(datasets, folder / "undisturbed", cluster.address)
+    whole_s = depth_usage(datasets, folder / "undisturbed", cluster).took_s
     expected = contents(folder / "undisturbed" / "depth")
     lost = double = unlike = 0
     for number in range(runs):
@@ -146,23 +147,30 @@ def killed_workers(
     return {"killed_runs": runs, "lost_tasks": lost, "double_results": double, "unlike_results": unlike}
 
 
-def efficiency(datasets: list[Path], folder: Path, cluster: DaskProcesses) -> dict[str, object]:
-    """Return the time of two workers and of one, which stays, for depth of all points."""
-    cluster.resize(2)
-    two_s = depth_s(datasets, folder / "two", cluster.address)
-    cluster.resize(1)
-    one_s = depth_s(datasets, folder / "one", cluster.address)
-    return {"one_worker_s": one_s, "two_workers_s": two_s, "efficiency_2_workers": one_s / (2.0 * two_s)}
+def scaling(
+    datasets: list[Path], folder: Path, cluster: DaskProcesses, *, empty_tasks: int
+) -> dict[str, object]:
+    """Return the time of 4, 2 and 1 workers for depth of all points, and the terms of the model."""
+    runs: dict[str, Usage] = {}
+    for word, workers in WORKERS.items():
+        cluster.resize(workers)
+        runs[word] = depth_usage(datasets, folder / word, cluster)
+    with cluster_workers(cluster.address) as pool:
+        tasks = partial(run_tasks, pool, nothing, clock=MonotonicClock(), stopped=lambda: False)
+        empty = used_by(lambda: list(tasks(range(empty_tasks))), cluster)
+    began_s = time.perf_counter()
+    plan = plan_batch(datasets, DEPTH)
+    write_summary(plan, ProductFolder(path=folder / "one"), ())
+    figures = scaling_figures(runs, products=len(plan.tasks), empty=empty, empty_tasks=empty_tasks)
+    return figures | {"plan_and_summary_s": time.perf_counter() - began_s}
 
 
-def depth_s(datasets: list[Path], out: Path, cluster: str) -> float:
+def depth_usage(datasets: list[Path], out: Path, cluster: DaskProcesses) -> Usage:
     """Return the time for depth of all points by the workers of a cluster, once they have loaded all code."""
-    with cluster_workers(cluster) as pool:
-        make(plan_batch(datasets[:1], DEPTH), pool, out.with_name(f"{out.name}-loaded"))
+    with cluster_workers(cluster.address) as pool:
+        make(plan_batch(datasets[: pool.most_under_way], DEPTH), pool, out.with_name(f"{out.name}-loaded"))
         plan = plan_batch(datasets, DEPTH)
-        began_s = time.perf_counter()
-        make(plan, pool, out)
-        return time.perf_counter() - began_s
+        return used_by(lambda: make(plan, pool, out), cluster)
 
 
 def overhead(cluster: str, *, workers: int, tasks: int) -> dict[str, object]:
@@ -174,22 +182,6 @@ def overhead(cluster: str, *, workers: int, tasks: int) -> dict[str, object]:
         took_s = time.perf_counter() - began_s
     slept_s = float(-(-tasks // workers))
     return {"naps": tasks, "nap_workers": workers, "naps_s": took_s, "overhead_ratio": took_s / slept_s - 1.0}
-
-
-def scheduling(datasets: list[Path], folder: Path, cluster: str, *, tasks: int) -> dict[str, object]:
-    """Return the time that the scheduler takes for a task, and that of planning and summing up."""
-    with cluster_workers(cluster) as pool:
-        began_s = time.perf_counter()
-        list(run_tasks(pool, nothing, range(tasks), clock=MonotonicClock(), stopped=lambda: False))
-        scheduled_s = time.perf_counter() - began_s
-    began_s = time.perf_counter()
-    plan = plan_batch(datasets, DEPTH)
-    write_summary(plan, ProductFolder(path=folder / "two"), ())
-    summed_s = time.perf_counter() - began_s
-    return {
-        "scheduling_ms_per_task": 1e3 * scheduled_s / tasks,
-        "plan_and_summary_s": summed_s,
-    }
 
 
 def memory_growth(cluster: str, *, tasks: int) -> dict[str, object]:

@@ -97,6 +97,17 @@ class AsyncBatches:
             models.BatchDocument,
         )
 
+    async def cluster(self) -> models.BatchClusterDocument:
+        """The cluster for batches.
+
+        Return the address of its scheduler, which the server was given.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/batches/cluster"), models.BatchClusterDocument
+        )
+
     async def get(self, batch_id: str) -> models.BatchDocument:
         """One batch.
 

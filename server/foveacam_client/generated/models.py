@@ -137,6 +137,15 @@ class BackendComparisonRequest(Document):
     second: Annotated[str, Field(pattern="^[a-z0-9][a-z0-9_-]{0,39}$")]
 
 
+class BatchClusterDocument(Document):
+    """The Dask scheduler whose workers may make batches; `url`: null without one."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    url: str | None
+
+
 class BatchFailureDocument(Document):
     """A product that could not be made; `unit`: point or scan, null for a whole capture."""
 

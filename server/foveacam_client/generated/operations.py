@@ -95,6 +95,15 @@ class Batches:
             models.BatchDocument,
         )
 
+    def cluster(self) -> models.BatchClusterDocument:
+        """The cluster for batches.
+
+        Return the address of its scheduler, which the server was given.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(Call("GET", "/api/v1/batches/cluster"), models.BatchClusterDocument)
+
     def get(self, batch_id: str) -> models.BatchDocument:
         """One batch.
 

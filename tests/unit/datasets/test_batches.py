@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
 
+import cv2
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotConnected
@@ -30,6 +31,10 @@ def dying_once(number: int, mark: str) -> int:
         Path(mark).touch()
         os._exit(1)
     return -number
+
+
+def opencv_threads(_number: int) -> int:
+    return cv2.getNumThreads()
 
 
 def dying(_number: int) -> int:
@@ -70,9 +75,11 @@ def test_one_process_computes_a_part_only_when_its_turn_comes() -> None:
 def test_two_processes_and_a_cluster_of_two_give_the_same_in_order(address: str) -> None:
     with local_workers(2) as pool:
         check_squares(pool, processes=2)
+        assert list(results_in_order(pool, opencv_threads, PARTS)) == [1] * len(PARTS)
     with cluster_workers(address) as pool:
         assert pool.most_under_way == 6
         check_squares(pool, processes=2)
+        assert list(results_in_order(pool, opencv_threads, PARTS)) == [1] * len(PARTS)
 
 
 @pytest.mark.slow

@@ -4,7 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from tests.unit.network_graphs import constant, matcher, quarter_size, write_card
@@ -185,6 +187,15 @@ def test_a_sigma_that_is_no_error_is_refused_by_name(tmp_path: Path, sigma: floa
     found = checked(matcher(tmp_path / "b.onnx", sigma=0.5), output={"sigma": "spread"})
     assert "output.sigma is 'spread', the graph has disp, sigma" in found.findings[-1].found
     assert checked(matcher(tmp_path / "c.onnx", sigma=0.5), output={"sigma": "sigma"}).passed
+
+
+@pytest.mark.parametrize(("opencv", "expected"), [(1, 1), (2, 0)])  # 0: onnxruntime's own choice
+def test_a_process_whose_opencv_has_one_thread_runs_a_graph_with_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opencv: int, expected: int
+) -> None:
+    monkeypatch.setattr(cv2, "getNumThreads", lambda: opencv)
+    opened: Any = session.open_session(load_network(write_card(matcher(tmp_path / "a.onnx"))))
+    assert opened.get_session_options().intra_op_num_threads == expected
 
 
 def test_tiles_give_the_disparities_of_the_whole(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from foveacam_server.foundation.answers import (
 )
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.batches.schema import BatchDocument, BatchRequest
+from foveacam_server.resources.batches.schema import BatchClusterDocument, BatchDocument, BatchRequest
 from foveacam_server.resources.batches.service import BatchService
 
 router = APIRouter(prefix="/batches", tags=["batches"])
@@ -59,6 +59,12 @@ async def make(
 def every(services: ServicesDep) -> list[BatchDocument]:
     """Return all batches, by id."""
     return services.batches.every()
+
+
+@router.get("/cluster", summary="The cluster for batches")
+async def cluster(services: ServicesDep) -> BatchClusterDocument:
+    """Return the address of its scheduler, which the server was given."""
+    return BatchClusterDocument(url=services.batches.cluster)
 
 
 @router.get("/{batch_id}", summary="One batch", responses=problems(404))

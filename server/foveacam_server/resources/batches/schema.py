@@ -26,6 +26,12 @@ class BatchRequest(RequestModel):
     cluster: bool = False
 
 
+class BatchClusterDocument(ResponseModel):
+    """The Dask scheduler whose workers may make batches; `url`: null without one."""
+
+    url: str | None
+
+
 class BatchFailureDocument(ResponseModel):
     """A product that could not be made; `unit`: point or scan, null for a whole capture."""
 

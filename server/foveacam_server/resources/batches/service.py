@@ -60,7 +60,7 @@ class BatchService:
     ) -> None:
         """`cluster`: the Dask scheduler of the server's settings. `network_in_use`: asked when one begins."""
         self._folder, self._tools = folder, tools
-        self._cluster, self._network_in_use = cluster or None, network_in_use
+        self.cluster, self._network_in_use = cluster or None, network_in_use
         self._lock = threading.Lock()
         self._live: tuple[str, str] | None = None
         """Ids of the batch that is being made, and of its job."""
@@ -72,7 +72,7 @@ class BatchService:
         if jobs.has_key(idempotency_key):
             return jobs.submit(JOB, request, idempotency_key=idempotency_key)
         self._datasets(request)
-        if request.cluster and self._cluster is None:
+        if request.cluster and self.cluster is None:
             remedy = "start it with FOVEACAM_CLUSTER=tcp://HOST:8786"
             raise InvalidInput(
                 f"a batch on a cluster was asked for, and the server knows none; {remedy}",
@@ -146,7 +146,7 @@ class BatchService:
             to=request.to,
             datasets=tuple(self._datasets(request)),
             out=stored.folder,
-            cluster=self._cluster if request.cluster else None,
+            cluster=self.cluster if request.cluster else None,
             card=None if network is None else network.path,
         )
         try:

@@ -54,6 +54,7 @@ def test_a_batch_is_made_listed_downloaded_found_again_and_removed(
 def test_what_cannot_be_is_refused_with_the_remedy(server: Running, captures: list[str]) -> None:
     missing = server.post("/batches", {"kind": "depth", "capture_ids": ["nowhere"]})
     assert (missing.status_code, missing.json()["asked"]) == (404, "nowhere")
+    assert server.get("/batches/cluster").json() == {"url": None}
     cluster = server.post("/batches", {"kind": "depth", "capture_ids": [PLANE], "cluster": True})
     assert (cluster.status_code, cluster.json()["remedy"]) == (
         422,

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import foveacam_client
-from foveacam_client import InvalidRequest, NotFound, Rig, TargetOutOfRange, models
+from foveacam_client import InvalidRequest, LeaseLost, NotFound, Rig, TargetOutOfRange, models
 from tests.system.conftest import Running
 
 pytestmark = pytest.mark.timeout(300)
@@ -54,6 +54,17 @@ def test_refusals_keep_the_words_of_the_server(rig: Rig) -> None:
     assert absent.value.status == 404
     assert "Exactly one" in str(wrong.value) or wrong.value.status == 422
     assert far.value.detail
+
+
+def test_a_lease_that_is_taken_over_ends_the_block_with_the_sentence_of_the_server(
+    rig: Rig, server: Running
+) -> None:
+    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as other:
+        with pytest.raises(LeaseLost, match="otto holds the control lease"), rig.hold_lease("me"):
+            taken = other.api.lease.take(models.LeaseRequest(holder="otto", take_over=True))
+            rig.api.mirrors.park()
+        other.use_lease(taken.token)
+        other.api.lease.release()
 
 
 def test_events_come_with_what_is_done(rig: Rig) -> None:

@@ -180,6 +180,21 @@ def test_the_recipe_that_captures_every_hour(
     assert [found.name for found in rig.datasets("hourly")] == [saved.stem]
 
 
+def test_the_recipe_that_holds_the_lease(
+    follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str], rig: Rig
+) -> None:
+    before = rig.api.events.recent(limit=1)[-1].id
+
+    follow("hold_lease")
+
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["620", "820"]
+    assert all(float(line.split()[1]) > 0.0 for line in lines)
+    changes = rig.events(kinds=["lease.changed"], last_event_id=before)
+    assert [next(changes).data["holder"] for _ in range(2)] == ["series on the desk", None]
+    changes.close()
+
+
 def test_the_recipe_that_foveates_what_a_detector_found(
     follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -6,10 +6,10 @@ import { h, html, update } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 import { hasEnded } from "../transport/jobs.js";
-import { BATCH_KINDS, EXPORTS, progressWords, resultWords, tickedWords } from "./batch_words.js";
+import { BATCH_KINDS, EXPORTS, placesOf, progressWords, resultWords, tickedWords } from "./batch_words.js";
 
 /**
- * @import { BatchDocument, BatchRequest, CaptureDocument, EventDocument, JobDocument } from "#api"
+ * @import { BatchClusterDocument, BatchDocument, BatchRequest, CaptureDocument, EventDocument, JobDocument } from "#api"
  * @import { GalleryContext } from "./page.js"
  */
 
@@ -24,6 +24,8 @@ class Batch {
   job = null;
   /** @type {BatchDocument | null} */
   made = null;
+  /** @type {string | null} the scheduler whose workers may make it */
+  cluster = null;
   changed = () => {};
 
   /** @param {Pick<GalleryContext, "commands">} context */
@@ -58,6 +60,8 @@ class Batch {
 
   /** Read the newest batch, which may run since before the page was opened. */
   async readAll() {
+    const cluster = await request("GET", "/batches/cluster").catch(() => null); // then this machine makes it
+    this.cluster = /** @type {BatchClusterDocument | null} */ (cluster)?.url ?? null;
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs"));
     const job = jobs.find(({ kind }) => kind === KIND);
     if (job) await this.adopt(job);
@@ -86,9 +90,11 @@ class Batch {
 export function makeBatch({ commands, follow }, changed) {
   const batch = new Batch({ commands });
   const place = h("div", { class: "batch" });
-  const form = formOf(batch);
+  /** @type {HTMLElement | null} */
+  let form = null;
   batch.changed = () => {
-    update(place, [html`<p class="actions">${openButton(batch)}</p>`, batch.asked && form, statusOf(batch)]);
+    form = batch.asked ? (form ?? formOf(batch)) : null;
+    update(place, [html`<p class="actions">${openButton(batch)}</p>`, form, statusOf(batch)]);
     changed();
   };
   batch.changed();
@@ -124,16 +130,18 @@ function formOf(batch) {
     to.element.hidden = value !== "export";
   });
   to.element.hidden = true;
+  const by = choiceField("By", placesOf(batch.cluster));
+  by.element.hidden = batch.cluster === null;
   const start = () =>
     void batch.make({
       kind: /** @type {BatchRequest["kind"]} */ (kind.value()),
       to: /** @type {NonNullable<BatchRequest["to"]>} */ (to.value()),
       capture_ids: [...batch.ticked],
-      cluster: false,
+      cluster: by.value() === "cluster",
     });
   const button = html`<button type="button" class="plain" @click=${start}>Start</button>`;
   const place = h("div", { class: "batch-form" });
-  show(place, [kind.element, to.element, button]);
+  show(place, [kind.element, to.element, by.element, button]);
   return place;
 }
 

@@ -21,6 +21,16 @@ export const EXPORTS = [
   ["authors", "the authors' folders"],
 ];
 
+/**
+ * Return who may make a batch: first the workers of the server's cluster, where it has one.
+ * @param {string | null} cluster
+ * @returns {[string, string][]}
+ */
+export function placesOf(cluster) {
+  const here = /** @type {[string, string]} */ (["here", "the server"]);
+  return cluster === null ? [here] : [["cluster", `the cluster ${cluster}`], here];
+}
+
 /** @param {number} ticked */
 export function tickedWords(ticked) {
   if (ticked === 0) return "Tick datasets to make something of them together.";
