@@ -111,7 +111,9 @@ class _Cluster:
     @property
     def most_under_way(self) -> int:
         """For the workers that the scheduler has now."""
-        return (1 + AHEAD) * max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+        with self._scheduler_within_reach():
+            workers = self._client.scheduler_info(n_workers=-1)["workers"]
+        return (1 + AHEAD) * max(1, len(workers))
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
         """Give a part to the scheduler; where a worker dies, another one computes it."""
