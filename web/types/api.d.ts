@@ -3126,6 +3126,7 @@ export interface components {
         };
         /** @description One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not. */
         StillDocument: {
+            archived: components["schemas"]["ArchivedDocument"] | null;
             calibration_id: string | null;
             cameras: components["schemas"]["StillCamera"][];
             codec: string | null;

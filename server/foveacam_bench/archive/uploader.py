@@ -1,8 +1,8 @@
 """A process that forks an uploader for each line that it reads, so that each can be killed at once.
 
-It has no threads and has the storage's packages loaded. A line names the archive, a dataset's folder or a file
-that stands for a recording, and the size of a large file's parts; it prints the uploader's process id, and the
-exit status once it has ended.
+It has no threads and has the storage's packages loaded. A line names the archive, a dataset's folder or a
+file that stands for a recording, and the size of a large file's parts; it prints the uploader's process id,
+and the exit status once it has ended.
 """
 
 import os

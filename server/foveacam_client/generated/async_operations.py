@@ -19,7 +19,7 @@ class AsyncArchive:
     async def get(self) -> models.ArchiveDocument:
         """The archive of this server.
 
-        Return where captures and recordings are archived.
+        Return where captures, recordings and stills are archived.
 
         Needs the right `view`.
         """
@@ -2723,7 +2723,7 @@ class AsyncRecordings:
     ) -> StartedJob[models.RecordingDocument]:
         """Fetch a recording from the archive.
 
-        Queue the download of its file, as a job.
+        Queue the download of the files that are not on this machine, as a job.
 
         Needs the right `operate`.
         """
@@ -3487,6 +3487,27 @@ class AsyncStills:
             Call("DELETE", "/api/v1/stills/{still_id}", path_values={"still_id": still_id})
         )
 
+    async def archive_still(
+        self, still_id: str, body: models.ArchiveRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.StillDocument]:
+        """Send a still to the archive.
+
+        Queue the upload as a job; what the archive has already is not sent again.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/stills/{still_id}/archive",
+                path_values={"still_id": still_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.StillDocument,
+        )
+
     def picture(
         self,
         still_id: str,
@@ -3531,6 +3552,26 @@ class AsyncStills:
         """
         return self._transport.download(
             Call("GET", "/api/v1/stills/{still_id}/download.zip", path_values={"still_id": still_id})
+        )
+
+    async def fetch_still(
+        self, still_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.StillDocument]:
+        """Fetch a still from the archive.
+
+        Queue the download of the files that are not on this machine, as a job.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/stills/{still_id}/fetch",
+                path_values={"still_id": still_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.StillDocument,
         )
 
     async def keep(self, still_id: str, body: models.StillKeepRequest | None = None) -> models.StillDocument:

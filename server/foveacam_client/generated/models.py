@@ -3072,6 +3072,7 @@ class StillDocument(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
+    archived: ArchivedDocument | None
     calibration_id: str | None
     cameras: list[StillCamera]
     codec: str | None

@@ -35,7 +35,7 @@ _AT_ONCE = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArchiveItem:
-    """A dataset or a recording on the disk.
+    """A dataset, a recording or a still on the disk.
 
     `files`: its files by their names in the archive; one that is archived already need not be on the disk.
     `large`: those that need not stay on the disk. `record`: path of its record. `about`: what is shown of it
