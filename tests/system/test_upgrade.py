@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.foundation.backup.archive import DATABASE, BackupManifest, CopyWatcher
+from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher
 from foveacam_server.foundation.backup.restore import restore
+from foveacam_server.foundation.store import DATABASE
 
 from .conftest import API, Running, running
 

@@ -3007,18 +3007,18 @@ class AsyncRetention:
         self._transport = transport
 
     async def get(self) -> models.RetentionPreview:
-        """What the rules would move to the trash now.
+        """What the rules would remove now.
 
-        Return the rules, each capture, recording and still that they would remove, and why.
+        Return the rules, and all that they would remove, with the reason of each.
 
         Needs the right `view`.
         """
         return await self._transport.answer(Call("GET", "/api/v1/retention"), models.RetentionPreview)
 
     async def apply(self, body: models.RetentionRequest) -> models.RetentionApplied:
-        """Move it to the trash.
+        """Move it to the trash, or delete it where its kind has none.
 
-        Move exactly what a preview named, by its digest; nothing, when something changed meanwhile.
+        Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile.
 
         Needs the right `operate`.
         """

@@ -2967,18 +2967,18 @@ class Retention:
         self._transport = transport
 
     def get(self) -> models.RetentionPreview:
-        """What the rules would move to the trash now.
+        """What the rules would remove now.
 
-        Return the rules, each capture, recording and still that they would remove, and why.
+        Return the rules, and all that they would remove, with the reason of each.
 
         Needs the right `view`.
         """
         return self._transport.answer(Call("GET", "/api/v1/retention"), models.RetentionPreview)
 
     def apply(self, body: models.RetentionRequest) -> models.RetentionApplied:
-        """Move it to the trash.
+        """Move it to the trash, or delete it where its kind has none.
 
-        Move exactly what a preview named, by its digest; nothing, when something changed meanwhile.
+        Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile.
 
         Needs the right `operate`.
         """
