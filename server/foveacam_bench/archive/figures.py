@@ -47,7 +47,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
             **cut_figures(server, folder / "cut", kills=kills, drops=drops),
             **resent_figures(server, folder, cuts=large_cuts),
             **_rates(server, folder / "points"),
-            **_amplification(proxy, folder),
+            **_amplification(proxy, folder, ticks=12 if quick else 40),
             "load_1min": round(os.getloadavg()[0], 2),
         }
 
@@ -89,7 +89,7 @@ def _rates(server: StorageServer, folder: Path) -> dict[str, object]:
     }
 
 
-def _amplification(proxy: StorageProxy, folder: Path) -> dict[str, object]:
+def _amplification(proxy: StorageProxy, folder: Path, *, ticks: int) -> dict[str, object]:
     """Return bytes read over bytes wanted: of one point of a dataset, and of one frame of a recording."""
     dataset = _dataset(folder / "points")
     remove_large_files(dataset, _upload(f"s3://{BUCKET}/points", dataset))
@@ -98,12 +98,12 @@ def _amplification(proxy: StorageProxy, folder: Path) -> dict[str, object]:
     wanted = sum(point.frame(frame.role).image.nbytes for frame in point.frames)
     of_point = (proxy.received - before) / wanted
     path = folder / "looks.fcap"
-    _record(path, ticks=40)
+    _record(path, ticks=ticks)
     item = recording_item(path, item_id="rec", label="", created_utc=UTC, beside=(), about={})
     remove_large_files(item, _upload(f"s3://{BUCKET}/looks", item))
     before = proxy.received
     with Recording(path) as recording:
-        wanted = recording.frame("left", 20).raw.nbytes
+        wanted = recording.frame("left", ticks // 2).raw.nbytes
     of_frame = (proxy.received - before) / wanted
     return {
         "read_amplification": round(max(of_point, of_frame), 3),

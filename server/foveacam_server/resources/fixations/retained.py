@@ -93,7 +93,7 @@ class RetainedLooks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Fixation:
-    """Columns of a fixation's row. `name`: of its target, else as it was asked for; `in_job`: an open job's."""
+    """Columns of a fixation's row. `name`: its target's or request's; `in_job`: an open job names it."""
 
     id: str
     seq: int
