@@ -64,7 +64,7 @@ function cardOf(still) {
     facts: [
       trouble === "" &&
         html`<p class="still-facts">
-          ${archivedBadge(still)}<span>${stillWords(still)} · </span><span class="number">${sizeWords(size_bytes)}</span>
+          ${archivedBadge(still)}${" "}<span>${stillWords(still)} · </span><span class="number">${sizeWords(size_bytes)}</span>
         </p>`,
       reasons.map((text) => html`<p class="reason">${sentence(text)}</p>`),
     ],

@@ -14,13 +14,13 @@ import { actWords, removedWords, ruleWords } from "./retention_words.js";
  */
 
 const MOST = 20;
-/** @type {readonly [DueItem["kind"], string][]} */
+/** @type {readonly [DueItem["kind"], string, string][]} */
 const KINDS = [
-  ["captures", "Datasets"],
-  ["recordings", "Recordings"],
-  ["stills", "Stills"],
-  ["clouds", "Clouds"],
-  ["fixations", "Fixations"],
+  ["captures", "Datasets", "dataset"],
+  ["recordings", "Recordings", "recording"],
+  ["stills", "Stills", "still"],
+  ["clouds", "Clouds", "cloud"],
+  ["fixations", "Fixations", "fixation"],
 ];
 
 /**
@@ -61,8 +61,8 @@ function shown({ file, rules, items, size_bytes, digest }, move) {
     <ul class="sentences">${KINDS.map(([kind, title]) => html`<li>${title}: ${ruleWords(rules[kind])}</li>`)}</ul>
     <p class="note">
       ${rules.automatic ? "Applied once an hour." : "Applied only here."} What has a label, or is in use, is kept always,
-      and so are the newest cloud and fixation, and a fixation as long as it has a cloud. The rules stand in
-      <code>${file}</code>.
+      and so are the newest cloud and fixation, and a fixation as long as it has a cloud. With a fixation goes its
+      target. The rules stand in${" "}<code>${file}</code>.
     </p>
     ${items.length === 0 ? nothing("Nothing would be removed now.") : dueOf(items)}
     <p class="actions">
@@ -79,15 +79,16 @@ function dueOf(items) {
   const more = items.length - MOST;
   return html`<ul class="named">
     ${items.slice(0, MOST).map(
-      ({ name, why, size_bytes, created_utc, for_good }) => html`<li>
-        <span>
-          <b>${name}</b>
-          <span class="note">
-            ${whenWords(created_utc)}, ${sizeWords(size_bytes)}: ${why}${for_good ? "; deleted for good" : ""}
-          </span>
-        </span>
+      (item) => html`<li>
+        <span><b>${item.name}</b>${" "}<span class="note">${dueWords(item)}</span></span>
       </li>`,
     )}
     ${more > 0 && html`<li><span class="note">… and ${count(more)} more</span></li>`}
   </ul>`;
+}
+
+/** @param {DueItem} item */
+function dueWords({ kind, why, size_bytes, created_utc, for_good }) {
+  const one = KINDS.find(([name]) => name === kind)?.[2];
+  return `${one}, ${whenWords(created_utc)}, ${sizeWords(size_bytes)}: ${why}${for_good ? "; deleted for good" : ""}`;
 }
