@@ -103,7 +103,9 @@ RootPathOption = Annotated[
 DataOption = Annotated[Path | None, typer.Option(help="folder for targets, clouds, jobs and events")]
 ArchiveOption = Annotated[
     str | None,
-    typer.Option(help="where captures and recordings are archived, s3://bucket/prefix", metavar="URL"),
+    typer.Option(
+        help="where captures, recordings and stills are archived, s3://bucket/prefix", metavar="URL"
+    ),
 ]
 CalibrationOption = Annotated[
     Path | None, typer.Option(help="calibration file to use instead of the rig's own")

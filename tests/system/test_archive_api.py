@@ -1,4 +1,4 @@
-"""Captures and recordings sent to an archive by REST, read there, fetched, and seen by another folder."""
+"""Captures, recordings and stills sent to an archive by REST, read there, fetched, seen by another folder."""
 
 import io
 import json
@@ -13,6 +13,7 @@ from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.cli import app
 from foveacam_server.foundation.store import Document
+from foveacam_server.resources.stills.collection import HELD
 from tests.unit.dataset_scenes import written
 from tests.unit.recordings import record
 
@@ -33,6 +34,7 @@ def server(tmp_path_factory: pytest.TempPathFactory, archive: str) -> Iterator[R
     written(data / "captures" / "small", 3)
     (data / "recordings").mkdir()
     record(data / "recordings" / "looks.fcap", ticks=30)
+    written(data / "stills" / "desk", 1)
     with running(data, live_hz=(0.1, 0.1), archive=archive) as found:
         yield found
 
@@ -82,6 +84,33 @@ def test_a_recording_goes_to_the_archive_and_comes_back(server: Running, archive
     assert server.get(f"{url}/download.fcap").status_code == 200
 
 
+def test_a_still_goes_to_the_archive_and_comes_back(server: Running, archive: str) -> None:
+    (still,) = server.get("/stills").json()
+    assert still["archived"] is None
+    url = f"/stills/{still['id']}"
+    whole = server.get(f"{url}/cameras/left.{still['codec']}").content
+
+    archived = sent(server, f"{url}/archive", {"remove_local": True})["archived"]
+    assert archived["url"] == f"{archive}/stills/test"
+    assert archived["local"] is False
+    assert not list((server.captures.parent / "stills" / "desk" / "images").iterdir())
+    assert server.get(f"{url}/thumbnail.jpg").status_code == 200
+    assert server.get(f"{url}/cameras/left.{still['codec']}").content == whole
+    assert server.get(f"{url}/cameras/wide.jpg").status_code == 200
+    assert server.post(f"{url}/check").json()["sound"] is True
+
+    assert sent(server, f"{url}/fetch")["archived"]["local"] is True
+    assert check_dataset(server.captures.parent / "stills" / "desk") == []
+
+
+def test_a_still_that_is_held_is_kept_first(server: Running) -> None:
+    written(server.captures.parent / "stills" / HELD / "held", 1)
+    (held,) = server.get("/stills", state="held").json()
+    refused = server.post(f"/stills/{held['id']}/archive", {})
+    server.http.delete(f"{API}/stills/{held['id']}")
+    assert (refused.status_code, refused.json()["remedy"]) == (409, "keep it first")
+
+
 def test_an_archived_recording_survives_the_trash(server: Running) -> None:
     (recording,) = server.get("/recordings").json()
     url = f"/recordings/{recording['id']}"
@@ -94,17 +123,18 @@ def test_an_archived_recording_survives_the_trash(server: Running) -> None:
 
 
 def test_another_folder_sees_the_archive(server: Running, archive: str, tmp_path: Path) -> None:
-    for found in ("captures", "recordings"):
+    for found in ("captures", "recordings", "stills"):
         (item,) = server.get(f"/{found}").json()
         sent(server, f"/{found}/{item['id']}/archive", {})
     run = CliRunner().invoke(app, ["archive", "list", archive, "--json"])
-    assert {item["name"] for item in json.loads(run.output)["items"]} == {"small", "looks"}
+    assert {item["name"] for item in json.loads(run.output)["items"]} == {"small", "looks", "desk"}
 
     opened = ["--data", str(tmp_path / "opened"), "--json"]
-    for name in ("small", "looks"):
+    for name in ("small", "looks", "desk"):
         run = CliRunner().invoke(app, ["archive", "open", archive, name, *opened])
         assert run.exit_code == 0, run.output
     assert Dataset.open(tmp_path / "opened" / "captures" / "small")[2].left.shape == (6, 8)
+    assert Dataset.open(tmp_path / "opened" / "stills" / "desk")[0].left.shape == (6, 8)
     with Recording(tmp_path / "opened" / "recordings" / "looks.fcap") as recording:
         assert recording.frame("right", -1).image.shape == (24, 32)
     assert not list((tmp_path / "opened").rglob("*.fcap"))

@@ -6,7 +6,7 @@ import { leftOf, percent, size } from "../foveacam_web/static/js/gallery/mosaic/
 import { frameAt, PlayerClock } from "../foveacam_web/static/js/replay/clock.js";
 import * as recordings from "../foveacam_web/static/js/gallery/recording_words.js";
 import { referenceWords } from "../foveacam_web/static/js/gallery/reference_words.js";
-import { ruleWords } from "../foveacam_web/static/js/preferences/retention_words.js";
+import { actWords, removedWords, ruleWords } from "../foveacam_web/static/js/preferences/retention_words.js";
 import { only } from "./documents.js";
 
 /**
@@ -269,4 +269,9 @@ test("an archived entry says its size and what of it is here", () => {
 test("a rule of retention says what is kept", () => {
   assert.equal(ruleWords({ keep_days: null, keep_gb: null }), "kept for ever");
   assert.equal(ruleWords({ keep_days: 30, keep_gb: 0.5 }), "kept for 30 days, the newest 0.5 GB");
+  const [trash, for_good] = [{ for_good: false }, { for_good: true }];
+  assert.equal(actWords([trash]), "Move to the trash");
+  assert.equal(actWords([for_good]), "Delete for good");
+  assert.equal(actWords([trash, for_good]), "Remove, 1 of them for good");
+  assert.equal(removedWords([trash, trash, for_good]), "2 moved to the trash, 1 deleted for good");
 });

@@ -812,12 +812,13 @@ export interface components {
             apply?: boolean;
             distance_m?: number | null;
         };
-        /** @description One that the rules would move to the trash, and why. */
+        /** @description One that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted. */
         DueItem: {
             created_utc: string;
+            for_good: boolean;
             id: string;
             /** @enum {string} */
-            kind: "captures" | "recordings" | "stills";
+            kind: "captures" | "recordings" | "stills" | "clouds" | "fixations";
             name: string;
             size_bytes: number;
             why: string;
@@ -2675,12 +2676,12 @@ export interface components {
             ring?: components["schemas"]["RingRequest"];
             targets_m?: number[][] | null;
         };
-        /** @description What was moved to the trash. */
+        /** @description What was moved to the trash, or deleted for good. */
         RetentionApplied: {
             items: components["schemas"]["DueItem"][];
             size_bytes: number;
         };
-        /** @description What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'. */
+        /** @description What the rules would remove now; `digest`: stands for exactly that. `file`: the rules'. */
         RetentionPreview: {
             digest: string;
             file: string;
@@ -2702,6 +2703,8 @@ export interface components {
             /** @default false */
             automatic: boolean;
             captures: components["schemas"]["RetentionRule"];
+            clouds: components["schemas"]["RetentionRule"];
+            fixations: components["schemas"]["RetentionRule"];
             recordings: components["schemas"]["RetentionRule"];
             stills: components["schemas"]["RetentionRule"];
         };
@@ -3130,6 +3133,7 @@ export interface components {
         };
         /** @description One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not. */
         StillDocument: {
+            archived: components["schemas"]["ArchivedDocument"] | null;
             calibration_id: string | null;
             cameras: components["schemas"]["StillCamera"][];
             codec: string | null;

@@ -19,9 +19,13 @@ from foveacam_bench.archive.storage_server import BUCKET, StorageServer
 from foveacam_hardware.contract import DeviceFault
 from foveacam_pipeline.capture.dataset.lock import LOCK
 from foveacam_pipeline.storage.archive import RECORD, fetch_item, find_item, open_store
+from foveacam_pipeline.storage.archive.large_files import PART_BYTES
 from foveacam_pipeline.storage.archive.store import ENDPOINT
 
 CUTS_AN_UPLOAD = 5
+LARGE_PART_BYTES = 1 << 19
+LARGE_PARTS = 64
+"""Parts of the large file; small ones, so that the bench is short."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -60,15 +64,43 @@ def cut_figures(
     return {name: getattr(figures, name) for name in CutFigures.__slots__}
 
 
+def resent_figures(server: StorageServer, folder: Path, *, cuts: int, seed: int = 2) -> dict[str, object]:
+    """Cut the upload of one large file, by killing and by dropping, let it end, and return what was sent.
+
+    `resent_ratio`: bytes sent, with those of HTTP, over the file's; `resent_parts_a_cut`: what more was sent.
+    """
+    rng, figures, url = np.random.default_rng(seed), CutFigures(), f"s3://{BUCKET}/large"
+    path = folder / "large.fcap"
+    content = rng.bytes(LARGE_PARTS * LARGE_PART_BYTES)
+    path.write_bytes(content)
+    with storage_proxy(server.port) as proxy, _uploader(server, proxy, LARGE_PART_BYTES) as uploader:
+        for kill in rng.permutation([True, False] * (cuts // 2)):
+            proxy.restore()
+            proxy.budget = int(rng.integers(0, len(content) // cuts))
+            _cut(uploader, proxy, url, path, kill=bool(kill), figures=figures)
+        proxy.restore()
+        if uploader.run(url, path) != 0:
+            raise DeviceFault(f"the upload {url} did not end after its cuts; run the bench again")
+        sent = proxy.sent
+    if find_item(url, "recordings", "bench").read("recording.fcap") != content:
+        raise DeviceFault(f"{url} is not what was sent; run the bench again")
+    more = (sent - len(content)) / LARGE_PART_BYTES
+    return {
+        "resent_cuts": figures.cuts,
+        "resent_ratio": round(sent / len(content), 3),
+        "resent_parts_a_cut": round(more / max(1, figures.cuts), 2),
+    }
+
+
 class _Uploader:
     """The process that forks uploaders."""
 
-    def __init__(self, process: "subprocess.Popen[str]", commands: IO[str], answers: IO[str]) -> None:
-        self._process, self._commands, self._answers = process, commands, answers
+    def __init__(self, commands: IO[str], answers: IO[str], *, part_bytes: int) -> None:
+        self._commands, self._answers, self._part_bytes = commands, answers, part_bytes
 
-    def start(self, url: str, folder: Path) -> int:
+    def start(self, url: str, place: Path) -> int:
         """Start an uploader and return its process id."""
-        self._commands.write(f"{url}\t{folder}\n")
+        self._commands.write(f"{url}\t{place}\t{self._part_bytes}\n")
         self._commands.flush()
         return int(self._answers.readline())
 
@@ -76,14 +108,16 @@ class _Uploader:
         """Return the exit status of the uploader."""
         return int(self._answers.readline())
 
-    def run(self, url: str, folder: Path) -> int:
+    def run(self, url: str, place: Path) -> int:
         """Upload to the end."""
-        self.start(url, folder)
+        self.start(url, place)
         return self.wait()
 
 
 @contextmanager
-def _uploader(server: StorageServer, proxy: StorageProxy) -> Iterator[_Uploader]:
+def _uploader(
+    server: StorageServer, proxy: StorageProxy, part_bytes: int = PART_BYTES
+) -> Iterator[_Uploader]:
     environment = {**os.environ, **server.environment, ENDPOINT: f"http://127.0.0.1:{proxy.port}"}
     command = [sys.executable, "-m", "foveacam_bench.archive.uploader"]
     with subprocess.Popen(  # noqa: S603 - the project's own module
@@ -97,16 +131,16 @@ def _uploader(server: StorageServer, proxy: StorageProxy) -> Iterator[_Uploader]
         if process.stdin is None or process.stdout is None:
             raise AssertionError("both were asked for")
         try:
-            yield _Uploader(process, process.stdin, process.stdout)
+            yield _Uploader(process.stdin, process.stdout, part_bytes=part_bytes)
         finally:
             process.kill()
 
 
 def _cut(
-    uploader: _Uploader, proxy: StorageProxy, url: str, folder: Path, *, kill: bool, figures: CutFigures
+    uploader: _Uploader, proxy: StorageProxy, url: str, place: Path, *, kill: bool, figures: CutFigures
 ) -> None:
     """Upload until the proxy's budget of bytes has gone, and cut there."""
-    child = uploader.start(url, folder)
+    child = uploader.start(url, place)
     if kill:
         proxy.wait_until_gone()
         with suppress(ProcessLookupError):

@@ -11,7 +11,7 @@ _HEAD_END = b"\r\n\r\n"
 
 
 class StorageProxy:
-    """Passes bytes between clients and a server. `received`: bytes that clients got.
+    """Passes bytes between clients and a server. `received`, `sent`: bytes that clients got and sent.
 
     `budget`: bytes that clients may still send before all is dropped; None: any. `gone`: whether connections
     are refused. `refusal`: an answer that is given instead of the server's.
@@ -25,7 +25,7 @@ class StorageProxy:
         self._open: set[socket.socket] = set()
         self._threads: list[threading.Thread] = []
         self._cut = threading.Event()
-        self.received = 0
+        self.received, self.sent = 0, 0
         self.budget: int | None = None
         self.gone = False
         self.refusal = b""
@@ -111,6 +111,7 @@ class StorageProxy:
 
     def _spent(self, count: int) -> bool:
         with self._lock:
+            self.sent += count
             if self.budget is None:
                 return False
             self.budget -= count

@@ -15,6 +15,8 @@ from foveacam_pipeline.storage.archive.store import ENDPOINT
 
 BUCKET = "rig"
 START_S = 30.0
+SMALLEST_PART_BYTES = 1 << 16
+"""Smallest part of a large file that the server takes; Amazon's takes 5 MiB."""
 CREDENTIALS = {
     "AWS_ACCESS_KEY_ID": "bench",
     "AWS_SECRET_ACCESS_KEY": "bench",
@@ -59,8 +61,9 @@ def storage_server() -> Iterator[StorageServer]:
     """Start a server and yield it with its bucket; end it afterwards."""
     server = StorageServer(port=free_port())
     command = [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(server.port)]
+    environment = {**os.environ, **CREDENTIALS, "S3_UPLOAD_PART_MIN_SIZE": str(SMALLEST_PART_BYTES)}
     with subprocess.Popen(  # noqa: S603 - the project's own bench
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, **CREDENTIALS}
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment
     ) as process:
         try:
             _wait(server, process)

@@ -791,14 +791,15 @@ class DriftRequest(Document):
 
 
 class DueItem(Document):
-    """One that the rules would move to the trash, and why."""
+    """One that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted."""
 
     model_config = ConfigDict(
         extra="forbid",
     )
     created_utc: str
+    for_good: bool
     id: str
-    kind: Literal["captures", "recordings", "stills"]
+    kind: Literal["captures", "recordings", "stills", "clouds", "fixations"]
     name: str
     size_bytes: int
     why: str
@@ -2491,7 +2492,7 @@ TargetsMItem = TypeAliasType(
 
 
 class RetentionApplied(Document):
-    """What was moved to the trash."""
+    """What was moved to the trash, or deleted for good."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2527,6 +2528,8 @@ class RetentionRules(Document):
     )
     automatic: bool = False
     captures: RetentionRule | None = None
+    clouds: RetentionRule | None = None
+    fixations: RetentionRule | None = None
     recordings: RetentionRule | None = None
     stills: RetentionRule | None = None
 
@@ -3081,6 +3084,7 @@ class StillDocument(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
+    archived: ArchivedDocument | None
     calibration_id: str | None
     cameras: list[StillCamera]
     codec: str | None
@@ -4498,7 +4502,7 @@ class RegionsRequest(Document):
 
 
 class RetentionPreview(Document):
-    """What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'."""
+    """What the rules would remove now; `digest`: stands for exactly that. `file`: the rules'."""
 
     model_config = ConfigDict(
         extra="forbid",

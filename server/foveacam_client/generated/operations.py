@@ -19,7 +19,7 @@ class Archive:
     def get(self) -> models.ArchiveDocument:
         """The archive of this server.
 
-        Return where captures and recordings are archived.
+        Return where captures, recordings and stills are archived.
 
         Needs the right `view`.
         """
@@ -2692,7 +2692,7 @@ class Recordings:
     ) -> StartedJob[models.RecordingDocument]:
         """Fetch a recording from the archive.
 
-        Queue the download of its file, as a job.
+        Queue the download of the files that are not on this machine, as a job.
 
         Needs the right `operate`.
         """
@@ -2976,18 +2976,18 @@ class Retention:
         self._transport = transport
 
     def get(self) -> models.RetentionPreview:
-        """What the rules would move to the trash now.
+        """What the rules would remove now.
 
-        Return the rules, each capture, recording and still that they would remove, and why.
+        Return the rules, and all that they would remove, with the reason of each.
 
         Needs the right `view`.
         """
         return self._transport.answer(Call("GET", "/api/v1/retention"), models.RetentionPreview)
 
     def apply(self, body: models.RetentionRequest) -> models.RetentionApplied:
-        """Move it to the trash.
+        """Move it to the trash, or delete it where its kind has none.
 
-        Move exactly what a preview named, by its digest; nothing, when something changed meanwhile.
+        Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile.
 
         Needs the right `operate`.
         """
@@ -3444,6 +3444,27 @@ class Stills:
         """
         self._transport.order(Call("DELETE", "/api/v1/stills/{still_id}", path_values={"still_id": still_id}))
 
+    def archive_still(
+        self, still_id: str, body: models.ArchiveRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.StillDocument]:
+        """Send a still to the archive.
+
+        Queue the upload as a job; what the archive has already is not sent again.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/stills/{still_id}/archive",
+                path_values={"still_id": still_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.StillDocument,
+        )
+
     def picture(
         self,
         still_id: str,
@@ -3488,6 +3509,26 @@ class Stills:
         """
         return self._transport.download(
             Call("GET", "/api/v1/stills/{still_id}/download.zip", path_values={"still_id": still_id})
+        )
+
+    def fetch_still(
+        self, still_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.StillDocument]:
+        """Fetch a still from the archive.
+
+        Queue the download of the files that are not on this machine, as a job.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/stills/{still_id}/fetch",
+                path_values={"still_id": still_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.StillDocument,
         )
 
     def keep(self, still_id: str, body: models.StillKeepRequest | None = None) -> models.StillDocument:

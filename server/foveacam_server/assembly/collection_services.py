@@ -19,8 +19,9 @@ from foveacam_server.resources.recordings.archiving import RecordingArchiveSourc
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
 from foveacam_server.resources.references.service import ReferenceService
-from foveacam_server.resources.retention.rules import RetentionSource
+from foveacam_server.resources.retention.rules import RetentionSource, Sources
 from foveacam_server.resources.retention.service import RetentionService
+from foveacam_server.resources.stills.archiving import StillArchiveSource
 from foveacam_server.resources.stills.collection import STILLS
 from foveacam_server.resources.stills.service import StillService
 from foveacam_server.rig.live_views import LiveRates
@@ -47,15 +48,20 @@ def open_collections(shared: SharedServices, *, backends: DepthBackendService) -
         captures=captures, jobs=shared.jobs, events=shared.foundation.events, clock=shared.foundation.clock
     )
     recordings = _recordings(shared, backends=backends)
+    stills = StillService(shared.foundation.store.subfolder(STILLS), tools)
     return CollectionServices(
         captures=captures,
-        stills=StillService(shared.foundation.store.subfolder(STILLS), tools),
+        stills=stills,
         recordings=recordings,
         mosaics=MosaicService(making, shared.displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
         archive=ArchiveService(
             shared.foundation.settings.archive,
-            {"captures": CaptureArchiveSource(captures), "recordings": RecordingArchiveSource(recordings)},
+            {
+                "captures": CaptureArchiveSource(captures),
+                "recordings": RecordingArchiveSource(recordings),
+                "stills": StillArchiveSource(stills),
+            },
             shared.jobs,
         ),
         batches=BatchService(
@@ -67,8 +73,10 @@ def open_collections(shared: SharedServices, *, backends: DepthBackendService) -
     )
 
 
-def open_retention(shared: SharedServices, collections: CollectionServices) -> RetentionService:
-    """Open the rules of retention over all collections."""
+def open_retention(
+    shared: SharedServices, collections: CollectionServices, *, looks: Sources
+) -> RetentionService:
+    """Open the rules of retention over all collections, and over `looks`."""
     captures, recordings, stills = collections.captures, collections.recordings, collections.stills
 
     def capture_in_use(capture_id: str) -> bool:
@@ -91,6 +99,7 @@ def open_retention(shared: SharedServices, collections: CollectionServices) -> R
                 in_use=lambda still_id: is_being_written(stills.collection.get(still_id).stored.folder),
                 remove=stills.remove,
             ),
+            **looks,
         },
     )
     retention.start()

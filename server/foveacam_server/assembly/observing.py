@@ -6,9 +6,10 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.assembly.first_services import SharedServices
 from foveacam_server.datasets.collection import CaptureCollection
-from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.clouds.collection import CLOUDS, CloudCollection
 from foveacam_server.resources.clouds.shapes import ShapeWorker
 from foveacam_server.resources.depth_backends.service import DepthBackendService
+from foveacam_server.resources.fixations.retained import RetainedLooks
 from foveacam_server.resources.fixations.service import FixationService, FixationTools
 from foveacam_server.resources.follows.follow_job import FollowTools
 from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
@@ -16,6 +17,7 @@ from foveacam_server.resources.follows.service import FollowService
 from foveacam_server.resources.loop.service import LoopService, LoopTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
+from foveacam_server.resources.retention.rules import RetentionSource, Sources
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
 
@@ -66,6 +68,27 @@ def open_observation(
         wide_depth=wide_depth,
         measurements=measurements,
     )
+
+
+def retained_looks(shared: SharedServices, observation: ObservationServices) -> Sources:
+    """Return clouds and fixations as the rules of retention remove them: for good."""
+    clouds, fixations, viewer = observation.clouds, observation.fixations, shared.displays.viewer
+    looks = RetainedLooks(shared.foundation.store, shared.foundation.store.subfolder(CLOUDS))
+
+    def remove_cloud(cloud_id: str) -> None:
+        cloud = clouds.remove(cloud_id)
+        fixations.remove_cloud(cloud.fixation_id)
+        if viewer is not None:
+            viewer.remove_fixation(cloud.fixation_id)
+
+    return {
+        "clouds": RetentionSource(
+            every=looks.clouds, in_use=looks.is_cloud_in_use, remove=remove_cloud, for_good=True
+        ),
+        "fixations": RetentionSource(
+            every=looks.fixations, in_use=looks.is_fixation_in_use, remove=fixations.remove, for_good=True
+        ),
+    }
 
 
 def _fixation_tools(

@@ -13,7 +13,7 @@ from foveacam_server.assembly.first_services import (
     open_displays,
     open_rig_knowledge,
 )
-from foveacam_server.assembly.observing import ObservationServices, open_observation
+from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
 from foveacam_server.assembly.rig_opening import open_hardware
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
@@ -111,7 +111,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         mosaics=collections.mosaics,
         references=collections.references,
         archive=collections.archive,
-        retention=open_retention(shared, collections),
+        retention=open_retention(shared, collections, looks=retained_looks(shared, observation)),
         batches=collections.batches,
         fixations=observation.fixations,
         follows=observation.follows,

@@ -1,6 +1,7 @@
 """The commands `foveacam retention show` and `foveacam retention apply`."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -13,19 +14,24 @@ from foveacam_server.commands.options import DataOption, JsonOption
 from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.settings import checked_settings
-from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.store import DATABASE, Store, StoreReader
 from foveacam_server.resources.captures.schema import CaptureDocument
+from foveacam_server.resources.clouds.collection import CLOUDS, CloudCollection
+from foveacam_server.resources.fixations.retained import RetainedLooks
+from foveacam_server.resources.fixations.table import FixationTable, TargetTable
 from foveacam_server.resources.recordings.collection import RECORDINGS, RecordingCollection
 from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.retention.rules import RetentionSource, Sources, preview
-from foveacam_server.resources.retention.schema import DueItem
+from foveacam_server.resources.retention.rules import RetentionSource, preview
+from foveacam_server.resources.retention.schema import DueItem, RetainedKind
 from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.stills.collection import STILLS, StillCollection, StillState
 from foveacam_server.resources.stills.schema import StillDocument
 
+SourcesByKind = dict[RetainedKind, RetentionSource]
+
 app = typer.Typer(
     name="retention",
-    help="How long captures, recordings and stills are kept: rules in retention.toml of the data folder.",
+    help="How long captures, recordings, stills, clouds and fixations are kept: rules in retention.toml.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -34,23 +40,27 @@ app = typer.Typer(
 
 @app.command()
 def show(data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Say what the rules would move to the trash now, and why."""
+    """Say what the rules would remove now, and why; also beside a server that uses the folder."""
     folder = checked_settings({"data": data}).data
-    found = preview(folder, _sources(folder))
+    sources = _sources(folder)
+    if (folder / DATABASE).exists():
+        looks = RetainedLooks(StoreReader(folder), folder / CLOUDS)
+        sources |= _look_sources(looks, remove_cloud=_only_shown, remove_fixation=_only_shown)
+    found = preview(folder, sources)
     _print(found, found.items, as_json=as_json)
 
 
 @app.command()
 def apply(data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Move to the trash what the rules name; a server that uses the folder must have ended."""
+    """Remove what the rules name; a server that uses the folder must have ended."""
     folder = checked_settings({"data": data}).data
-    with Store(folder):
-        service = RetentionService(folder, _sources(folder))
+    with Store(folder) as store:
+        service = RetentionService(folder, _sources(folder) | _removable_looks(store))
         moved = service.apply(service.preview().digest)
     _print(moved, moved.items, as_json=as_json)
 
 
-def _sources(data: Path) -> Sources:
+def _sources(data: Path) -> SourcesByKind:
     captures = CaptureCollection(data / CAPTURES)
     recordings = RecordingCollection(data / RECORDINGS)
     stills = StillCollection(data / STILLS)
@@ -73,6 +83,39 @@ def _sources(data: Path) -> Sources:
     }
 
 
+def _removable_looks(store: Store) -> SourcesByKind:
+    """Return clouds and fixations of a folder that no server uses."""
+    clouds, fixations, targets = CloudCollection(store), FixationTable(store), TargetTable(store)
+
+    def remove_cloud(cloud_id: str) -> None:
+        fixation_id = clouds.remove(cloud_id).fixation_id
+        fixations.set_cloud(fixation_id, None)
+        targets.set_cloud(fixation_id, None)
+
+    def remove_fixation(fixation_id: str) -> None:
+        targets.remove_of(fixations.remove(fixation_id))
+
+    looks = RetainedLooks(store, store.subfolder(CLOUDS))
+    return _look_sources(looks, remove_cloud=remove_cloud, remove_fixation=remove_fixation)
+
+
+def _look_sources(
+    looks: RetainedLooks, *, remove_cloud: Callable[[str], None], remove_fixation: Callable[[str], None]
+) -> SourcesByKind:
+    return {
+        "clouds": RetentionSource(
+            every=looks.clouds, in_use=looks.is_cloud_in_use, remove=remove_cloud, for_good=True
+        ),
+        "fixations": RetentionSource(
+            every=looks.fixations, in_use=looks.is_fixation_in_use, remove=remove_fixation, for_good=True
+        ),
+    }
+
+
+def _only_shown(item_id: str) -> None:
+    raise AssertionError(f"{item_id}: nothing is removed where it is shown alone")
+
+
 def _print(document: ResponseModel, items: list[DueItem], *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(document.as_json()))
@@ -81,9 +124,10 @@ def _print(document: ResponseModel, items: list[DueItem], *, as_json: bool) -> N
         typer.echo("nothing")
         return
     table = Table()
-    for column in ("kind", "name", "created", "size", "why"):
+    for column in ("kind", "name", "created", "size", "why", "goes"):
         table.add_column(column)
     for item in items:
         name = item.name.replace("[", "\\[")
-        table.add_row(item.kind, name, item.created_utc, decimal(item.size_bytes), item.why)
+        goes = "for good" if item.for_good else "to the trash"
+        table.add_row(item.kind, name, item.created_utc, decimal(item.size_bytes), item.why, goes)
     Console().print(table)

@@ -107,7 +107,7 @@ class Settings(BaseSettings):
     """Path below which a proxy serves this server, such as `/foveacam`; empty: a site of its own."""
     data: Path = Field(default_factory=default_data_dir)
     archive: str | None = None
-    """URL of the archive of captures and recordings: `s3://bucket/prefix`, or `file:///folder`."""
+    """URL of the archive of captures, recordings and stills: `s3://bucket/prefix`, or `file:///folder`."""
     recording_folders: tuple[Path, ...] = ()
     """Folders of this machine from which recordings may be opened, besides `import` of `data`."""
     cluster: str | None = None

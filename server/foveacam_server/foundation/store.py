@@ -16,7 +16,7 @@ from sqlalchemy import JSON, Dialect, Engine, Index, String, TypeDecorator, crea
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
-from sqlalchemy.pool import ConnectionPoolEntry
+from sqlalchemy.pool import ConnectionPoolEntry, NullPool
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.storage.disk import disk_fault
@@ -32,6 +32,7 @@ _DISK_ERRORS = {
     sqlite3.SQLITE_IOERR: errno.EIO,
     sqlite3.SQLITE_CANTOPEN: errno.EIO,
 }
+DATABASE = "foveacam.sqlite"
 _LEAST_FREE_BYTES = 65_536
 """With less free space, an I/O error is taken as a full disk."""
 
@@ -98,7 +99,7 @@ class Store:
         self.folder = folder
         self._lock_fd = _lock_folder(folder)
         try:
-            self._path = folder / "foveacam.sqlite"
+            self._path = folder / DATABASE
             with _disk_faults(folder):
                 self._engine = _open_engine(self._path)
         except BaseException:
@@ -141,6 +142,22 @@ class Store:
         """Close the database and release the data directory."""
         self._engine.dispose()
         os.close(self._lock_fd)
+
+
+class StoreReader:
+    """The database of a data directory to read from, also beside the server that uses it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._engine = create_engine(
+            f"sqlite:///{folder / DATABASE}", connect_args={"timeout": 5.0}, poolclass=NullPool
+        )
+
+    @contextmanager
+    def session(self) -> Iterator[Session]:
+        """Open a session; raise as `Store.session`."""
+        with _disk_faults(self._folder), Session(self._engine) as session:
+            yield session
 
 
 @contextmanager

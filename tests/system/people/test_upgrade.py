@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.foundation.backup.archive import DATABASE, BackupManifest, CopyWatcher
+from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher
 from foveacam_server.foundation.backup.restore import restore
+from foveacam_server.foundation.store import DATABASE
 from tests.system.conftest import API, Running, running
 
 BACKUP = Path(__file__).parents[2] / "data" / "backup-0.1-before-people.tar.xz"

@@ -1,9 +1,12 @@
 """Datasets and recordings in an archive: what is sent and read in place, and what goes wrong."""
 
+import os
 import shutil
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +14,12 @@ from tests.unit.dataset_scenes import written
 from tests.unit.recordings import record
 
 from foveacam_bench.archive.storage_proxy import StorageProxy, refusal, storage_proxy
-from foveacam_bench.archive.storage_server import BUCKET, StorageServer, storage_server
+from foveacam_bench.archive.storage_server import (
+    BUCKET,
+    SMALLEST_PART_BYTES,
+    StorageServer,
+    storage_server,
+)
 from foveacam_hardware.contract import (
     Busy,
     Cancelled,
@@ -36,6 +44,7 @@ from foveacam_pipeline.storage.archive import (
 from foveacam_pipeline.storage.archive.store import ENDPOINT
 
 UTC = "2026-01-02T00:00:00+00:00"
+PART_BYTES = SMALLEST_PART_BYTES
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +150,71 @@ def test_an_upload_that_is_cut_goes_on(tmp_path: Path, proxy: StorageProxy, stor
     copy = tmp_path / "copy"
     fetch_item(found, {name: copy / name for name in found.manifest.files}, watch=silent)
     assert files_of(copy) == files_of(folder)
+
+
+def large_item(folder: Path, *, parts: int = 12) -> tuple[ArchiveItem, bytes]:
+    """Return an item of one file that is sent in parts, and the file's content."""
+    path = folder / "large.fcap"
+    content = np.random.default_rng(parts).bytes(parts * PART_BYTES - 7)
+    path.write_bytes(content)
+    return recording_item(path, item_id="large", label="", created_utc=UTC, beside=(), about={}), content
+
+
+def send_large(url: str, item: ArchiveItem, *, until: float = 1.0) -> ArchiveRecord:
+    """Send an item in small parts; raise Cancelled when that share of it is there."""
+
+    def watch(done: int, total: int) -> None:
+        if until < 1.0 and done >= until * total:
+            raise Cancelled("the job was cancelled")
+
+    return upload_item(url, item, utc=UTC, watch=watch, part_bytes=PART_BYTES)
+
+
+def test_a_large_file_that_is_cut_goes_on_after_its_last_part(tmp_path: Path, proxy: StorageProxy) -> None:
+    (item, content), url = large_item(tmp_path), f"s3://{BUCKET}/large-cut"
+    proxy.budget = len(content) // 2
+    with pytest.raises(NotConnected, match="the same request goes on where it stopped"):
+        send_large(url, item)
+    proxy.restore()
+    before = proxy.sent
+
+    found = send_large(url, item)
+
+    assert found.read("recording.fcap") == content
+    assert proxy.sent - before < 0.5 * len(content) + 4 * PART_BYTES
+
+
+def test_unfinished_parts_of_other_content_are_sent_again(url: str, tmp_path: Path) -> None:
+    item, content = large_item(tmp_path)
+    with pytest.raises(Cancelled):
+        send_large(url, item, until=0.5)
+    tamper_with_unfinished(url)
+
+    assert send_large(url, item).read("recording.fcap") == content
+
+
+def test_a_large_file_that_was_changed_after_a_cut_begins_anew(url: str, tmp_path: Path) -> None:
+    item, _ = large_item(tmp_path)
+    with pytest.raises(Cancelled):
+        send_large(url, item, until=0.5)
+    assert len(unfinished_of(url)) == 1
+
+    item, content = large_item(tmp_path, parts=9)
+    assert send_large(url, item).read("recording.fcap") == content
+    assert unfinished_of(url) == []
+
+
+def test_a_large_file_that_changes_while_it_is_sent_is_refused(url: str, tmp_path: Path) -> None:
+    item, _ = large_item(tmp_path)
+    path = item.files["recording.fcap"]
+
+    def edit(done: int, total: int) -> None:
+        path.write_bytes(bytes(path.stat().st_size))
+
+    with pytest.raises(Busy, match=r"was changed meanwhile; archive it again"):
+        upload_item(url, item, utc=UTC, watch=edit, part_bytes=PART_BYTES)
+    assert list_archive(url) == []
+    assert unfinished_of(url) == []
 
 
 def test_a_file_that_changes_meanwhile_is_refused(tmp_path: Path) -> None:
@@ -268,7 +342,7 @@ def test_storage_that_goes_away_while_a_recording_is_read(tmp_path: Path, proxy:
 def test_without_the_extra_the_install_command_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fsspec", None)
     with pytest.raises(InvalidInput, match=r"pip install 'foveacam-duo\[archive\]'"):
-        open_store("memory://without-the-extra")
+        open_store("s3://without-the-extra")
 
 
 @pytest.mark.parametrize(
@@ -277,6 +351,33 @@ def test_without_the_extra_the_install_command_is_said(monkeypatch: pytest.Monke
 def test_what_is_no_archive_is_refused(given: str) -> None:
     with pytest.raises(InvalidInput, match=r"give one such as s3://bucket/prefix"):
         checked_url(given)
+
+
+def unfinished_of(url: str) -> list[tuple[str, str]]:
+    """Return the objects below an archive of which parts alone are there: key or path, and upload id."""
+    if url.startswith("file://"):
+        return [(str(path), "") for path in Path(url.removeprefix("file://")).rglob("*.part")]
+    prefix = url.removeprefix(f"s3://{BUCKET}/")
+    with closing(boto_client()) as client:
+        uploads = client.list_multipart_uploads(Bucket=BUCKET).get("Uploads", ())
+    return [(each["Key"], each["UploadId"]) for each in uploads if each["Key"].startswith(prefix)]
+
+
+def tamper_with_unfinished(url: str) -> None:
+    """Put other content into the second part of the one unfinished object."""
+    ((key, upload_id),) = unfinished_of(url)
+    other = bytes(PART_BYTES)
+    if url.startswith("file://"):
+        with Path(key).open("r+b") as file:
+            file.seek(PART_BYTES)
+            file.write(other)
+        return
+    with closing(boto_client()) as client:
+        client.upload_part(Bucket=BUCKET, Key=key, UploadId=upload_id, PartNumber=2, Body=other)
+
+
+def boto_client() -> Any:  # noqa: ANN401 - boto ships no types
+    return StorageServer(port=int(os.environ[ENDPOINT].rpartition(":")[2])).client()
 
 
 def _keys(storage: StorageServer, prefix: str) -> dict[str, object]:

@@ -7,13 +7,22 @@ from pathlib import Path
 
 import pytest
 from tests.unit.dataset_scenes import written
+from tests.unit.test_clouds import shape
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_pipeline.capture.dataset import change_labels
 from foveacam_server.cli import app
 from foveacam_server.foundation.errors import EditedMeanwhile
+from foveacam_server.foundation.job_table import Job, JobTable
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.fixations.schema import (
+    FixationDocument,
+    TargetDocument,
+    TargetPlace,
+)
+from foveacam_server.resources.fixations.table import FixationTable, TargetTable
 from foveacam_server.resources.retention.rules import RetentionSource, read_rules
 from foveacam_server.resources.retention.service import RetentionService
 
@@ -83,7 +92,7 @@ def test_exactly_the_preview_is_moved(tmp_path: Path) -> None:
     digest = service.preview().digest
     shelf.kept.append(Kept("another", 40.0))
 
-    with pytest.raises(EditedMeanwhile, match="nothing moved; look again"):
+    with pytest.raises(EditedMeanwhile, match="nothing was removed; look again"):
         service.apply(digest)
     assert shelf.ids == ["new", "old", "another"]
     service.apply(service.preview().digest)
@@ -123,3 +132,83 @@ def test_the_commands_show_and_move(tmp_path: Path) -> None:
     CliRunner().invoke(app, ["retention", "apply", *options])
     assert (tmp_path / "captures" / "kept").is_dir()
     assert not (tmp_path / "captures" / "gone").exists()
+
+
+def fixation(name: str, *, target_id: str | None = None, age_days: float = 99.0) -> FixationDocument:
+    return FixationDocument(
+        id=f"fix-{name}",
+        job_id="job-1",
+        created_utc=(datetime.now(UTC) - timedelta(days=age_days)).isoformat(),
+        request={"direction": {"ax_deg": 1.0, "ay_deg": 0.0}},
+        target=TargetPlace(ax_deg=1.0, ay_deg=0.0, x_px=700.0, y_px=500.0),
+        state="verged",
+        reason="",
+        distance_m=2.0,
+        distance_sigma_m=0.01,
+        point_rig_m=(0.0, 0.0, 2.0),
+        residual_px=0.1,
+        score=0.9,
+        duration_ms=100.0,
+        steps=[],
+        calibration_id="cal",
+        target_id=target_id,
+        cloud_id=None,
+    )
+
+
+def target(found: FixationDocument, *, label: str) -> TargetDocument:
+    place = found.target
+    return TargetDocument(
+        id=found.target_id or "",
+        label=label,
+        fixation_id=found.id,
+        distance_m=found.distance_m,
+        distance_sigma_m=found.distance_sigma_m,
+        point_rig_m=found.point_rig_m,
+        cloud_id=None,
+        created_utc=found.created_utc,
+        **place.model_dump(),
+    )
+
+
+@pytest.fixture
+def looks(tmp_path: Path) -> Path:
+    """A folder with four fixations and two clouds: numbered, labelled, named by a job, and the newest."""
+    (tmp_path / "retention.toml").write_text(
+        "[retention.clouds]\nkeep_gb = 1e-9\n[retention.fixations]\nkeep_days = 30\n"
+    )
+    with Store(tmp_path) as store:
+        fixations, targets, clouds = FixationTable(store), TargetTable(store), CloudCollection(store)
+        for name, label in (("old", "Target 1"), ("labelled", "the door"), ("used", "Target 3")):
+            found = fixation(name, target_id=f"tgt-{name}")
+            fixations.add(found)
+            targets.put(target(found, label=label))
+        fixations.add(fixation("newest"))
+        for name in ("old", "newest"):
+            cloud = clouds.put(shape(fixation_id=f"fix-{name}"))
+            fixations.set_cloud(f"fix-{name}", cloud.id)
+        JobTable(store).add(Job(id="job-9", kind="fixation", request={"corrects": "fix-used"}))
+    return tmp_path
+
+
+def test_clouds_then_their_fixations_are_deleted_for_good(looks: Path) -> None:
+    options = ["--data", str(looks), "--json"]
+
+    def due(command: str) -> list[tuple[str, str, bool]]:
+        run = CliRunner().invoke(app, ["retention", command, *options])
+        assert run.exit_code == 0, run.exception
+        found = json.loads(run.output)
+        return [(item["kind"], item["name"], item["for_good"]) for item in found["items"]]
+
+    with Store(looks):
+        assert due("show") == [("clouds", "Target 1", True)]  # beside a server, too
+    assert due("apply") == [("clouds", "Target 1", True)]
+    assert len(list((looks / "clouds").iterdir())) == 1
+    assert due("apply") == [("fixations", "Target 1", True)]
+    with Store(looks) as store:
+        assert [each.id for each in FixationTable(store).newest(9)] == [
+            "fix-newest",
+            "fix-used",
+            "fix-labelled",
+        ]
+        assert [each.label for each in TargetTable(store).every()] == ["the door", "Target 3"]

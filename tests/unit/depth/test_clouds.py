@@ -19,7 +19,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
         yield found
 
 
-def shape(*, faces: int = 1, n: int = 100) -> FixationShape:
+def shape(*, faces: int = 1, n: int = 100, fixation_id: str = "fix-1") -> FixationShape:
     rng = np.random.default_rng(4)
     cloud = Cloud(
         points_rig_m=rng.normal(4.0, 0.1, (n, 3)).astype(np.float32),
@@ -42,7 +42,7 @@ def shape(*, faces: int = 1, n: int = 100) -> FixationShape:
     )
     picture = np.zeros((8, 8, 3), np.uint8)
     return FixationShape(
-        fixation_id="fix-1",
+        fixation_id=fixation_id,
         cloud=cloud,
         mesh=mesh,
         depth_picture=picture,

@@ -17,9 +17,9 @@ from typer.testing import CliRunner
 
 from foveacam_hardware.contract import Cancelled, FoveaError, InvalidInput, StorageFull
 from foveacam_server.cli import app
-from foveacam_server.foundation.backup.archive import DATABASE, MANIFEST, BackupManifest, CopyWatcher, back_up
+from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, CopyWatcher, back_up
 from foveacam_server.foundation.backup.restore import restore
-from foveacam_server.foundation.store import JobRow, Store
+from foveacam_server.foundation.store import DATABASE, JobRow, Store
 
 WATCH = CopyWatcher(on_bytes=lambda _done, _total: None, stopped=lambda: False)
 FILES = {

@@ -1,4 +1,4 @@
-"""An archive of datasets and recordings on S3-compatible storage: manifests, upload, fetch, reading in place.
+"""An archive of datasets, recordings and stills on S3-compatible storage: upload, fetch, reading in place.
 
 Below the archive's URL an item lies in `KIND/ID/`: each file at `SHA256/NAME`, so that a file once stored is
 never changed, and `manifest.json`, which is written last and names them all.

@@ -11,6 +11,7 @@ from threading import Lock
 from pydantic import JsonValue
 
 from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_pipeline.storage.archive.large_files import PART_BYTES, LargeFile
 from foveacam_pipeline.storage.archive.manifest import (
     MANIFEST,
     ArchivedFile,
@@ -23,7 +24,7 @@ from foveacam_pipeline.storage.archive.manifest import (
     read_record,
     write_record,
 )
-from foveacam_pipeline.storage.archive.store import PART_BYTES, ArchiveStore, open_store
+from foveacam_pipeline.storage.archive.store import ArchiveStore, open_store
 from foveacam_pipeline.storage.disk import disk_errors, finish_part, part_path, sync_folder
 
 BytesWatcher = Callable[[int, int], None]
@@ -34,7 +35,7 @@ _AT_ONCE = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArchiveItem:
-    """A dataset or a recording on the disk.
+    """A dataset, a recording or a still on the disk.
 
     `files`: its files by their names in the archive; one that is archived already need not be on the disk.
     `large`: those that need not stay on the disk. `record`: path of its record. `about`: what is shown of it
@@ -52,10 +53,13 @@ class ArchiveItem:
     about: Mapping[str, JsonValue] = field(default_factory=dict)
 
 
-def upload_item(url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher) -> ArchiveRecord:
+def upload_item(
+    url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher, part_bytes: int = PART_BYTES
+) -> ArchiveRecord:
     """Send what the archive has not yet, then the manifest; write the local record and return it.
 
-    A file that is there with the right hash is not sent again. Raise Busy for a file that changes meanwhile.
+    A file that is there with the right hash is not sent again, nor a part of a large one. Raise Busy for a
+    file that changes meanwhile.
     """
     store = open_store(url)
     known = read_record(item.record)
@@ -73,7 +77,7 @@ def upload_item(url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher) -
         about=dict(item.about),
         files=files,
     )
-    _Upload(store, item, manifest, watch).run()
+    _Upload(store, item, manifest, watch=watch, part_bytes=part_bytes).run()
     store.write(f"{manifest.folder}/{MANIFEST}", manifest.model_dump_json(indent=1).encode())
     record = ArchiveRecord(archive=store.url, manifest=manifest)
     write_record(item.record, record)
@@ -126,50 +130,54 @@ class _Upload:
     """One upload of an item; counts the bytes of all its threads."""
 
     def __init__(
-        self, store: ArchiveStore, item: ArchiveItem, manifest: ArchiveManifest, watch: BytesWatcher
+        self,
+        store: ArchiveStore,
+        item: ArchiveItem,
+        manifest: ArchiveManifest,
+        *,
+        watch: BytesWatcher,
+        part_bytes: int,
     ) -> None:
         self._store, self._item, self._manifest, self._watch = store, item, manifest, watch
+        self._part_bytes = part_bytes
         self._lock, self._done = Lock(), 0
 
     def run(self) -> None:
         """Send every file that is not there."""
         there = self._store.sizes(self._manifest.folder)
         files = self._manifest.files
-        missing = [name for name in files if there.get(self._manifest.key(name)) != files[name].size_bytes]
-        self._count(sum(files[name].size_bytes for name in files if name not in missing))
+        keys = {self._manifest.key(name): name for name in files}  # once each: equal files have one key
+        missing = {key: name for key, name in keys.items() if there.get(key) != files[name].size_bytes}
+        large = {key for key, name in missing.items() if self._is_large(name)}
+        if large:
+            self._store.drop_unfinished(self._manifest.folder, keep=large)
+        self._count(self._manifest.size_bytes - sum(files[name].size_bytes for name in missing.values()))
         with ThreadPoolExecutor(_AT_ONCE, thread_name_prefix="foveacam-archive") as pool:
-            sent = [pool.submit(self._send, name) for name in missing]
+            sent = [pool.submit(self._send, name) for name in missing.values()]
             try:
                 for future in sent:
                     future.result()
             finally:
                 pool.shutdown(cancel_futures=True)
 
+    def _is_large(self, name: str) -> bool:
+        return self._manifest.files[name].size_bytes >= 2 * self._part_bytes
+
     def _send(self, name: str) -> None:
         path, file, key = self._item.files[name], self._manifest.files[name], self._manifest.key(name)
         self._count(0)
-        if file.size_bytes < PART_BYTES:
-            content = path.read_bytes()
-            if hashlib.sha256(content).hexdigest() != file.sha256:
+        if self._is_large(name):
+            large = LargeFile(
+                path=path, sha256=file.sha256, part_bytes=self._part_bytes, on_bytes=self._count
+            )
+            if not self._store.send(key, large):
                 raise self._changed(name)
-            self._store.write(key, content)
-            self._count(file.size_bytes)
-        else:
-            self._send_large(name, path, key)
-
-    def _send_large(self, name: str, path: Path, key: str) -> None:
-        file, counted = self._manifest.files[name], 0
-
-        def count(sent: int) -> None:
-            nonlocal counted
-            counted += sent
-            self._count(sent)
-
-        self._store.send(key, path, on_bytes=count)
-        if _sha256(path) != file.sha256:
-            self._store.remove(key)
+            return
+        content = path.read_bytes()
+        if hashlib.sha256(content).hexdigest() != file.sha256:
             raise self._changed(name)
-        self._count(file.size_bytes - counted)
+        self._store.write(key, content)
+        self._count(file.size_bytes)
 
     def _changed(self, name: str) -> Busy:
         return Busy(

@@ -15,7 +15,7 @@ from foveacam_pipeline.storage.disk import disk_errors, write_file
 MANIFEST = "manifest.json"
 RECORD = "archived.json"
 """The record's name in a dataset's folder; beside a recording it follows the recording's own name."""
-ItemKind = Literal["captures", "recordings"]
+ItemKind = Literal["captures", "recordings", "stills"]
 
 
 def _inside(name: str) -> str:
@@ -40,7 +40,7 @@ class ArchivedFile(_Table):
 
 
 class ArchiveManifest(_Table):
-    """What an archive holds of one dataset or recording; `created_utc`: of the item itself.
+    """What an archive holds of one dataset, recording or still; `created_utc`: of the item itself.
 
     `about`: what is shown of it without reading its files.
     """
@@ -75,7 +75,7 @@ class ArchiveManifest(_Table):
 
 
 class ArchiveRecord(_Table):
-    """Where the bytes of a local dataset or recording are: the archive's URL and the manifest."""
+    """Where the bytes of a local dataset, recording or still are: the archive's URL and the manifest."""
 
     format: Literal["foveacam-archived"] = "foveacam-archived"
     version: Literal[1] = 1

@@ -1,4 +1,4 @@
-"""The objects of an archive: on S3-compatible storage, in a folder (file://) or in memory (memory://).
+"""The objects of an archive: on S3-compatible storage, or in a folder (file://).
 
 Sole importer of fsspec (extra `archive`). Credentials come from the usual environment and profiles of S3, the
 endpoint of storage that is not Amazon's from FOVEACAM_ARCHIVE_ENDPOINT.
@@ -8,21 +8,25 @@ import asyncio
 import logging
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Collection
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from foveacam_hardware.contract import InvalidInput, install_command
 from foveacam_pipeline.storage.archive.failures import archive_errors
+from foveacam_pipeline.storage.archive.large_files import (
+    FolderSender,
+    LargeFile,
+    LargeFileSender,
+    MultipartSender,
+)
 from foveacam_pipeline.storage.disk import write_file
 
 _log = logging.getLogger(__name__)
 
 ENDPOINT = "FOVEACAM_ARCHIVE_ENDPOINT"
-_URL = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,62}(/[^?#]*)?|file:///[^?#]*|memory://[^?#]+")
-PART_BYTES = 16 << 20
-"""A file of twice that size or more is sent in such parts."""
+_URL = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,62}(/[^?#]*)?|file:///[^?#]*")
 _CLIENT = {"connect_timeout": 5, "read_timeout": 30, "retries": {"max_attempts": 2}}
 """Seconds until a storage that is gone counts as gone; s3fs tries again by itself besides."""
 
@@ -56,8 +60,8 @@ class ArchiveStore:
         scheme, _, path = url.partition("://")
         self._in_folder = scheme == "file"
         self._root = path
-        self._parts = {"chunksize": PART_BYTES} if scheme == "s3" else {}
         self._files, self._failures = _file_system(scheme, endpoint)
+        self._sender: LargeFileSender = FolderSender() if self._in_folder else MultipartSender(self._files)
 
     def sizes(self, folder: str) -> dict[str, int]:
         """Return the sizes of all objects below a folder, by key."""
@@ -87,19 +91,18 @@ class ArchiveStore:
             else:
                 self._files.pipe_file(self._path(key), content)
 
-    def send(self, key: str, file: Path, *, on_bytes: Callable[[int], None]) -> None:
-        """Write a large file as an object, in parts; whole or not at all."""
-        target = self._path(key)
-        with archive_errors(f"sending {key}", self.url, self._failures):
-            part = f"{target}.part" if self._in_folder else target
-            self._files.put_file(str(file), part, callback=_callback(on_bytes), **self._parts)
-            if part != target:
-                self._files.mv(part, target)
+    def send(self, key: str, file: LargeFile) -> bool:
+        """Write a large file as an object, whole or not at all; go on after the parts that are there.
 
-    def remove(self, key: str) -> None:
-        """Remove an object."""
-        with archive_errors(f"removing {key}", self.url, self._failures):
-            self._files.rm_file(self._path(key))
+        Return False, and leave no object, for a file whose content has another hash.
+        """
+        with archive_errors(f"sending {key}", self.url, self._failures):
+            return self._sender.send(self._path(key), file)
+
+    def drop_unfinished(self, folder: str, *, keep: Collection[str]) -> None:
+        """Remove the parts of large files below a folder that were not sent whole, except those of `keep`."""
+        with archive_errors(f"listing unfinished uploads of {folder}", self.url, self._failures):
+            self._sender.drop_unfinished(self._path(folder), keep={self._path(key) for key in keep})
 
     def _path(self, key: str) -> str:
         return f"{self._root}/{key}".rstrip("/")
@@ -137,13 +140,3 @@ def _file_system(
         skip_instance_cache=True,
     )
     return files, (OSError, BotoCoreError, ClientError, aiohttp.ClientError, asyncio.TimeoutError)
-
-
-def _callback(on_bytes: Callable[[int], None]) -> Any:  # noqa: ANN401 - fsspec ships no types
-    from fsspec.callbacks import Callback
-
-    class Sent(Callback):  # type: ignore[misc]  # fsspec ships no types
-        def relative_update(self, inc: int = 1) -> None:
-            on_bytes(inc)
-
-    return Sent()

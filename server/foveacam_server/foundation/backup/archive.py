@@ -22,8 +22,8 @@ from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.storage.disk import PART, disk_errors, part_path, sync_folder
 from foveacam_server import __version__
 from foveacam_server.foundation.migrate import copy_database, revision_of
+from foveacam_server.foundation.store import DATABASE
 
-DATABASE = "foveacam.sqlite"
 MANIFEST = "manifest.json"
 FIRST_SUFFIXES = (".json", ".jsonl", ".toml")
 _OWN_TO_ONE_SERVER = ("lock", "sign_in.key", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE)

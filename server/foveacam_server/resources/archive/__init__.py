@@ -1,1 +1,1 @@
-"""Datasets and recordings in an archive on S3-compatible storage."""
+"""Captures, recordings and stills in an archive on S3-compatible storage."""

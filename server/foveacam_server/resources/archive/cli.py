@@ -18,14 +18,16 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="archive",
-    help="Archives of captures and recordings on S3-compatible storage: list, get, open.",
+    help="Archives of captures, recordings and stills on S3-compatible storage: list, get, open.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
 UrlArgument = Annotated[str, typer.Argument(metavar="URL", help="archive: s3://bucket/prefix")]
-ItemArgument = Annotated[str, typer.Argument(metavar="ID", help="id or name of a capture or a recording")]
+ItemArgument = Annotated[
+    str, typer.Argument(metavar="ID", help="id or name of a capture, a recording or a still")
+]
 _MB = 1_000_000
 
 
@@ -50,7 +52,7 @@ def list_command(url: UrlArgument, as_json: JsonOption = False) -> None:
 
 @app.command()
 def get(url: UrlArgument, item: ItemArgument, data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Fetch a capture or a recording into the data folder; after a cut the same command goes on."""
+    """Fetch a capture, a recording or a still into the data folder; after a cut the same command goes on."""
     _bring(url, item, data, whole=True, as_json=as_json)
 
 
@@ -58,7 +60,7 @@ def get(url: UrlArgument, item: ItemArgument, data: DataOption = None, as_json: 
 def open_command(
     url: UrlArgument, item: ItemArgument, data: DataOption = None, as_json: JsonOption = False
 ) -> None:
-    """Add a capture or a recording to the data folder, and leave its frames in the archive."""
+    """Add a capture, a recording or a still to the data folder, and leave its frames in the archive."""
     _bring(url, item, data, whole=False, as_json=as_json)
 
 

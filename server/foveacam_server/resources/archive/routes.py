@@ -1,4 +1,4 @@
-"""Routes of the archive: send a capture or a recording there, fetch it."""
+"""Routes of the archive: send a capture, a recording or a still there, fetch it."""
 
 import asyncio
 from typing import Annotated, Protocol
@@ -6,7 +6,7 @@ from typing import Annotated, Protocol
 from fastapi import APIRouter, Depends, Path
 from fastapi.responses import JSONResponse
 
-from foveacam_server.datasets.capture_id import CaptureId
+from foveacam_pipeline.storage.archive import ItemKind
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     PreferHeader,
@@ -15,11 +15,12 @@ from foveacam_server.foundation.answers import (
     problems,
 )
 from foveacam_server.foundation.jobs import JobRunner
-from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.foundation.schema import JobDocument, ResponseModel
 from foveacam_server.resources.archive.schema import ArchiveDocument, ArchiveRequest
 from foveacam_server.resources.archive.service import ArchiveService
 from foveacam_server.resources.captures.schema import CaptureDocument
 from foveacam_server.resources.recordings.schema import RecordingDocument
+from foveacam_server.resources.stills.schema import StillDocument
 
 router = APIRouter(tags=["archive"])
 
@@ -32,95 +33,61 @@ class ArchiveRouteServices(Protocol):
 
 
 ServicesDep = Annotated[ArchiveRouteServices, Depends(opened_services)]
-RecordingId = Annotated[str, Path(max_length=100)]
-_PROBLEMS = problems(404, 409, 502, 503, 504)
-_CAPTURE = {200: {"model": CaptureDocument, "description": "ended in time"}, **_PROBLEMS}
-_RECORDING = {200: {"model": RecordingDocument, "description": "ended in time"}, **_PROBLEMS}
 
 
 @router.get("/archive", summary="The archive of this server")
 def archive(services: ServicesDep) -> ArchiveDocument:
-    """Return where captures and recordings are archived."""
+    """Return where captures, recordings and stills are archived."""
     return services.archive.describe()
 
 
-@router.post(
-    "/captures/{capture_id}/archive",
-    status_code=202,
-    summary="Send a capture to the archive",
-    response_model=JobDocument,
-    responses=_CAPTURE,
-)
-async def archive_capture(
-    capture_id: CaptureId,
-    request: ArchiveRequest,
-    services: ServicesDep,
-    prefer: PreferHeader = None,
-    idempotency_key: IdempotencyHeader = None,
-) -> JSONResponse:
-    """Queue the upload as a job; what the archive has already is not sent again."""
-    held = services.archive
-    job = await asyncio.to_thread(
-        held.archive, "captures", capture_id, request, idempotency_key=idempotency_key
-    )
-    return await job_answer(services, job, prefer=prefer, result=held.result("captures"))
+def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_length: int) -> None:
+    """Add the two routes of a kind, named after its noun; they answer by its document."""
+    item_id_path = Path(alias=f"{noun}_id", max_length=id_length)
+    responses = {
+        200: {"model": document, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    }
+
+    async def send(
+        item_id: Annotated[str, item_id_path],
+        request: ArchiveRequest,
+        services: ServicesDep,
+        prefer: PreferHeader = None,
+        idempotency_key: IdempotencyHeader = None,
+    ) -> JSONResponse:
+        """Queue the upload as a job; what the archive has already is not sent again."""
+        held = services.archive
+        job = await asyncio.to_thread(held.archive, kind, item_id, request, idempotency_key=idempotency_key)
+        return await job_answer(services, job, prefer=prefer, result=held.result(kind))
+
+    async def fetch(
+        item_id: Annotated[str, item_id_path],
+        services: ServicesDep,
+        prefer: PreferHeader = None,
+        idempotency_key: IdempotencyHeader = None,
+    ) -> JSONResponse:
+        """Queue the download of the files that are not on this machine, as a job."""
+        held = services.archive
+        job = await asyncio.to_thread(held.fetch, kind, item_id, idempotency_key=idempotency_key)
+        return await job_answer(services, job, prefer=prefer, result=held.result(kind))
+
+    for endpoint, name, summary in (
+        (send, "archive", f"Send a {noun} to the archive"),
+        (fetch, "fetch", f"Fetch a {noun} from the archive"),
+    ):
+        router.add_api_route(
+            f"/{kind}/{{{noun}_id}}/{name}",
+            endpoint,
+            methods=["POST"],
+            name=f"{name}_{noun}",
+            status_code=202,
+            summary=summary,
+            response_model=JobDocument,
+            responses=responses,
+        )
 
 
-@router.post(
-    "/captures/{capture_id}/fetch",
-    status_code=202,
-    summary="Fetch a capture from the archive",
-    response_model=JobDocument,
-    responses=_CAPTURE,
-)
-async def fetch_capture(
-    capture_id: CaptureId,
-    services: ServicesDep,
-    prefer: PreferHeader = None,
-    idempotency_key: IdempotencyHeader = None,
-) -> JSONResponse:
-    """Queue the download of the files that are not on this machine, as a job."""
-    held = services.archive
-    job = await asyncio.to_thread(held.fetch, "captures", capture_id, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=held.result("captures"))
-
-
-@router.post(
-    "/recordings/{recording_id}/archive",
-    status_code=202,
-    summary="Send a recording to the archive",
-    response_model=JobDocument,
-    responses=_RECORDING,
-)
-async def archive_recording(
-    recording_id: RecordingId,
-    request: ArchiveRequest,
-    services: ServicesDep,
-    prefer: PreferHeader = None,
-    idempotency_key: IdempotencyHeader = None,
-) -> JSONResponse:
-    """Queue the upload as a job; what the archive has already is not sent again."""
-    held = services.archive
-    job = await asyncio.to_thread(
-        held.archive, "recordings", recording_id, request, idempotency_key=idempotency_key
-    )
-    return await job_answer(services, job, prefer=prefer, result=held.result("recordings"))
-
-
-@router.post(
-    "/recordings/{recording_id}/fetch",
-    status_code=202,
-    summary="Fetch a recording from the archive",
-    response_model=JobDocument,
-    responses=_RECORDING,
-)
-async def fetch_recording(
-    recording_id: RecordingId,
-    services: ServicesDep,
-    prefer: PreferHeader = None,
-    idempotency_key: IdempotencyHeader = None,
-) -> JSONResponse:
-    """Queue the download of its file, as a job."""
-    held = services.archive
-    job = await asyncio.to_thread(held.fetch, "recordings", recording_id, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=held.result("recordings"))
+_add_kind("captures", "capture", CaptureDocument, id_length=255)
+_add_kind("recordings", "recording", RecordingDocument, id_length=100)
+_add_kind("stills", "still", StillDocument, id_length=100)

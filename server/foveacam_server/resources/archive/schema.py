@@ -1,7 +1,6 @@
 """Schemas of the archive."""
 
-from typing import Literal
-
+from foveacam_pipeline.storage.archive import ItemKind
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 
@@ -14,7 +13,7 @@ class ArchiveRequest(RequestModel):
 class ArchiveOrder(ArchiveRequest):
     """The stored request of a job."""
 
-    kind: Literal["captures", "recordings"]
+    kind: ItemKind
     item_id: str
 
 

@@ -1,4 +1,4 @@
-"""Sends captures and recordings to the archive and fetches them, as jobs parallel to all others."""
+"""Sends captures, recordings and stills to the archive and fetches them, as jobs parallel to all others."""
 
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -31,7 +31,7 @@ _REMEDY = "start it with --archive s3://bucket/prefix"
 
 
 class ArchiveSource(Protocol):
-    """The captures or the recordings of this server, as the archive needs them."""
+    """The captures, recordings or stills of this server, as the archive needs them."""
 
     def archive_item(self, item_id: str) -> ArchiveItem:
         """Return one that has ended; raise NotFound, Busy or InvalidInput."""
@@ -87,7 +87,7 @@ class ArchiveService:
         return self._jobs.submit(FETCH, order, idempotency_key=idempotency_key, note=note)
 
     def result(self, kind: ItemKind) -> Callable[[str], ResponseModel]:
-        """Return what finds the changed capture or recording by its id's URL."""
+        """Return what finds the changed item by its id's URL."""
         return lambda url: self._sources[kind].document(url.rsplit("/", 1)[1])
 
     def _archive(self, context: JobContext) -> str:

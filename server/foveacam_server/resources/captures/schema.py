@@ -7,12 +7,10 @@ from urllib.parse import quote
 from pydantic import Field
 
 from foveacam_pipeline.capture.dataset import Dataset, DatasetPoint
-from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.pictures import sheet_cells
 from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan
 from foveacam_pipeline.capture.run import CaptureReport
-from foveacam_pipeline.storage.archive import RECORD
-from foveacam_server.datasets.archived import ArchivedDocument, archived_document
+from foveacam_server.datasets.archived import ArchivedDocument, archived_dataset
 from foveacam_server.datasets.collection import CAPTURES_URL, StoredCapture
 from foveacam_server.foundation.quantities import CodecName, DistanceM, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
@@ -175,16 +173,9 @@ class CaptureDocument(ResponseModel):
             resumable=state == "partial" and not stored.removed,
             job_id=None,
             progress=None,
-            archived=_archived(stored),
+            archived=archived_dataset(stored),
             url=f"{CAPTURES_URL}/{quote(stored.id, safe='')}",
         )
-
-
-def _archived(stored: StoredCapture) -> ArchivedDocument | None:
-    frames = (frame for point in stored.dataset or () for frame in point.frames)
-    first = next(frames, None)
-    sample = stored.folder / (DOCUMENT if first is None else first.file)
-    return archived_document(stored.folder / RECORD, sample=sample)
 
 
 class PointDocument(ResponseModel):

@@ -30,6 +30,7 @@ from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.rig.encoder import encode_png
 from foveacam_web.glb import write_glb
 
+CLOUDS = "clouds"
 CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
 
 
@@ -62,7 +63,7 @@ class CloudCollection:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._folder = store.subfolder("clouds")
+        self._folder = store.subfolder(CLOUDS)
         self.patches = DepthPatches()
         for partial in self._folder.glob("*.part"):
             shutil.rmtree(partial, ignore_errors=True)  # a writing that was cut off, before it got a row

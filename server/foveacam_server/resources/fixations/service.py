@@ -13,6 +13,7 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.schema import ItemId
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.clouds.depth_patches import DepthPatches, point_patch
@@ -127,6 +128,15 @@ class FixationService:
         target = self.targets.set_cloud(fixation_id, None)
         if target is not None:
             self._emit("target.updated", f"{target.label} has no shape any more", target)
+
+    def remove(self, fixation_id: str) -> None:
+        """Delete a fixation for good, and the target that shows it; emit an event of that."""
+        target = self.targets.remove_of(self.table.remove(fixation_id))
+        if target is not None:
+            message = f"{target.label} was removed"
+            self._tools.events.emit("target.deleted", message, data=ItemId(id=target.id))
+        self._tools.shapes.forget(fixation_id)
+        self._tools.patches.forget(fixation_id)
 
     def _run(self, context: JobContext) -> str:
         tools, job = self._tools, context.job

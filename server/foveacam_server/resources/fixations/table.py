@@ -31,7 +31,7 @@ class TargetRow(TableRow):
 
 
 class FixationTable:
-    """All fixations that ended with an answer; none is deleted."""
+    """All fixations that ended with an answer, until the rules of retention remove them."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -66,6 +66,13 @@ class FixationTable:
         """Return a fixation by its id or raise `NotFound`."""
         with self._store.session() as session:
             return _fixation(_fixation_row(session, fixation_id))
+
+    def remove(self, fixation_id: str) -> FixationDocument:
+        """Delete a fixation, or raise `NotFound`; return what it was."""
+        with self._store.session() as session:
+            row = _fixation_row(session, fixation_id)
+            session.delete(row)
+            return _fixation(row)
 
     def newest(self, limit: int) -> list[FixationDocument]:
         """Return the newest fixations, newest first."""
@@ -118,6 +125,11 @@ class TargetTable:
             row = _target_row(session, target_id)
             session.delete(row)
             return _target(row)
+
+    def remove_of(self, fixation: FixationDocument) -> TargetDocument | None:
+        """Delete the target that shows a fixation; return what it was."""
+        found = None if fixation.target_id is None else self.find(fixation.target_id)
+        return self.remove(found.id) if found is not None and found.fixation_id == fixation.id else None
 
     def get(self, target_id: str) -> TargetDocument:
         """Return a target by its id or raise `NotFound`."""

@@ -1,4 +1,4 @@
-"""Routes of retention: what the rules would move to the trash, and moving it."""
+"""Routes of retention: what the rules would remove, and removing it."""
 
 from typing import Annotated, Protocol
 
@@ -20,13 +20,15 @@ class RetentionRouteServices(Protocol):
 ServicesDep = Annotated[RetentionRouteServices, Depends(opened_services)]
 
 
-@router.get("", summary="What the rules would move to the trash now")
+@router.get("", summary="What the rules would remove now")
 def show(services: ServicesDep) -> RetentionPreview:
-    """Return the rules, each capture, recording and still that they would remove, and why."""
+    """Return the rules, and all that they would remove, with the reason of each."""
     return services.retention.preview()
 
 
-@router.post("", summary="Move it to the trash", responses=problems(404, 409))
+@router.post(
+    "", summary="Move it to the trash, or delete it where its kind has none", responses=problems(404, 409)
+)
 def apply(request: RetentionRequest, services: ServicesDep) -> RetentionApplied:
-    """Move exactly what a preview named, by its digest; nothing, when something changed meanwhile."""
+    """Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile."""
     return services.retention.apply(request.digest)

@@ -26,7 +26,7 @@ GB = 1_000_000_000
 
 
 class RetainedDocument(Protocol):
-    """A capture, a recording or a still, as the rules see it."""
+    """One that is kept, as the rules see it."""
 
     @property
     def id(self) -> str:
@@ -56,11 +56,15 @@ class RetainedDocument(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RetentionSource:
-    """One kind: returns all of it, says whether one is in use, moves one to the trash."""
+    """One kind: returns all of it, says whether one is in use, moves one to the trash.
+
+    `for_good`: the kind has no trash, and `remove` deletes.
+    """
 
     every: Callable[[], Sequence[RetainedDocument]]
     in_use: Callable[[str], bool]
     remove: Callable[[str], object]
+    for_good: bool = False
 
 
 Sources = Mapping[RetainedKind, RetentionSource]
@@ -84,7 +88,7 @@ def read_rules(data: Path) -> RetentionRules:
 
 
 def preview(data: Path, sources: Sources) -> RetentionPreview:
-    """Return what the rules of a data directory would move to the trash now."""
+    """Return what the rules of a data directory would remove now."""
     rules = read_rules(data)
     items = [item for kind, source in sources.items() for item in _due(kind, source, rules.rule(kind))]
     named = "\n".join(sorted(f"{item.kind} {item.id} {item.size_bytes}" for item in items))
@@ -116,6 +120,7 @@ def _due(kind: RetainedKind, source: RetentionSource, rule: RetentionRule) -> li
                 created_utc=each.created_utc,
                 size_bytes=each.size_bytes,
                 why=why,
+                for_good=source.for_good,
             )
         )
     return found

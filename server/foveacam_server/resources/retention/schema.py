@@ -1,4 +1,4 @@
-"""Schemas of retention: the rules of a data directory, what they would remove, and what was moved."""
+"""Schemas of retention: the rules of a data directory, what they would remove, and what was removed."""
 
 from typing import Annotated, Literal
 
@@ -6,7 +6,7 @@ from pydantic import ConfigDict, Field
 
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
-RetainedKind = Literal["captures", "recordings", "stills"]
+RetainedKind = Literal["captures", "recordings", "stills", "clouds", "fixations"]
 
 
 class RetentionRule(ResponseModel):
@@ -27,14 +27,23 @@ class RetentionRules(ResponseModel):
     captures: RetentionRule = RetentionRule()
     recordings: RetentionRule = RetentionRule()
     stills: RetentionRule = RetentionRule()
+    clouds: RetentionRule = RetentionRule()
+    fixations: RetentionRule = RetentionRule()
 
     def rule(self, kind: RetainedKind) -> RetentionRule:
         """Return the rule of a kind."""
-        return {"captures": self.captures, "recordings": self.recordings, "stills": self.stills}[kind]
+        rules: dict[RetainedKind, RetentionRule] = {
+            "captures": self.captures,
+            "recordings": self.recordings,
+            "stills": self.stills,
+            "clouds": self.clouds,
+            "fixations": self.fixations,
+        }
+        return rules[kind]
 
 
 class DueItem(ResponseModel):
-    """One that the rules would move to the trash, and why."""
+    """One that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted."""
 
     kind: RetainedKind
     id: str
@@ -42,10 +51,11 @@ class DueItem(ResponseModel):
     created_utc: str
     size_bytes: int
     why: str
+    for_good: bool
 
 
 class RetentionPreview(ResponseModel):
-    """What the rules would move to the trash now; `digest`: stands for exactly that. `file`: the rules'."""
+    """What the rules would remove now; `digest`: stands for exactly that. `file`: the rules'."""
 
     file: str
     rules: RetentionRules
@@ -61,7 +71,7 @@ class RetentionRequest(RequestModel):
 
 
 class RetentionApplied(ResponseModel):
-    """What was moved to the trash."""
+    """What was moved to the trash, or deleted for good."""
 
     items: list[DueItem]
     size_bytes: int

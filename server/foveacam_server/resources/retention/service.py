@@ -34,16 +34,16 @@ class RetentionService:
             self._thread.join()
 
     def preview(self) -> RetentionPreview:
-        """Return what the rules would move to the trash now."""
+        """Return what the rules would remove now."""
         return preview(self._data, self._sources)
 
     def apply(self, digest: str) -> RetentionApplied:
-        """Move exactly what a preview named to the trash; raise EditedMeanwhile for an older preview."""
+        """Remove exactly what a preview named; raise EditedMeanwhile for an older preview."""
         with self._lock:
             found = self.preview()
             if found.digest != digest:
                 raise EditedMeanwhile(
-                    "what would go to the trash has changed since it was shown; nothing moved; look again",
+                    "what the rules would remove has changed since then; nothing was removed; look again",
                     asked=digest,
                     found=found.digest,
                     remedy="look again: GET /api/v1/retention",

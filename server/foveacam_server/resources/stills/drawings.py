@@ -5,6 +5,7 @@ from pathlib import Path
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.dataset import DatasetPoint, ImageCodec
 from foveacam_pipeline.capture.dataset.images import encode
+from foveacam_pipeline.storage.archive import read_stored
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_server.datasets.collection import point_of
 from foveacam_server.datasets.drawings import frame_picture
@@ -22,14 +23,17 @@ def still_picture(
     """
     point = point_of(found.stored, 0)
     whole = _stored_file(point, camera, form=form, frame=frame)
-    if whole is not None:
+    if whole is not None and (found.stored.folder / whole).exists():
         return found.stored.folder / whole
     name = f"{camera.value}-mean.{form}" if frame is None else f"{camera.value}-{frame}.{form}"
     path = collection.pictures(found.stored.id) / name
     if path.exists():
         return path
-    taken = point.stacked(camera) if frame is None else point.frame(camera, stack=frame)
-    content = _encoded(taken, form)
+    if whole is not None:  # it is in the archive alone
+        content = memoryview(read_stored(found.stored.folder, whole))
+    else:
+        taken = point.stacked(camera) if frame is None else point.frame(camera, stack=frame)
+        content = _encoded(taken, form)
     with disk_errors(f"a picture of still {found.stored.name}", collection.folder):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, content)

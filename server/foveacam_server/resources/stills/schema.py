@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, TypeAdapter, model_validator
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset.values import FrameRecord, PlanPosition
 from foveacam_pipeline.capture.still import MOST_FRAMES, StillFrame, StillPlan
+from foveacam_server.datasets.archived import ArchivedDocument, archived_dataset
 from foveacam_server.foundation.quantities import CodecName, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 from foveacam_server.resources.stills.collection import URL, StoredStill
@@ -157,6 +158,7 @@ class StillDocument(ResponseModel):
     tilt_deg: float | None
     size_bytes: int
     warnings: list[str]
+    archived: ArchivedDocument | None
     folder: str
     url: str
 
@@ -194,6 +196,7 @@ class StillDocument(ResponseModel):
             tilt_deg=None if place.tilt_rad is None else math.degrees(place.tilt_rad),
             size_bytes=sum(frame.size_bytes for frame in files),
             warnings=[UNCALIBRATED] if header is not None and calibration is None else [],
+            archived=archived_dataset(stored),
             folder=str(stored.folder.resolve()),
             url=f"{URL}/{stored.id}",
         )

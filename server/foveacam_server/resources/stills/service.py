@@ -121,6 +121,10 @@ class StillService:
         self._emit("still.updated", f"still {found.stored.name} is out of the trash", found)
         return StillDocument.of(found)
 
+    def report_update(self, still_id: str, message: str) -> None:
+        """Emit `still.updated` for a still that another service has changed."""
+        self._emit("still.updated", message, self.collection.get(still_id))
+
     def _work(self, context: JobContext) -> str:
         tools = self._tools
         request = context.job.parse_request(StillRequest)

@@ -23,6 +23,7 @@ def archived(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     written(data / "captures" / "small", 2)
     (data / "recordings").mkdir()
     record(data / "recordings" / "looks.fcap", ticks=8)
+    written(data / "stills" / "desk", 1)
     (data / "retention.toml").write_text("[retention.recordings]\nkeep_days = 30\n")
     with running(data, live_hz=(0.1, 0.1), archive=f"file://{folder}/archive") as found:
         yield found
@@ -55,6 +56,12 @@ def test_a_recording_is_archived_and_fetched(archived: Running, open_console: Op
     assert Path(archived.services.settings.data, "recordings", "looks.fcap").is_file()
 
 
+def test_a_still_is_archived_and_fetched(archived: Running, open_console: OpenConsole) -> None:
+    console = open_console(address(archived, "gallery/stills/test"))
+    send_and_fetch(console.page)
+    assert len(list((archived.captures.parent / "stills" / "desk" / "images").iterdir())) == 3
+
+
 def test_what_the_rules_name_goes_to_the_trash(archived: Running, open_console: OpenConsole) -> None:
     archived.services.recordings.opened.close()
     console = open_console(address(archived, "settings"))
@@ -63,6 +70,6 @@ def test_what_the_rules_name_goes_to_the_trash(archived: Running, open_console: 
     expect(retention.get_by_text("older than 30 days")).to_be_visible()
     retention.get_by_role("button", name="Move to the trash").click()
     expect(console.page.get_by_text("1 moved to the trash")).to_be_visible()
-    expect(retention.get_by_text("Nothing would go to the trash now.")).to_be_visible()
+    expect(retention.get_by_text("Nothing would be removed now.")).to_be_visible()
     (recording,) = archived.get("/recordings", removed="true").json()
     assert recording["name"] == "looks"

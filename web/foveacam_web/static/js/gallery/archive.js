@@ -1,4 +1,4 @@
-// Shows whether a dataset or recording is in the archive; sends it there and fetches it, with progress.
+// Shows whether a dataset, recording or still is in the archive; sends it there and fetches it, with progress.
 
 import { RequestError, request } from "../transport/api.js";
 import { html } from "../elements/dom.js";

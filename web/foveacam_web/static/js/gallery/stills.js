@@ -7,6 +7,7 @@ import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/sti
 import { html } from "../elements/dom.js";
 import { angle, count, millis, number, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf, makeCheck, openEntry, openList } from "./collection.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
 import { filled, sizeWords, whenWords } from "./dataset_words.js";
@@ -63,7 +64,7 @@ function cardOf(still) {
     facts: [
       trouble === "" &&
         html`<p class="still-facts">
-          <span>${stillWords(still)} · </span><span class="number">${sizeWords(size_bytes)}</span>
+          ${archivedBadge(still)}${" "}<span>${stillWords(still)} · </span><span class="number">${sizeWords(size_bytes)}</span>
         </p>`,
       reasons.map((text) => html`<p class="reason">${sentence(text)}</p>`),
     ],
@@ -87,6 +88,12 @@ function openStill(id, context) {
     },
   });
   const check = makeCheck(orders, () => reader.changed());
+  const archive = makeArchive({
+    orders,
+    signal: context.signal,
+    changed: () => reader.entry && reader.changed(),
+    read: () => reader.readAll(),
+  });
   const page = (/** @type {StillDocument} */ still) =>
     html`<article class="dataset-page still-page">
       ${headOf(still, headParts(still, orders))}
@@ -99,6 +106,7 @@ function openStill(id, context) {
           ${panel("About", html`<div class="stack">${label(still.label)}<div>${figures(factRows(still))}</div></div>`)}
           ${panel("Cameras", html`<div>${still.cameras.map((camera) => cameraOf(camera, still))}</div>`)}
           ${panel("Check", check(still))}
+          ${still.state === "kept" && still.trouble === "" && archive(still)}
         </div>
       </div>
     </article>`;
@@ -114,6 +122,7 @@ function headParts(still, orders) {
   return {
     noun: NOUN,
     orders,
+    word: archivedBadge(still),
     actions: [
       state === "held" &&
         html`<button type="button" class="plain primary" @click=${keep}>${icon("check")}Keep</button>`,

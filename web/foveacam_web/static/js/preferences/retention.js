@@ -1,4 +1,4 @@
-// The panel of retention on the settings page: its rules, what they would move to the trash now, and the button.
+// The panel of retention on the settings page: its rules, what they would remove now, and the button.
 
 import { RequestError, request } from "../transport/api.js";
 import { html, update } from "../elements/dom.js";
@@ -6,7 +6,7 @@ import { count, sentence } from "../elements/format.js";
 import { sizeWords, whenWords } from "../gallery/dataset_words.js";
 import { icon } from "../elements/icons.js";
 import { nothing } from "../elements/parts.js";
-import { ruleWords } from "./retention_words.js";
+import { actWords, removedWords, ruleWords } from "./retention_words.js";
 
 /**
  * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
@@ -14,11 +14,13 @@ import { ruleWords } from "./retention_words.js";
  */
 
 const MOST = 20;
-/** @type {readonly ["captures" | "recordings" | "stills", string][]} */
+/** @type {readonly [DueItem["kind"], string, string][]} */
 const KINDS = [
-  ["captures", "Datasets"],
-  ["recordings", "Recordings"],
-  ["stills", "Stills"],
+  ["captures", "Datasets", "dataset"],
+  ["recordings", "Recordings", "recording"],
+  ["stills", "Stills", "still"],
+  ["clouds", "Clouds", "cloud"],
+  ["fixations", "Fixations", "fixation"],
 ];
 
 /**
@@ -43,8 +45,10 @@ export function showRetention(place, { commands, signal }) {
     if (moved)
       commands.say({
         tone: "info",
-        title: `${count(moved.items.length)} moved to the trash`,
-        detail: "They can be restored until the trash is emptied.",
+        title: removedWords(moved.items),
+        detail: moved.items.some(({ for_good }) => !for_good)
+          ? "What is in the trash can be restored until it is emptied."
+          : "",
       });
     await read();
   };
@@ -56,13 +60,14 @@ function shown({ file, rules, items, size_bytes, digest }, move) {
   return html`<div class="stack">
     <ul class="sentences">${KINDS.map(([kind, title]) => html`<li>${title}: ${ruleWords(rules[kind])}</li>`)}</ul>
     <p class="note">
-      ${rules.automatic ? "Applied once an hour." : "Applied only here."} What has a label, or is in use, is kept always.
-      The rules stand in <code>${file}</code>.
+      ${rules.automatic ? "Applied once an hour." : "Applied only here."} What has a label, or is in use, is kept always,
+      and so are the newest cloud and fixation, and a fixation as long as it has a cloud. With a fixation goes its
+      target. The rules stand in${" "}<code>${file}</code>.
     </p>
-    ${items.length === 0 ? nothing("Nothing would go to the trash now.") : dueOf(items)}
+    ${items.length === 0 ? nothing("Nothing would be removed now.") : dueOf(items)}
     <p class="actions">
       <button type="button" class="plain" ?disabled=${items.length === 0} @click=${() => void move(digest)}>
-        ${icon("trash")}Move to the trash
+        ${icon("trash")}${actWords(items)}
       </button>
       ${items.length > 0 && html`<span class="why">${count(items.length)}, ${sizeWords(size_bytes)}</span>`}
     </p>
@@ -74,10 +79,16 @@ function dueOf(items) {
   const more = items.length - MOST;
   return html`<ul class="named">
     ${items.slice(0, MOST).map(
-      ({ name, why, size_bytes, created_utc }) => html`<li>
-        <span><b>${name}</b> <span class="note">${whenWords(created_utc)}, ${sizeWords(size_bytes)}: ${why}</span></span>
+      (item) => html`<li>
+        <span><b>${item.name}</b>${" "}<span class="note">${dueWords(item)}</span></span>
       </li>`,
     )}
     ${more > 0 && html`<li><span class="note">… and ${count(more)} more</span></li>`}
   </ul>`;
+}
+
+/** @param {DueItem} item */
+function dueWords({ kind, why, size_bytes, created_utc, for_good }) {
+  const one = KINDS.find(([name]) => name === kind)?.[2];
+  return `${one}, ${whenWords(created_utc)}, ${sizeWords(size_bytes)}: ${why}${for_good ? "; deleted for good" : ""}`;
 }
