@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from tests.unit.dataset_scenes import written
-from tests.unit.test_clouds import shape
+from tests.unit.depth.test_clouds import shape
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import Busy, InvalidInput
