@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as answers from "../foveacam_web/static/js/answers.js";
-import { withCorrected } from "../foveacam_web/static/js/corrects.js";
-import { FAR, fixation, NEAR, only } from "./documents.js";
+import * as answers from "../../foveacam_web/static/js/answers.js";
+import { withCorrected } from "../../foveacam_web/static/js/corrects.js";
+import { FAR, fixation, NEAR, only } from "../documents.js";
 
 const SEES = { sees_target: true, reason: "" };
 const HIDDEN = { sees_target: false, reason: "hidden from the left eye by something nearer" };

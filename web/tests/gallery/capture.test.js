@@ -1,11 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { blamed } from "../foveacam_web/static/js/capture/blame.js";
-import { asSetPoints, placeOf, planOf, viewSize } from "../foveacam_web/static/js/capture/plan.js";
-import * as stills from "../foveacam_web/static/js/capture/still_words.js";
-import { endWords, farWords, percent, sizeText, stateWords } from "../foveacam_web/static/js/capture/words.js";
-import { pixelOf } from "../foveacam_web/static/js/video/angles.js";
-import { LENS, only, problem } from "./documents.js";
+import { blamed } from "../../foveacam_web/static/js/capture/blame.js";
+import { asSetPoints, placeOf, planOf, viewSize } from "../../foveacam_web/static/js/capture/plan.js";
+import * as stills from "../../foveacam_web/static/js/capture/still_words.js";
+import { endWords, farWords, percent, sizeText, stateWords } from "../../foveacam_web/static/js/capture/words.js";
+import { pixelOf } from "../../foveacam_web/static/js/video/angles.js";
+import { LENS, only, problem } from "../documents.js";
 
 /**
  * @typedef {import("#page").PlanDraft} PlanDraft

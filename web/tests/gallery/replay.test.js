@@ -3,14 +3,14 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { PlayerClock } from "../foveacam_web/static/js/replay/clock.js";
-import { Newest } from "../foveacam_web/static/js/replay/newest.js";
-import * as scale from "../foveacam_web/static/js/replay/scale.js";
-import { isShowable, stereoOf, withStereo } from "../foveacam_web/static/js/replay/stereo.js";
-import * as tracks from "../foveacam_web/static/js/replay/tracks.js";
-import { nameOf, sendRecording } from "../foveacam_web/static/js/replay/upload.js";
-import { layoutOf, layoutText } from "../foveacam_web/static/js/windows/layout.js";
-import { only } from "./documents.js";
+import { PlayerClock } from "../../foveacam_web/static/js/replay/clock.js";
+import { Newest } from "../../foveacam_web/static/js/replay/newest.js";
+import * as scale from "../../foveacam_web/static/js/replay/scale.js";
+import { isShowable, stereoOf, withStereo } from "../../foveacam_web/static/js/replay/stereo.js";
+import * as tracks from "../../foveacam_web/static/js/replay/tracks.js";
+import { nameOf, sendRecording } from "../../foveacam_web/static/js/replay/upload.js";
+import { layoutOf, layoutText } from "../../foveacam_web/static/js/windows/layout.js";
+import { only } from "../documents.js";
 
 test("the wheel zooms about the moment under the pointer, and not beyond the recording", () => {
   const span = scale.zoomed({ from_s: 0, to_s: 10 }, 2, 8, 10);

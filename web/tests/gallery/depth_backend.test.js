@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { backendWords, choiceWords, computedBy } from "../foveacam_web/static/js/video/depth_words.js";
+import { backendWords, choiceWords, computedBy } from "../../foveacam_web/static/js/video/depth_words.js";
 
 const network = /** @type {const} */ ({
   name: "raft",
