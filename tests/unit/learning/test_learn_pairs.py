@@ -17,7 +17,6 @@ from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
 from foveacam_pipeline.batches.pool import HereAndNow, Part, WorkersLost, WorkPool
-from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn import pair_folder
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, PairTruth, Split, StoredPairs
 from foveacam_pipeline.stereo.match import match
