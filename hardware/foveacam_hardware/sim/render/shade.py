@@ -159,9 +159,7 @@ def _mip(bitmap: F64, level: int) -> tuple[int, int, int, float]:
 
 
 @kernel
-def _add(
-    x: float, y: float, mip: tuple[int, int, int, float], weight: float, texels: F32, out: F32
-) -> None:
+def _add(x: float, y: float, mip: tuple[int, int, int, float], weight: float, texels: F32, out: F32) -> None:
     """Add weight · colour at texel (x, y) of level 0, fetched from `mip`, bilinear, edges repeated."""
     w, h, first, scale = mip
     x, y = min(max(x * scale - 0.5, 0.0), w - 1.0), min(max(y * scale - 0.5, 0.0), h - 1.0)
