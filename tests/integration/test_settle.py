@@ -39,7 +39,7 @@ position_m = [0, 0, 3]
 size_m = [4, 3]
 """
 MAX_V = 170.0
-TOLERANCE_US = 350.0
+TOLERANCE_US = 100.0
 """Half the time between two delays."""
 
 
@@ -61,7 +61,7 @@ def true_time_us(preset: RigPreset, share: float) -> float:
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[RigPreset, SettleReport]:
     warm_up()
-    preset = find_preset("rig120")
+    preset = find_preset("paper")
     scene = tmp_path_factory.mktemp("scene") / "wall.toml"
     scene.write_text(WALL)
     with open_simulated(str(scene), preset.name, inline=True) as rig:
