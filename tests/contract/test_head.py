@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
     NotConnected,
     OneEyedHead,
     OutOfRange,
+    PixelFormat,
     Role,
     StereoVolts,
     Stopped,
@@ -45,7 +46,9 @@ def world_of(rig: Rig) -> World:
 
 @pytest.fixture
 def rig() -> Iterator[Rig]:
-    with open_simulated(inline=True) as opened:
+    with open_simulated("calibration", inline=True) as opened:
+        for camera in opened.cameras:  # grey pictures of a plain room are drawn in half of the time
+            camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
         yield opened
 
 

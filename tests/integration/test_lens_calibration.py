@@ -13,7 +13,7 @@ from foveacam_pipeline.calibrate.wide.fit_fovea import fit_fovea
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 from foveacam_server.resources.calibration_sessions.lens_step import BOARD
 
-from .marker_room import changed_room
+from .marker_room import changed_room, make_grey
 
 VIEWS = 6
 EVERY_S = 0.5
@@ -24,6 +24,7 @@ EVERY_S = 0.5
 def test_focal_length_is_the_true_one_within_what_the_fit_says_and_a_thousandth(tmp_path: Path) -> None:
     with open_simulated(changed_room(tmp_path, plain=True), inline=True) as rig:
         assert rig.pan_tilt is not None
+        make_grey(rig)
         rig.pan_tilt.home()
         there = next(place.pose for place in rig.stations if place.name == "fovea boards")
         for begin in (None, there):

@@ -12,7 +12,7 @@ from foveacam_pipeline.calibrate.wide.fit_wide import choose_model
 from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 
-from .marker_room import changed_room
+from .marker_room import changed_room, make_grey
 
 EVERY_S = 0.5
 """Between looks at a board that is held for 1.6 s and shown elsewhere every 2 s: two looks see it at rest."""
@@ -23,6 +23,7 @@ def test_pixels_and_angles_agree_with_the_lens_as_well_as_stated(tmp_path: Path)
     with open_simulated(changed_room(tmp_path, plain=True), inline=True) as rig:
         assert rig.pan_tilt is not None
         assert rig.truth is not None
+        make_grey(rig)
         rig.pan_tilt.home()
         pose = next(place.pose for place in rig.stations if place.name == "checkerboard")
         for begin in (None, pose):

@@ -1,5 +1,6 @@
 """A whole server on the simulated rig, in this process or in one of its own."""
 
+import asyncio
 import json
 import os
 import queue
@@ -92,7 +93,8 @@ class Running:
         raise AssertionError(found)
 
     def ended(self, job: Document) -> Document:
-        """Return a job once it has ended."""
+        """Return a job once it has ended: the jobs themselves tell, asking again and again costs time."""
+        asyncio.run(self.services.jobs.ended(job["id"], timeout_s=PATIENCE_S))
         return self.poll(f"/jobs/{job['id']}", lambda found: found["ended_utc"] is not None)
 
     def reset(self) -> None:

@@ -9,14 +9,13 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 
 from foveacam_hardware.contract import PARKED, Role, Sighting, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.resources.calibrations.service import SHIPPED
 
-from .conftest import API, CENTRE, PATIENCE_S, Program, Running, running
+from .conftest import CENTRE, PATIENCE_S, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -135,21 +134,6 @@ def test_restart_keeps_targets_and_fails_what_it_interrupted(tmp_path: Path) -> 
         assert server.get("/depth", x_px=720.0, y_px=560.0).status_code in (200, 404)
         assert server.services.events.after(0)[0].id == 1
         assert server.last_event > last
-
-
-def test_killed_server_leaves_a_failed_job_not_a_running_one(
-    program: Callable[..., Program], tmp_path: Path
-) -> None:
-    data = tmp_path / "data"
-    first = program(data=data)
-    with httpx.Client(base_url=first.url, trust_env=False, timeout=60.0) as http:
-        jobs = [http.post(f"{API}/fixations", json=CENTRE).json()["id"] for _ in range(4)]
-        first.process.kill()
-        first.process.wait(20)
-    with running(data) as server:
-        last = server.get(f"/jobs/{jobs[-1]}").json()
-    assert last["state"] == "failed"
-    assert "interrupted by a restart" in last["problem"]["detail"]
 
 
 def before_look(server: Running, number: int, act: Callable[[], object]) -> Callable[..., "Future[Sighting]"]:

@@ -134,20 +134,6 @@ def gone_on_with(server: Server, capture_id: str, what: Json, data: Path, *, wit
     )
 
 
-def test_a_capture_goes_on_after_its_server_was_killed(live: Callable[..., Server], tmp_path: Path) -> None:
-    data = tmp_path / "data"
-    slow = plan(2, exposures_ms=[500.0])  # long enough for the kill to come before the end
-    first = live("--scene", "bench", data=data)
-    capture_id = first.captured("killed", slow)
-    first.until(capture_id, lambda document: document["points"]["taken"] >= 1)
-    first.kill()
-
-    second = live("--scene", "bench", data=data)
-    gone_on_with(
-        second, capture_id, slow, data, without=TIMES | {"sha256"}
-    )  # a sensor's noise is never twice
-
-
 def test_the_guardian_rests_the_mirrors_of_a_killed_capture_and_lets_the_next_server_have_them(
     live: Callable[..., Server], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,11 +10,12 @@ from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail
 from foveacam_server import cli
 from foveacam_server.foundation.store import Document
 
-from .conftest import API, Running
+from .conftest import API, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 
 PATIENCE_S = 60.0
+SELDOM_HZ = 0.2, 0.2
 QUICK = dict.fromkeys((24, 25, 110, 111, 112, 120, 121, 122), 1e6)
 """Motors that home in no time; moves are as quick as the rig asks for."""
 SLOW = {112: 600.0}
@@ -23,6 +24,13 @@ SLOW = {112: 600.0}
 
 def come_to_rest(server: Running) -> Document:
     return server.poll("/rail", lambda seen: not seen["moving"], every_s=0.1)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A server whose views are seldom drawn: nobody looks at them, and on the rail all of them change."""
+    with running(tmp_path_factory.mktemp("data"), live_hz=SELDOM_HZ) as found:
+        yield found
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from .conftest import CENTRE, Running, running
 
 TRACE, CALLER = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 
+FLAT = {**CENTRE, "depth": False}
 LONGEST_END_S = 8.0
 """A server that parks its mirrors ends within five seconds, on a busy machine."""
 
@@ -76,7 +77,7 @@ def test_a_capture_has_a_part_for_each_point_and_a_recording_few(
 
 
 def test_what_the_server_does_by_itself_has_no_trace(server: Running, collector: Collector) -> None:
-    server.fixate()
+    server.fixate(FLAT)
     roots = {one.name for one in collector.spans if not one.parent_span_id}
     assert roots <= {f"POST /{noun}" for noun in ("fixations", "captures", "recordings")}
 
@@ -84,8 +85,8 @@ def test_what_the_server_does_by_itself_has_no_trace(server: Running, collector:
 def test_a_collector_that_never_answers_neither_delays_a_click_nor_the_end(tmp_path: Path) -> None:
     with collecting("hangs") as silent:
         with running(tmp_path, otlp_endpoint=silent.endpoint) as server:
-            server.fixate()
+            server.fixate(FLAT)
             silent.wait_for_request()
-            assert server.fixate()["state"] == "verged"
+            assert server.fixate(FLAT)["state"] == "verged"
             began_s = time.monotonic()
         assert time.monotonic() - began_s < LONGEST_END_S

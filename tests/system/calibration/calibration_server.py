@@ -1,5 +1,6 @@
 """A server in the room to calibrate in, in virtual time, and the steps that tests run in its sessions."""
 
+import asyncio
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +20,7 @@ from foveacam_server.foundation.events import Event
 from tests.integration.marker_room import changed_room, make_grey
 from tests.system.conftest import API, Running, running
 
-PATIENCE_S, PERIOD_S = 200.0, 0.2
+PATIENCE_S = 200.0
 LIVE_HZ = 0.1, 0.1
 """Of the live views, at which nobody looks; in virtual time a second of them comes soon again."""
 WIDE_HZ = 6.0
@@ -82,13 +83,8 @@ class CalibrationServer:
 
     def ended(self, job: dict[str, Any]) -> dict[str, Any]:
         """Wait for a job to end, for so long and no longer."""
-        waiting = threading.Event()
-        for _ in range(round(PATIENCE_S / PERIOD_S)):
-            found: dict[str, Any] = self.server.get(f"/jobs/{job['id']}").json()
-            if found["ended_utc"] is not None:
-                return found
-            waiting.wait(PERIOD_S)
-        raise AssertionError(f"{job['kind']} did not end: {found}")
+        asyncio.run(self.server.services.jobs.ended(job["id"], timeout_s=PATIENCE_S))
+        return self.server.ended(job)
 
     def done(self, session_id: str, step: str, **options: object) -> dict[str, Any]:
         """Run a step to its end and return the session."""

@@ -103,7 +103,7 @@ def test_cancelled_settle_step_exposes_as_before_and_changes_nothing(calibrating
 def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_path: Path) -> None:
     with calibration_server(tmp_path) as calibrating:
         far = calibrating.stations[0]
-        session = store_session(calibrating.data, stations=[far], field_deg=6.0, poses=5)
+        session = store_session(calibrating.data, stations=[far], field_deg=6.0, poses=7)
         before = calibrating.server.last_event
         with calibrating.held_at("calibration.pose"):
             calibrating.begin(session.id, "mirrors", stations=[far.name])
@@ -111,7 +111,7 @@ def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_pa
             assert calibrating.server.get("/rig").json()["trigger"]["settle_source"] == "rig file"
             calibrating.server.services.settling.apply(SETTLED, calibrating.server.services.hardware)
     kept = load_sweep(session.folder / sweep_filename(far))
-    assert len(kept.poses) > 5
+    assert len(kept.poses) > 7
     with calibration_server(tmp_path) as calibrating:
         trigger = calibrating.server.get("/rig").json()["trigger"]
         assert (trigger["settle_us"], trigger["settle_source"]) == (12_000, "measured 2026-02-01")

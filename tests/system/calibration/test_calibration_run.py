@@ -13,7 +13,7 @@ from .stored_session import store_sweep
 
 pytestmark = pytest.mark.timeout(300)
 
-VIEWS, STORED = 6, 6
+VIEWS, STORED = 6, 7
 """Views of the board to take; poses of nine that a sweep held before."""
 
 

@@ -227,13 +227,18 @@ def test_two_that_make_the_same_leave_one_result(raster: Path, tmp_path: Path) -
 
 
 @pytest.fixture(scope="module")
-def address() -> Iterator[str]:
+def pools() -> Iterator[dict[str, WorkPool]]:
+    """Two processes of this machine, and a cluster of two workers."""
     from distributed import LocalCluster  # an extra, and slow to import
 
-    with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
-    ) as local:
-        yield local.scheduler_address
+    with (
+        LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+        ) as local,
+        local_workers(2) as processes,
+        cluster_workers(local.scheduler_address) as cluster,
+    ):
+        yield {"processes": processes, "cluster": cluster}
 
 
 @pytest.mark.slow
@@ -249,12 +254,10 @@ def address() -> Iterator[str]:
     ids=lambda settings: f"{settings.kind.value}-{settings.to}",
 )
 def test_processes_and_a_cluster_write_the_same_bytes(
-    settings: ProductSettings, raster: Path, tmp_path: Path, address: str
+    settings: ProductSettings, raster: Path, tmp_path: Path, pools: dict[str, WorkPool]
 ) -> None:
-    with local_workers(2) as pool:
-        assert made(raster, settings, tmp_path / "processes", pool).failures == ()
-    with cluster_workers(address) as pool:
-        assert made(raster, settings, tmp_path / "cluster", pool).failures == ()
+    for name, pool in pools.items():
+        assert made(raster, settings, tmp_path / name, pool).failures == ()
     assert made(raster, settings, tmp_path / "here").failures == ()
     here = contents(tmp_path / "here")
     assert contents(tmp_path / "processes") == here == contents(tmp_path / "cluster")

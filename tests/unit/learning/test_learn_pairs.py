@@ -17,7 +17,6 @@ from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
 from foveacam_pipeline.batches.pool import HereAndNow, Part, WorkersLost, WorkPool
-from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn import pair_folder
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, PairTruth, Split, StoredPairs
 from foveacam_pipeline.stereo.match import match
@@ -116,12 +115,9 @@ def test_another_seed_is_refused_in_a_folder_that_goes_on(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_worker_processes_and_a_cluster_make_the_same_pairs(folder: Path, tmp_path: Path) -> None:
+def test_a_cluster_makes_the_same_pairs(folder: Path, tmp_path: Path) -> None:
     from distributed import LocalCluster  # an extra, and slow to import
 
-    with local_workers(2) as pool:
-        found = made(order(tmp_path / "processes", count=1), pool=pool)
-    assert found.document.pairs == StoredPairs(folder).document.pairs[:1]
     with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
         n_workers=1, threads_per_worker=2, processes=True, dashboard_address=":0"
     ) as local:

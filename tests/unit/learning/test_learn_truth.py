@@ -163,7 +163,7 @@ def test_a_cluster_judges_as_this_process_does() -> None:
     counts: list[int] = []
     with (
         LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+            n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
         ) as local,
         cluster_workers(local.scheduler_address, modules=("torch",)) as pool,
     ):

@@ -147,22 +147,30 @@ def paint(
 
 
 @kernel
-def _add(x: float, y: float, level: int, weight: float, bitmap: F64, texels: F32, out: F32) -> None:
-    """Add weight · colour at texel (x, y) of level 0, fetched from `level`, bilinear, edges repeated."""
-    w, h, first = int(bitmap[1]), int(bitmap[2]), int(bitmap[3])
-    step = 1.0
+def _mip(bitmap: F64, level: int) -> tuple[int, int, int, float]:
+    """Return width, height and first texel of a level of a bitmap, and its texels per texel of level 0."""
+    w, h, first, scale = int(bitmap[1]), int(bitmap[2]), int(bitmap[3]), 1.0
     for _ in range(level):
         if w == 1 and h == 1:
             break
         first += 3 * w * h
-        w, h, step = (w + 1) // 2, (h + 1) // 2, step * 2.0
-    x, y = min(max(x / step - 0.5, 0.0), w - 1.0), min(max(y / step - 0.5, 0.0), h - 1.0)
+        w, h, scale = (w + 1) // 2, (h + 1) // 2, 0.5 * scale
+    return w, h, first, scale
+
+
+@kernel
+def _add(x: float, y: float, mip: tuple[int, int, int, float], weight: float, texels: F32, out: F32) -> None:
+    """Add weight · colour at texel (x, y) of level 0, fetched from `mip`, bilinear, edges repeated."""
+    w, h, first, scale = mip
+    x, y = min(max(x * scale - 0.5, 0.0), w - 1.0), min(max(y * scale - 0.5, 0.0), h - 1.0)
     j, i = int(x), int(y)
     fx, fy = x - j, y - i
     j1, i1 = min(j + 1, w - 1), min(i + 1, h - 1)
-    for c in range(3):
-        top = (1.0 - fx) * texels[first + 3 * (i * w + j) + c] + fx * texels[first + 3 * (i * w + j1) + c]
-        low = (1.0 - fx) * texels[first + 3 * (i1 * w + j) + c] + fx * texels[first + 3 * (i1 * w + j1) + c]
+    a, b = np.uintp(first + 3 * (i * w + j)), np.uintp(first + 3 * (i * w + j1))
+    p, q = np.uintp(first + 3 * (i1 * w + j)), np.uintp(first + 3 * (i1 * w + j1))
+    for c in range(np.uintp(0), np.uintp(3)):
+        top = (1.0 - fx) * texels[a + c] + fx * texels[b + c]
+        low = (1.0 - fx) * texels[p + c] + fx * texels[q + c]
         out[c] += np.float32(weight * ((1.0 - fy) * top + fy * low))
 
 
@@ -172,7 +180,7 @@ def shade_bitmap(items: LookupItems, count: int, tables: MaterialTables) -> None
     begin, end, obj, where = items.begin, items.end, items.obj, items.where
     du, dv, value = items.du, items.dv, items.value
     kind, bitmaps, texels = tables.kind, tables.cells, tables.texels
-    colour = np.zeros(3, np.float32)
+    colour, taps_at = np.zeros(3, np.float32), np.empty((MAX_TAPS, 3))
     for m in range(count):
         j = obj[m]
         if kind[j] != BITMAP:
@@ -184,14 +192,17 @@ def shade_bitmap(items: LookupItems, count: int, tables: MaterialTables) -> None
             where[m, JUX], where[m, JUY], where[m, JVX], where[m, JVY], MAX_TAPS
         )
         level = max(0.0, np.log2(narrow * per_m))
-        low = int(level)
-        part = level - low
+        part = level - int(level)
+        fine, coarse = _mip(bitmap, int(level)), _mip(bitmap, int(level) + 1)
+        for k in range(taps):
+            along, share = tap(k, taps)
+            taps_at[k, 0], taps_at[k, 1], taps_at[k, 2] = along * au, along * av, share
         for i in range(begin[m], end[m]):
             colour[:] = np.float32(0.0)
-            for step in range(2 * taps):
-                at, share = tap(step >> 1, taps)
-                x, y = u + (du[i] + at * au) * per_m, v + (dv[i] + at * av) * per_m
-                up = step & 1
-                _add(x, y, low + up, share * (part if up else 1.0 - part), bitmap, texels, colour)
+            for k in range(taps):
+                x, y = u + (du[i] + taps_at[k, 0]) * per_m, v + (dv[i] + taps_at[k, 1]) * per_m
+                _add(x, y, fine, taps_at[k, 2] * (1.0 - part), texels, colour)
+                if part > 0.0:
+                    _add(x, y, coarse, taps_at[k, 2] * part, texels, colour)
             for c in range(3):
                 value[c, i] = colour[c]

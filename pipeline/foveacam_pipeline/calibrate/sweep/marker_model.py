@@ -29,6 +29,8 @@ HUBER = 2.5
 HUBER_SHARE = 0.06
 """Misfits below this share of the contrast keep full weight: at an edge the sensor's noise is larger."""
 COST_TOLERANCE = 1.0005
+FAR_SIGMAS = 6.0
+"""From here on an edge is as if it were sharp."""
 BLUR_INDEX = 8
 """Index of the blur in the state: after the homography, before the light."""
 
@@ -87,6 +89,7 @@ def fit_marker(
     state = problem.start(blur_px)
     damping = 1e-3
     residual, jacobian = problem.linearised(state)
+    corners = problem.outer_px(state)
     for _ in range(MAX_STEPS):
         weights = np.sqrt(_huber(residual, state[10]))
         step = _damped_step(jacobian * weights[:, None], residual * weights, damping)
@@ -94,7 +97,8 @@ def fit_marker(
         candidate[BLUR_INDEX] = max(candidate[BLUR_INDEX], 0.2 * state[BLUR_INDEX])
         found, slopes = problem.linearised(candidate)
         if _cost(found) <= _cost(residual) * COST_TOLERANCE:
-            moved_px = problem.moved_px(state, candidate)
+            before, corners = corners, problem.outer_px(candidate)
+            moved_px = float(np.abs(corners - before).max())
             state, residual, jacobian, damping = candidate, found, slopes, max(damping / 10.0, 1e-9)
             if moved_px < CONVERGED_PX:
                 break
@@ -181,12 +185,8 @@ class _Problem:
         jacobian[:, 12] = white * v / HALF
         return self._values - state[9] - light * white, jacobian
 
-    def moved_px(self, before: Rows, after: Rows) -> float:
-        """Return the largest movement of an outer corner's coordinate between two states."""
-        moved = self._outer_px(after) - self._outer_px(before)
-        return float(np.abs(moved).max())
-
-    def _outer_px(self, state: Rows) -> Rows:
+    def outer_px(self, state: Rows) -> Rows:
+        """Return the outer corners, (4, 2) px."""
         back = np.linalg.inv(np.append(state[:8], 1.0).reshape(3, 3))
         outer_px = _mapped(back, outer_corners()) * self._unit_px + self._middle_px
         return np.asarray(outer_px, dtype=np.float64)
@@ -215,7 +215,7 @@ class _Problem:
         )
 
     def moved_px_from(self, corners_px: Rows, state: Rows) -> float:
-        return float(np.abs(self._outer_px(state) - corners_px).max())
+        return float(np.abs(self.outer_px(state) - corners_px).max())
 
     def _sigma_px(self, state: Rows, jacobian: Rows, noise: float) -> float:
         """Return the rms standard error of the outer corners' coordinates."""
@@ -225,23 +225,39 @@ class _Problem:
         covariance = np.linalg.pinv(normal, hermitian=True)[:BLUR_INDEX, :BLUR_INDEX] / np.outer(
             scale[:BLUR_INDEX], scale[:BLUR_INDEX]
         )
-        at = self._outer_px(state).ravel()
-        moved = np.empty((len(at), BLUR_INDEX))
-        for k in range(BLUR_INDEX):
-            nudged = state.copy()
-            nudged[k] += 1e-6
-            moved[:, k] = (self._outer_px(nudged).ravel() - at) / 1e-6
+        moved = self._outer_slopes(state)
         return noise * float(np.sqrt(np.mean(np.einsum("ik,kl,il->i", moved, covariance, moved))))
+
+    def _outer_slopes(self, state: Rows) -> Rows:
+        """Return the derivatives of the outer corners' coordinates, (8, 8) px, by the homography's terms."""
+        back = np.linalg.inv(np.append(state[:8], 1.0).reshape(3, 3))
+        cells = np.column_stack([outer_corners(), np.ones(4)])
+        rows = cells @ back.T
+        # A term (j, k) moves the unscaled point p = back c by -back[:, j] p[k].
+        by_term = -np.einsum("aj,nk->najk", back, rows).reshape(4, 3, 9)[:, :, :BLUR_INDEX]
+        places = rows[:, :2, None] / rows[:, 2, None, None]
+        slopes = (by_term[:, :2] - places * by_term[:, 2:]) / rows[:, 2, None, None]
+        return np.asarray(self._unit_px * slopes.reshape(BLUR_INDEX, BLUR_INDEX), dtype=np.float64)
 
 
 def _cover(place: Rows, blur: Rows) -> tuple[Rows, Rows, Rows]:
     """Return (6, n) weights of the cells of a row at blurred points, and derivatives by both arguments."""
     sharpness = 1.0 / blur
     offset = np.multiply.outer(-np.arange(-HALF, HALF + 1.0), sharpness) + place * sharpness
-    step = ndtr(offset)
-    bell = np.exp(-0.5 * offset * offset) * (sharpness / np.sqrt(2.0 * np.pi))
+    step, bell = _blurred_steps(offset)
+    bell *= sharpness / np.sqrt(2.0 * np.pi)
     by_blur = bell * offset
     return step[:-1] - step[1:], bell[:-1] - bell[1:], by_blur[1:] - by_blur[:-1]
+
+
+def _blurred_steps(offset: Rows) -> tuple[Rows, Rows]:
+    """Return the normal distribution and its unscaled density, to 1e-9; most points are far from an edge."""
+    steps, bells = (offset > 0.0).astype(np.float64), np.zeros(offset.shape)
+    near = np.flatnonzero(np.abs(offset) < FAR_SIGMAS)
+    at = offset.ravel()[near]
+    steps.ravel()[near] = ndtr(at)
+    bells.ravel()[near] = np.exp(-0.5 * at * at)
+    return steps, bells
 
 
 def _summed(one: Rows, other: Rows) -> Rows:
