@@ -1,12 +1,12 @@
 """A browser on the console: one browser, one server and one stub for all files here."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Playwright, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
@@ -112,11 +112,16 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
         *,
         settings: dict[str, Any] | None = None,  # Any: as the page keeps them
         options: dict[str, Any] | None = None,  # Any: Playwright's
+        prepare: Callable[[Page], None] | None = None,  # before anything is loaded
     ) -> Console:
         name, console = tabs.open_tab(
-            {"scene": False, "hints": False, **(settings or {})}, {"viewport": DESKTOP, **(options or {})}
+            url,
+            {"scene": False, "hints": False, **(settings or {})},
+            {"viewport": DESKTOP, **(options or {})},
         )
         opened.append((name, console))
+        if prepare is not None:
+            prepare(console.page)
         console.page.goto(url)
         return console
 
