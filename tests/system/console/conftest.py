@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +12,7 @@ from tests.system.conftest import Running, running
 from tests.system.console.calibration import calibration_documents
 
 from .console_page import BROWSER, DESKTOP, Console, OpenConsole, OpenWizard, Tabs
-from .server_process import Server, StartServer, server_of, servers
+from .server_process import Server, server_of
 from .stub_server import StubServer, serving_stub
 
 NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
@@ -35,13 +34,6 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
     found = playwright.chromium.launch(executable_path=BROWSER, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
     yield found
     found.close()
-
-
-@pytest.fixture
-def serve(tmp_path: Path) -> Iterator[StartServer]:
-    """Start servers of one's own, one after the other on the same data."""
-    with servers(tmp_path / "data") as start:
-        yield start
 
 
 @pytest.fixture(scope="package")
