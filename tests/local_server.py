@@ -38,12 +38,12 @@ class _Server(WatchedServer):
 
 
 @contextmanager
-def serving(app: ASGIApp, *, certificate: tuple[Path, Path] | None = None) -> Iterator[int]:
-    """Serve `app` on a free port of 127.0.0.1 and yield the port, until the context ends.
+def serving(app: ASGIApp, *, certificate: tuple[Path, Path] | None = None, port: int = 0) -> Iterator[int]:
+    """Serve `app` on a port of 127.0.0.1, by default a free one, and yield the port, until the context ends.
 
     `certificate`: with its key, to serve https.
     """
-    listener = listen("127.0.0.1", 0)
+    listener = listen("127.0.0.1", port)
     config = server_config(app)
     if certificate is not None:
         config.ssl_certfile, config.ssl_keyfile = certificate

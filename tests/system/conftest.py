@@ -161,6 +161,7 @@ def running(
     viewer: bool = False,
     live_hz: tuple[float, float] = (LIVE_WIDE_HZ, LIVE_FOVEA_HZ),
     host: str = "127.0.0.1",
+    port: int = 0,
     root_path: str = "",
     rigs: Path | None = None,
     announce: bool = False,
@@ -184,12 +185,12 @@ def running(
         live_fovea_hz=live_hz[1],
     )
     app = create_app(settings)
-    with serving(app) as port:
+    with serving(app, port=port) as found:
         services = app.state.services
         assert services.hardware.wait_open(PATIENCE_S)
-        base = f"http://127.0.0.1:{port}"
+        base = f"http://127.0.0.1:{found}"
         with httpx.Client(base_url=base, timeout=PATIENCE_S, trust_env=False) as http:
-            yield Running(port, services, http)
+            yield Running(found, services, http)
 
 
 @pytest.fixture(scope="module")

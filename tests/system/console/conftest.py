@@ -1,19 +1,18 @@
 """A browser on the console: one browser, one server and one stub for all files here."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Playwright, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
 from tests.system.console.calibration import calibration_documents
 
 from .console_page import BROWSER, DESKTOP, Console, OpenConsole, OpenWizard, Tabs
-from .server_process import Server, StartServer, server_of, servers
+from .server_process import Server, server_of
 from .stub_server import StubServer, serving_stub
 
 NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
@@ -35,13 +34,6 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
     found = playwright.chromium.launch(executable_path=BROWSER, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
     yield found
     found.close()
-
-
-@pytest.fixture
-def serve(tmp_path: Path) -> Iterator[StartServer]:
-    """Start servers of one's own, one after the other on the same data."""
-    with servers(tmp_path / "data") as start:
-        yield start
 
 
 @pytest.fixture(scope="package")
@@ -112,11 +104,16 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
         *,
         settings: dict[str, Any] | None = None,  # Any: as the page keeps them
         options: dict[str, Any] | None = None,  # Any: Playwright's
+        prepare: Callable[[Page], None] | None = None,  # before anything is loaded
     ) -> Console:
         name, console = tabs.open_tab(
-            {"scene": False, "hints": False, **(settings or {})}, {"viewport": DESKTOP, **(options or {})}
+            url,
+            {"scene": False, "hints": False, **(settings or {})},
+            {"viewport": DESKTOP, **(options or {})},
         )
         opened.append((name, console))
+        if prepare is not None:
+            prepare(console.page)
         console.page.goto(url)
         return console
 

@@ -7,8 +7,18 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, CDPSession, ConsoleMessage, Page, Request, expect
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    CDPSession,
+    ConsoleMessage,
+    Error,
+    Page,
+    Request,
+    expect,
+)
 
 from foveacam_bench.stream.console_page import CHROMIUM
 
@@ -25,6 +35,10 @@ PHONE = {"width": 360, "height": 740}
 NO_STORAGE = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('off'); } })"
 CHANGEABLE = {"viewport", "color_scheme"}
 """Options of a browser profile that a tab can change."""
+EMPTY = "/favicon.ico"
+"""A page of a server on which nothing runs."""
+IDLE_TABS = 2
+"""A tab at each of the servers that the tests of a file take turns with."""
 TOUCH = {"viewport": PHONE, "has_touch": True, "is_mobile": True}
 
 
@@ -121,10 +135,11 @@ def posted(request: Request) -> dict[str, Any]:  # Any: a JSON document
 
 @dataclass
 class Tabs:
-    """Browser profiles of the tests, one for each set of options that a tab cannot change.
+    """Browser profiles of the tests, one for each server and each set of options that a tab cannot change.
 
     A profile costs four times what loading the page costs, so that the next test gets it again: with an empty
-    page, nothing stored and nothing routed.
+    page, nothing stored and nothing routed. The empty page is one of the same server: a page with an opener
+    policy gets a new process after any other page, which costs half as much again as to load it.
     """
 
     browser: Browser
@@ -132,12 +147,11 @@ class Tabs:
     idle: dict[str, list[Console]] = field(default_factory=dict)
     sessions: dict[Page, CDPSession] = field(default_factory=dict)
 
-    def open_tab(self, settings: dict[str, Any], options: dict[str, Any]) -> tuple[str, Console]:
+    def open_tab(self, url: str, settings: dict[str, Any], options: dict[str, Any]) -> tuple[str, Console]:
         """Return an empty tab with these settings and options, and the name to give it back under."""
         fixed = {} if options.keys() <= CHANGEABLE else options
         name = json.dumps(fixed, sort_keys=True)
-        waiting = self.idle.setdefault(name, [])
-        console = waiting.pop() if waiting else self._new_tab(fixed)
+        console = self._idle_tab(name, _origin(url)) or self._new_tab(fixed)
         page = console.page
         if not fixed:
             page.set_viewport_size(options["viewport"])
@@ -147,6 +161,15 @@ class Tabs:
         session.send("Page.addScriptToEvaluateOnNewDocument", {"source": keep_settings(settings)})
         return name, console
 
+    def _idle_tab(self, name: str, origin: str) -> Console | None:
+        """Return the tab that waits at a server; where there are enough tabs, another one."""
+        waiting = self.idle.setdefault(name, [])
+        for console in waiting:
+            if _origin(console.page.url) == origin:
+                waiting.remove(console)
+                return console
+        return waiting.pop(0) if len(waiting) >= IDLE_TABS else None
+
     def _new_tab(self, options: dict[str, Any]) -> Console:
         context = self.browser.new_context(**options)
         self.stack.callback(context.close)
@@ -155,10 +178,14 @@ class Tabs:
     def release_tab(self, name: str, console: Console) -> None:
         """Leave no trace of a test."""
         page = console.page
-        origin = str(page.evaluate("location.origin"))
+        origin = _origin(page.url)
         page.unroute_all()
-        page.goto("about:blank")
         session = self.sessions.pop(page)
+        try:
+            page.goto(origin + EMPTY)
+        except Error:  # its server has ended
+            page.context.close()
+            return
         session.send("Storage.clearDataForOrigin", {"origin": origin, "storageTypes": "all"})
         session.detach()  # which takes the script with the settings along
         page.context.clear_cookies()
@@ -167,6 +194,12 @@ class Tabs:
                 other.close()
         console.errors.clear()
         self.idle[name].append(console)
+
+
+def _origin(url: str) -> str:
+    """Return scheme, host and port of an address."""
+    parts = urlsplit(url)
+    return f"{parts.scheme}://{parts.netloc}"
 
 
 def keep_settings(settings: dict[str, Any]) -> str:

@@ -1,19 +1,21 @@
 """Stop with many viewers, and a server that goes away and comes back."""
 
 import time
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
 from foveacam_bench.servers import free_port
+from tests.system.conftest import running
 
 from .console_page import OpenConsole, console_of
-from .server_process import Server, StartServer
+from .server_process import Server, server_of
 from .stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
-VIEWERS = 5
+VIEWERS = 3
 """`foveacam bench console` opens twelve."""
 STOP_S = 1.0
 RECOVERY_S = 5.0
@@ -48,24 +50,23 @@ def test_stop_answers_within_a_second_with_many_viewers_open(
 
 
 def test_page_recovers_by_itself_when_the_server_comes_back(
-    open_console: OpenConsole, serve: StartServer
+    open_console: OpenConsole, tmp_path: Path
 ) -> None:
-    port = str(free_port())
-    first = serve("--port", port)
-    began_s = time.monotonic()
-    console = open_console(first.url)
-    console.wait_for_frames("wide", "left")
-    opening_s = time.monotonic() - began_s
-    boot = console.page.evaluate("foveacam.bootId()")
-    first.end()
+    port = free_port()
+    with running(tmp_path / "data", port=port) as first:
+        began_s = time.monotonic()
+        console = open_console(server_of(first).url)
+        console.wait_for_frames("wide", "left")
+        opening_s = time.monotonic() - began_s
+        boot = console.page.evaluate("foveacam.bootId()")
     console.page.locator("#offline").wait_for(state="visible")
-    serve("--port", port)
-    began_s = time.monotonic()
-    console.wait_until(f"foveacam.stream() === 'open' && foveacam.bootId() !== '{boot}'")
-    console.wait_for_frames("wide", "left")
-    assert time.monotonic() - began_s < max(RECOVERY_S, 2.0 * opening_s)
-    console.page.locator("#offline").wait_for(state="hidden")
-    console.page.locator(".badge.good", has_text="Ready").wait_for()
+    with running(tmp_path / "data", port=port):
+        began_s = time.monotonic()
+        console.wait_until(f"foveacam.stream() === 'open' && foveacam.bootId() !== '{boot}'")
+        console.wait_for_frames("wide", "left")
+        assert time.monotonic() - began_s < max(RECOVERY_S, 2.0 * opening_s)
+        console.page.locator("#offline").wait_for(state="hidden")
+        console.page.locator(".badge.good", has_text="Ready").wait_for()
     lost = [
         error
         for error in console.errors

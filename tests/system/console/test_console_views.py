@@ -34,11 +34,17 @@ def zoom_to(console: Console, x_px: float, y_px: float, *, steps: int) -> None:
     console.wait_until(f"document.querySelector('.pane-wide .zoom').textContent !== '100 %' || {steps} === 0")
 
 
-def test_page_shows_three_views_and_what_the_rig_is(console: Console) -> None:
+def test_page_shows_what_the_rig_is_and_the_views_of_both_eyes_live_without_a_fixation(
+    console: Console,
+) -> None:
     assert console.page.title() == "FoveaCam Duo"
     console.page.get_by_text("Simulated FoveaCam Duo").first.wait_for()
     console.page.locator(".badge.good", has_text="Ready").wait_for()
     console.page.locator(".badge", has_text="Calibrated").wait_for()
+    for view in ("anaglyph", "difference", "depth", "wide_zoom"):
+        console.page.locator(f"#tab-{view}").click()
+        console.wait_for_frames(view)
+        expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
 
 
 def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, server: Server) -> None:
@@ -190,13 +196,6 @@ def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server:
     session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     assert phone.wide_box()[2] == pytest.approx(2 * width, rel=0.02)
     assert orders == []
-
-
-def test_the_views_of_both_eyes_are_live_without_a_fixation(console: Console) -> None:
-    for view in ("anaglyph", "difference", "depth", "wide_zoom"):
-        console.page.locator(f"#tab-{view}").click()
-        console.wait_for_frames(view)
-        expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
 
 
 def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(console: Console, server: Server) -> None:

@@ -9,8 +9,9 @@ from playwright.sync_api import Browser, Locator, Playwright, expect
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import running
 
-from .console_page import BROWSER, PHONE, TOUCH, Console, OpenConsole, console_of, contexts
+from .console_page import BROWSER, DESKTOP, PHONE, TOUCH, Console, OpenConsole, console_of, contexts
 from .server_process import Server, server_of
+from .stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -125,16 +126,15 @@ def test_control_is_taken_and_given_back(console: Console, server: Server) -> No
     expect(console.page.locator(".badge.button")).to_have_text("Control is free")
 
 
-def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConsole, server: Server) -> None:
-    page = open_console(server.url).page
-    grounds = {}
-    for scheme in ("dark", "light"):
-        page.emulate_media(color_scheme=scheme)
-        page.reload()
-        grounds[scheme] = page.evaluate("getComputedStyle(document.body).backgroundColor")
-    assert grounds["dark"] != grounds["light"]
+def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConsole, stub: StubServer) -> None:
+    page = open_console(stub.url, options={"viewport": DESKTOP, "color_scheme": "dark"}).page
+    ground = "getComputedStyle(document.body).backgroundColor"
+    dark = page.evaluate(ground)
+    page.emulate_media(color_scheme="light")
+    page.reload()
+    assert page.evaluate(ground) != dark
     page.get_by_role("button", name="Dark or light").click()
-    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == grounds["dark"]
+    assert page.evaluate(ground) == dark
 
 
 @pytest.mark.parametrize("path", ["", "view"])

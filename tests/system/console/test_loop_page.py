@@ -85,7 +85,7 @@ def answers_settings(response: Response) -> bool:
     return response.request.method == "PATCH" and response.url.endswith("/loop/settings")
 
 
-def test_a_click_starts_the_loop_which_is_paused_goes_on_and_ends(loop_page: Console) -> None:
+def test_a_click_starts_the_loop_which_shows_its_match_is_paused_goes_on_and_ends(loop_page: Console) -> None:
     page = loop_page.page
     expect(page.locator("#loop-page .detail")).to_contain_text("Click in the wide view")
     body = posted(start(loop_page))
@@ -93,6 +93,7 @@ def test_a_click_starts_the_loop_which_is_paused_goes_on_and_ends(loop_page: Con
     assert body["frame_seq"] > 0
     expect(status(page).locator(".distance")).to_have_text(re.compile(r"^\d+(\.\d+)? ± \d+(\.\d+)? m$"))
     expect(page.locator("#loop-page .band-plot")).to_have_count(2)
+    check_match(loop_page)
     page.keyboard.press("p")
     expect(status(page)).to_have_attribute("data-status", "held")
     page.get_by_role("button", name="Go on").click()
@@ -100,6 +101,18 @@ def test_a_click_starts_the_loop_which_is_paused_goes_on_and_ends(loop_page: Con
     page.get_by_role("button", name="End").click()
     expect(status(page)).to_have_attribute("data-status", "off")
     assert page.locator(".toast").count() == 0
+
+
+def check_match(console: Console) -> None:
+    """Check that what the loop matches is loaded while it is shown, and only then."""
+    picture = console.page.locator(".loop-match img")
+    expect(picture).to_have_count(0)
+    console.page.get_by_text("What the loop matches").click()
+    console.wait_until("(document.querySelector('.loop-match img')?.naturalWidth ?? 0) > 100")
+    first = picture.get_attribute("src")
+    expect(picture).not_to_have_attribute("src", first or "")
+    console.page.get_by_text("What the loop matches").click()
+    expect(picture).to_be_hidden()
 
 
 def test_a_slider_moves_its_axis_which_is_held_until_it_is_released(
@@ -126,7 +139,7 @@ def test_a_slider_moves_its_axis_which_is_held_until_it_is_released(
     expect(hold).to_have_attribute("aria-pressed", "false")
 
 
-def test_alt_drag_takes_the_eyes_and_the_loop_goes_on_with_its_target(
+def test_alt_drag_takes_the_eyes_then_the_target_and_a_click_in_one_eyes_picture_parts_them(
     loop_page: Console, server: Server
 ) -> None:
     page = loop_page.page
@@ -140,6 +153,10 @@ def test_alt_drag_takes_the_eyes_and_the_loop_goes_on_with_its_target(
     page.keyboard.up("Alt")
     expect(status(page)).to_have_attribute("data-status", "tracking")
     until_tracked(server, CLICKED_PX)
+    page.locator("#loop-page .lent-left canvas").first.click(position={"x": 150, "y": 80})
+    expect(status(page)).to_have_attribute("data-status", "split")
+    page.get_by_role("button", name="Unite the eyes").click()
+    expect(status(page)).to_have_attribute("data-status", "tracking")
 
 
 def test_a_setting_changes_is_refused_where_it_was_typed_and_is_put_back(
@@ -167,19 +184,6 @@ def test_a_setting_changes_is_refused_where_it_was_typed_and_is_put_back(
     assert server.get("/loop")["settings"]["tracker"] == "off"
     page.get_by_role("button", name="Reset all settings").click()
     expect(page.get_by_label("Tracker", exact=True)).to_have_value("template")
-
-
-def test_what_the_loop_matches_is_loaded_while_it_is_open(loop_page: Console) -> None:
-    page = loop_page.page
-    start(loop_page)
-    picture = page.locator(".loop-match img")
-    expect(picture).to_have_count(0)
-    page.get_by_text("What the loop matches").click()
-    loop_page.wait_until("(document.querySelector('.loop-match img')?.naturalWidth ?? 0) > 100")
-    first = picture.get_attribute("src")
-    expect(picture).not_to_have_attribute("src", first or "")
-    page.get_by_text("What the loop matches").click()
-    expect(picture).to_be_hidden()
 
 
 def test_tuning_shows_its_progress_why_it_ended_and_its_result(
@@ -301,12 +305,3 @@ def loop_document(**changes: object) -> Document:
         "tuned": None,
     }
     return document | changes
-
-
-def test_a_click_in_one_eyes_picture_parts_the_eyes_until_they_are_united(loop_page: Console) -> None:
-    page = loop_page.page
-    start(loop_page)
-    page.locator("#loop-page .lent-left canvas").first.click(position={"x": 150, "y": 80})
-    expect(status(page)).to_have_attribute("data-status", "split")
-    page.get_by_role("button", name="Unite the eyes").click()
-    expect(status(page)).to_have_attribute("data-status", "tracking")
