@@ -5,7 +5,8 @@
 `double_results`: over all runs in which a worker was killed at a random moment. `overhead_ratio`: time of
 tasks that sleep 1 s over the time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's
 resident memory over small tasks. `scheduling_ms_per_task`: of tasks that do nothing; `plan_and_summary_s`: of
-all datasets. The model of the times, and its terms, are those of `scaling.py`.
+all datasets. `bare_efficiency_2_processes`: the same of processes without a scheduler, what this machine
+allows. The model of the times, and its terms, are those of `scaling.py`.
 """
 
 import random
@@ -17,8 +18,10 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import cv2
 import numpy as np
 
+from foveacam_bench.batch.bare_processes import bare_times
 from foveacam_bench.batch.dask_processes import DaskProcesses
 from foveacam_bench.batch.scaling import WORKERS, Usage, scaling_figures, used_by
 from foveacam_bench.capture.mosaic import CERTIFICATE, SCENE, capture_raster, glb_of, plan_of
@@ -162,7 +165,14 @@ def scaling(
     plan = plan_batch(datasets, DEPTH)
     write_summary(plan, ProductFolder(path=folder / "one"), ())
     figures = scaling_figures(runs, products=len(plan.tasks), empty=empty, empty_tasks=empty_tasks)
-    return figures | {"plan_and_summary_s": time.perf_counter() - began_s}
+    figures["plan_and_summary_s"] = time.perf_counter() - began_s
+    bare = bare_times(make_depth_here, datasets, folder)
+    return figures | {
+        "two_bare_processes_s": bare.two_s,
+        "one_bare_process_s": bare.one_s,
+        "bare_efficiency_2_processes": bare.efficiency,
+        "efficiency_2_workers_of_bare": runs["one"].took_s / (2.0 * runs["two"].took_s) / bare.efficiency,
+    }
 
 
 def depth_usage(datasets: list[Path], out: Path, cluster: DaskProcesses) -> Usage:
@@ -213,6 +223,12 @@ def make(plan: BatchPlan, pool: WorkPool, out: Path) -> None:
     """Make a batch."""
     into = ProductFolder(path=out)
     run_batch(plan, pool, into, mesh_file=glb_of, watch=SILENT, clock=MonotonicClock())
+
+
+def make_depth_here(datasets: list[Path], out: Path) -> None:
+    """Make depth of all points in this process, by one thread."""
+    cv2.setNumThreads(1)
+    make(plan_batch(datasets, DEPTH), HereAndNow(), out)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
