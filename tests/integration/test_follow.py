@@ -23,5 +23,6 @@ def test_a_walker_at_two_metres_a_second_stays_in_both_foveae() -> None:
     run = follow_walkers(CLICKED_STANDING, seconds=0.5, adjust=plainly)
     assert run.looks > 5
     assert all(run.in_fovea["walker 0"])
+    assert float(np.median(run.offsets_px[4:])) < 150.0, "eyes that lag behind by a look are 300 px off"
     assert run.lost_looks == 0
     assert float(np.sqrt(np.mean(np.square(run.relative_errors)))) < 0.01

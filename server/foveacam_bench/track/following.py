@@ -56,6 +56,8 @@ class FollowRun:
     times_s: dict[str, list[float]] = field(default_factory=dict)
     in_fovea: dict[str, list[bool]] = field(default_factory=dict)
     """Of the looks in which both eyes could see the target: whether both foveae did."""
+    offsets_px: list[float] = field(default_factory=list)
+    """Of the same looks: the target's distance from the middle of the fovea in which it is farther."""
     relative_errors: list[float] = field(default_factory=list)
     sigmas: list[float] = field(default_factory=list)
     states: list[FollowState] = field(default_factory=list)
@@ -191,7 +193,9 @@ def _judge(
     point = clicked_point_at(truth, click, step.t_ns)
     result.times_s.setdefault(step.target_id, []).append(step.t_ns / 1e9)
     if all(visible_from(truth, role, click, t_ns=step.t_ns) for role in EYES):
-        result.in_fovea.setdefault(step.target_id, []).append(_in_both(truth, step.sighting, point))
+        seen, offset_px = _in_both(truth, step.sighting, point)
+        result.in_fovea.setdefault(step.target_id, []).append(seen)
+        result.offsets_px.append(offset_px)
     if state is not FollowState.FOLLOWED:
         result.lost_looks += 1
         return
@@ -202,14 +206,17 @@ def _judge(
     result.sigmas.append(abs(distance_error_m) / estimate.distance_sigma_m)
 
 
-def _in_both(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> bool:
-    """Return whether a point lies within both foveae's pictures."""
+def _in_both(truth: Truth, sighting: Sighting, point_rig_m: NDArray[np.float64]) -> tuple[bool, float]:
+    """Return whether a point lies within both foveae's pictures, and its largest offset from a middle, px."""
+    seen, offset_px = True, 0.0
     for role, frame in ((Role.LEFT, sighting.left), (Role.RIGHT, sighting.right)):
         view = truth.projection(role, frame.t_ns)
         x, y, w = view.M @ (point_rig_m - view.C)
-        if w <= 0.0 or not (0.0 <= x / w < view.width and 0.0 <= y / w < view.height):
-            return False
-    return True
+        if w <= 0.0:
+            return False, np.inf
+        seen &= bool(0.0 <= x / w < view.width and 0.0 <= y / w < view.height)
+        offset_px = max(offset_px, float(np.hypot(x / w - view.width / 2, y / w - view.height / 2)))
+    return seen, offset_px
 
 
 def _share(flags: dict[str, list[bool]]) -> float:
