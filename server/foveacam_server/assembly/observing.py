@@ -17,7 +17,7 @@ from foveacam_server.resources.follows.service import FollowService
 from foveacam_server.resources.loop.service import LoopService, LoopTools
 from foveacam_server.resources.measurements.point_finder import ShownViews
 from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
-from foveacam_server.resources.retention.rules import RetentionSource, Sources
+from foveacam_server.resources.retention.rules import Sources, look_sources
 from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
 
@@ -81,14 +81,7 @@ def retained_looks(shared: SharedServices, observation: ObservationServices) -> 
         if viewer is not None:
             viewer.remove_fixation(cloud.fixation_id)
 
-    return {
-        "clouds": RetentionSource(
-            every=looks.clouds, in_use=looks.is_cloud_in_use, remove=remove_cloud, for_good=True
-        ),
-        "fixations": RetentionSource(
-            every=looks.fixations, in_use=looks.is_fixation_in_use, remove=fixations.remove, for_good=True
-        ),
-    }
+    return look_sources(looks, remove_cloud=remove_cloud, remove_fixation=fixations.remove)
 
 
 def _fixation_tools(

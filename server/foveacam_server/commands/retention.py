@@ -1,7 +1,6 @@
 """The commands `foveacam retention show` and `foveacam retention apply`."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import typer
@@ -21,13 +20,11 @@ from foveacam_server.resources.fixations.retained import RetainedLooks
 from foveacam_server.resources.fixations.table import FixationTable, TargetTable
 from foveacam_server.resources.recordings.collection import RECORDINGS, RecordingCollection
 from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.retention.rules import RetentionSource, preview
-from foveacam_server.resources.retention.schema import DueItem, RetainedKind
+from foveacam_server.resources.retention.rules import RetentionSource, Sources, look_sources, preview
+from foveacam_server.resources.retention.schema import DueItem
 from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.stills.collection import STILLS, StillCollection, StillState
 from foveacam_server.resources.stills.schema import StillDocument
-
-SourcesByKind = dict[RetainedKind, RetentionSource]
 
 app = typer.Typer(
     name="retention",
@@ -45,7 +42,8 @@ def show(data: DataOption = None, as_json: JsonOption = False) -> None:
     sources = _sources(folder)
     if (folder / DATABASE).exists():
         looks = RetainedLooks(StoreReader(folder), folder / CLOUDS)
-        sources |= _look_sources(looks, remove_cloud=_only_shown, remove_fixation=_only_shown)
+        shown = look_sources(looks, remove_cloud=_only_shown, remove_fixation=_only_shown)
+        sources = {**sources, **shown}
     found = preview(folder, sources)
     _print(found, found.items, as_json=as_json)
 
@@ -55,12 +53,12 @@ def apply(data: DataOption = None, as_json: JsonOption = False) -> None:
     """Remove what the rules name; a server that uses the folder must have ended."""
     folder = checked_settings({"data": data}).data
     with Store(folder) as store:
-        service = RetentionService(folder, _sources(folder) | _removable_looks(store))
+        service = RetentionService(folder, {**_sources(folder), **_removable_looks(store)})
         moved = service.apply(service.preview().digest)
     _print(moved, moved.items, as_json=as_json)
 
 
-def _sources(data: Path) -> SourcesByKind:
+def _sources(data: Path) -> Sources:
     captures = CaptureCollection(data / CAPTURES)
     recordings = RecordingCollection(data / RECORDINGS)
     stills = StillCollection(data / STILLS)
@@ -83,7 +81,7 @@ def _sources(data: Path) -> SourcesByKind:
     }
 
 
-def _removable_looks(store: Store) -> SourcesByKind:
+def _removable_looks(store: Store) -> Sources:
     """Return clouds and fixations of a folder that no server uses."""
     clouds, fixations, targets = CloudCollection(store), FixationTable(store), TargetTable(store)
 
@@ -96,20 +94,7 @@ def _removable_looks(store: Store) -> SourcesByKind:
         targets.remove_of(fixations.remove(fixation_id))
 
     looks = RetainedLooks(store, store.subfolder(CLOUDS))
-    return _look_sources(looks, remove_cloud=remove_cloud, remove_fixation=remove_fixation)
-
-
-def _look_sources(
-    looks: RetainedLooks, *, remove_cloud: Callable[[str], None], remove_fixation: Callable[[str], None]
-) -> SourcesByKind:
-    return {
-        "clouds": RetentionSource(
-            every=looks.clouds, in_use=looks.is_cloud_in_use, remove=remove_cloud, for_good=True
-        ),
-        "fixations": RetentionSource(
-            every=looks.fixations, in_use=looks.is_fixation_in_use, remove=remove_fixation, for_good=True
-        ),
-    }
+    return look_sources(looks, remove_cloud=remove_cloud, remove_fixation=remove_fixation)
 
 
 def _only_shown(item_id: str) -> None:

@@ -70,6 +70,40 @@ class RetentionSource:
 Sources = Mapping[RetainedKind, RetentionSource]
 
 
+class RetainedLooks(Protocol):
+    """The fixations and clouds of a data directory, and which of those that were read last are in use."""
+
+    def fixations(self) -> Sequence[RetainedDocument]:
+        """Return all fixations."""
+        ...
+
+    def clouds(self) -> Sequence[RetainedDocument]:
+        """Return all clouds."""
+        ...
+
+    def is_fixation_in_use(self, fixation_id: str) -> bool:
+        """Return whether a fixation is in use."""
+        ...
+
+    def is_cloud_in_use(self, cloud_id: str) -> bool:
+        """Return whether a cloud is in use."""
+        ...
+
+
+def look_sources(
+    looks: RetainedLooks, *, remove_cloud: Callable[[str], object], remove_fixation: Callable[[str], object]
+) -> Sources:
+    """Return the sources of clouds and fixations, neither of which has a trash."""
+    return {
+        "clouds": RetentionSource(
+            every=looks.clouds, in_use=looks.is_cloud_in_use, remove=remove_cloud, for_good=True
+        ),
+        "fixations": RetentionSource(
+            every=looks.fixations, in_use=looks.is_fixation_in_use, remove=remove_fixation, for_good=True
+        ),
+    }
+
+
 def read_rules(data: Path) -> RetentionRules:
     """Return the rules of a data directory, none without its file; raise InvalidInput for a wrong file."""
     path = data / FILE
