@@ -25,7 +25,11 @@ class TrainingDevice:
         values = {field.name: getattr(batch, field.name) for field in fields(batch)}
         return replace(
             batch,
-            **{name: value.to(self.device) for name, value in values.items() if isinstance(value, Tensor)},
+            **{
+                name: value.to(self.device, non_blocking=True)
+                for name, value in values.items()
+                if isinstance(value, Tensor)
+            },
         )
 
 
@@ -50,5 +54,6 @@ def choose_device(name: str = "auto", precision: str = "auto") -> TrainingDevice
             found="no GPU",
         )
     chosen = torch.device("cuda" if there and name != "cpu" else "cpu")
+    torch.backends.cudnn.benchmark = chosen.type == "cuda"  # all crops of a run have one size
     reduced = precision == "bfloat16" or (precision == "auto" and chosen.type == "cuda")
     return TrainingDevice(device=chosen, reduced=reduced)

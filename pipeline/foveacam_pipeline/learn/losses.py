@@ -71,6 +71,11 @@ class PairBatch:
     prior: Tensor | None = None
     """Relative inverse depth of the left pictures by one eye, (n, 1, h, w)."""
 
+    def pin_memory(self) -> "PairBatch":
+        """Return the batch in memory that a GPU copies from beside other work; a loader calls it by this name."""
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        return PairBatch(**{name: value.pin_memory() for name, value in given.items() if value is not None})
+
 
 SELF_SUPERVISED = ("photometric", "reconstruction", "smoothness", "scale")
 SUPERVISED = ("truth", "true matching", "true scale")

@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from foveacam_pipeline.learn.checkpoint import (
 )
 from foveacam_pipeline.learn.curves import LossCurves
 from foveacam_pipeline.learn.device import PROCESSOR, TrainingDevice
+from foveacam_pipeline.learn.loading import step_batches
 from foveacam_pipeline.learn.losses import (
     PRIOR,
     SELF_SUPERVISED,
@@ -38,7 +40,8 @@ LEARNING_RATE, WEIGHT_DECAY, CLIP = 2e-3, 1e-4, 1.0
 WARM_UP_SHARE = 0.05
 MASKED_FROM = 0.2
 """Share of the steps after which what only one eye sees is left out of the loss."""
-SAVED_EVERY = 200
+SAVED_EVERY, MOST_SAVED = 200, 50
+"""Steps between checkpoints, and how many checkpoints a run writes at most: a GPU makes a hundred steps a second."""
 SHOWN = 100
 """Steps whose mean loss a checkpoint tells."""
 COMPARED = {
@@ -108,10 +111,12 @@ def train(
     prior: MonocularPrior | None = None,
     start: StartingWeights | None = None,
     device: TrainingDevice = PROCESSOR,
+    workers: int = 0,
 ) -> TrainingFacts:
     """Train into `folder`, going on with a checkpoint there; return what the last checkpoint says.
 
-    `start`: weights of the same network to begin with, instead of random ones.
+    `start`: weights of the same network to begin with, instead of random ones. `workers`: processes that make
+    the crops; none: this one does.
 
     On a processor two runs with one plan have equal weights, whether stopped in between or not. Raise
     InvalidInput when the folder holds a run with another plan, StorageFull for a full disk: the last
@@ -121,7 +126,7 @@ def train(
     check_crops(datasets, plan.crop_px)
     task = _stereo_task(datasets, plan, commit=commit, prior=prior, start=start, reduced=device.reduced)
     crops = CropSource(datasets, size=plan.crop_px, batch=plan.batch, seed=plan.seed)
-    return run_task(task, crops, folder, watcher, device=device)
+    return run_task(task, crops, folder, watcher, device=device, workers=workers)
 
 
 def run_task(
@@ -131,15 +136,20 @@ def run_task(
     watcher: TrainingWatcher,
     *,
     device: TrainingDevice = PROCESSOR,
+    workers: int = 0,
 ) -> TrainingFacts:
     """Train by a task into `folder`, as `train` does; return what the last checkpoint says."""
-    run = _Run(task, crops, folder, device)
+    run = _Run(task, folder, device)
     total = task.facts.steps_planned
-    while run.done < total and not watcher.stopped():
-        loss = run.step()
-        watcher.on_step(run.done, total, loss)
-        if run.done % SAVED_EVERY == 0 or run.done == total:
-            run.save()
+    saved_every = max(SAVED_EVERY, total // MOST_SAVED)
+    steps = range(run.done, total)
+    with closing(step_batches(crops, steps, workers=workers, device=device.device)) as batches:
+        for batch in batches:
+            if watcher.stopped():
+                break
+            watcher.on_step(run.done + 1, total, run.step(batch))
+            if run.done % saved_every == 0:
+                run.save()
     run.save()
     return run.facts()
 
@@ -201,8 +211,8 @@ def _begin_with(network: FoveatedStereo, start: StartingWeights) -> None:
 
 
 class _Run:
-    def __init__(self, task: TrainingTask, crops: CropSource, folder: Path, device: TrainingDevice) -> None:
-        self._task, self._crops, self._path = task, crops, folder / CHECKPOINT
+    def __init__(self, task: TrainingTask, folder: Path, device: TrainingDevice) -> None:
+        self._task, self._path = task, folder / CHECKPOINT
         self._device = device
         self._network = task.network.to(device.device)
         self._optimizer = torch.optim.AdamW(
@@ -213,11 +223,11 @@ class _Run:
         self._curves = LossCurves(folder, steps=self.done)
         self._saved = self.done
 
-    def step(self) -> float:
-        """Make one step; return its loss."""
+    def step(self, batch: PairBatch) -> float:
+        """Make one step with its crops; return its loss."""
         for group in self._optimizer.param_groups:
             group["lr"] = learning_rate(self.done, self._task.facts.steps_planned)
-        loss, parts = self._task.loss(self._device.moved(self._crops.batch(self.done)), self.done)
+        loss, parts = self._task.loss(self._device.moved(batch), self.done)
         self._optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
         torch.nn.utils.clip_grad_norm_(self._network.parameters(), CLIP)

@@ -22,7 +22,7 @@ from foveacam_pipeline.learn.network.geometry import (
     view_geometry,
 )
 from foveacam_pipeline.learn.network.network import FoveatedStereo
-from foveacam_pipeline.learn.network.refinement import enlarged
+from foveacam_pipeline.learn.network.refinement import cell_shares, enlarged
 
 
 def features(columns: int = 24, seed: int = 0) -> torch.Tensor:
@@ -98,8 +98,14 @@ def test_reconstruction_is_least_at_the_true_match() -> None:
 
 
 def test_enlarging_keeps_a_plane() -> None:
-    weights = torch.zeros(1, 9 * 16, 3, 5)
-    assert enlarged(torch.full((1, 1, 3, 5), 1.5), weights) == pytest.approx(torch.full((1, 1, 12, 20), 1.5))
+    shares = cell_shares(torch.zeros(1, 9 * 16, 3, 5))
+    assert enlarged(torch.full((1, 1, 3, 5), 1.5), shares) == pytest.approx(torch.full((1, 1, 12, 20), 1.5))
+
+
+def test_shares_of_cells_are_a_softmax() -> None:
+    weights = 30.0 * torch.randn(2, 9 * 16, 3, 5, generator=torch.Generator().manual_seed(1))
+    expected = weights.reshape(2, 9, 16, 3, 5).softmax(dim=1)
+    assert torch.allclose(cell_shares(weights), expected, atol=1e-6)
 
 
 def test_brightness_of_an_eye_makes_no_difference() -> None:

@@ -22,6 +22,7 @@ from foveacam_pipeline.learn.checkpoint import (
 )
 from foveacam_pipeline.learn.evaluation import evaluate, network_answer
 from foveacam_pipeline.learn.export import export_network
+from foveacam_pipeline.learn.loading import LARGEST_WORKERS, default_workers, step_batches
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pairs import CropSource, load_datasets
@@ -85,6 +86,21 @@ def test_crops_depend_on_seed_and_step_alone() -> None:
     assert torch.equal(source.batch(7).left, again.batch(7).left)
     assert not torch.equal(source.batch(7).left, source.batch(8).left)
     assert source.batch(0).left.shape == (2, 3, 64, 96)
+
+
+def test_crops_that_worker_processes_make_are_the_same() -> None:
+    source = CropSource([scene("a", seed=1)], size=(96, 64), batch=2, seed=5)
+    steps = range(3, 8)
+    for workers in (0, 2):
+        found = list(step_batches(source, steps, workers=workers, device=torch.device("cpu")))
+        assert len(found) == len(steps)
+        for step, batch in zip(steps, found, strict=True):
+            assert torch.equal(batch.left, source.batch(step).left)
+
+
+def test_a_processor_makes_its_crops_itself_and_a_gpu_has_them_made() -> None:
+    assert default_workers(torch.device("cpu")) == 0
+    assert 1 <= default_workers(torch.device("cuda")) <= LARGEST_WORKERS
 
 
 def test_a_folder_with_another_run_is_refused(tmp_path: Path) -> None:

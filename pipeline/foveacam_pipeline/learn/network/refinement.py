@@ -52,15 +52,24 @@ class Enlargement(nn.Module):
     def forward(self, state: Tensor, disparity: Tensor) -> tuple[Tensor, Tensor]:
         """Return disparity (n, 1, 4 h, 4 w), px, and the log of its scale, px."""
         log_scale = self.scale(state).clamp(LEAST_LOG_SCALE, LARGEST_LOG_SCALE)
-        weights = self.weights(state)
-        return enlarged(disparity * CELL_PX, weights), enlarged(log_scale, weights)
+        shares = cell_shares(self.weights(state))
+        return enlarged(disparity * CELL_PX, shares), enlarged(log_scale, shares)
 
 
-def enlarged(values: Tensor, weights: Tensor) -> Tensor:
-    """Return values (n, 1, h, w) four times as large: each pixel a mean of nine cells by its own weights."""
-    n, _, h, w = values.shape
-    shares = weights.reshape(n, 9, CELL_PX, CELL_PX, h, w).softmax(dim=1)
+def cell_shares(weights: Tensor) -> Tensor:
+    """Return (n, 9, 16, h, w): softmax over the nine cells, for each pixel of a cell, of weights (n, 144, h, w).
+
+    Written out, because onnxruntime transposes the whole tensor twice for a softmax over any but the last axis.
+    """
+    n, _, h, w = weights.shape
+    split = weights.reshape(n, 9, CELL_PX**2, h, w)
+    powers = (split - split.amax(dim=1, keepdim=True)).exp()
+    return powers / powers.sum(dim=1, keepdim=True)
+
+
+def enlarged(values: Tensor, shares: Tensor) -> Tensor:
+    """Return values (n, 1, h, w) four times as large: each pixel the mean of nine cells by its own shares."""
+    h, w = values.shape[2:]
     padded = functional.pad(values, (1, 1, 1, 1), mode="replicate")
-    cells = [padded[:, :, y : y + h, x : x + w] for y in range(3) for x in range(3)]
-    mean = (torch.stack(cells, dim=1).reshape(n, 9, 1, 1, h, w) * shares).sum(dim=1)
-    return mean.permute(0, 3, 1, 4, 2).reshape(n, 1, CELL_PX * h, CELL_PX * w)
+    cells = torch.cat([padded[:, :, y : y + h, x : x + w] for y in range(3) for x in range(3)], dim=1)
+    return functional.pixel_shuffle((cells[:, :, None] * shares).sum(dim=1), CELL_PX)

@@ -90,6 +90,10 @@ def train(
     precision: Annotated[
         str, typer.Option(help="of features: auto (bfloat16 on a GPU), float32 or bfloat16")
     ] = "auto",
+    workers: Annotated[
+        int | None,
+        typer.Option(help="processes that make crops; by default none on a processor", min=0, max=256),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
@@ -111,6 +115,7 @@ def train(
         start=start,
         device=device,
         precision=precision,
+        workers=workers,
     )
     run_training(order, as_json=as_json)
 

@@ -47,6 +47,8 @@ class TrainingOrder:
     start: Path | None = None
     device: str = "auto"
     precision: str = "auto"
+    workers: int | None = None
+    """Processes that make crops; None: what suits the device."""
 
 
 def run_training(order: TrainingOrder, *, as_json: bool) -> None:
@@ -54,6 +56,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint, load_starting_weights
     from foveacam_pipeline.learn.device import choose_device
+    from foveacam_pipeline.learn.loading import default_workers
     from foveacam_pipeline.learn.monocular.prior import load_prior
     from foveacam_pipeline.learn.pairs import load_datasets
     from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
@@ -89,6 +92,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
             prior=prior,
             start=start,
             device=device,
+            workers=default_workers(device.device) if order.workers is None else order.workers,
         )
         network = load_checkpoint(order.out / CHECKPOINT).network()
         judged: list[Evaluation] = []
