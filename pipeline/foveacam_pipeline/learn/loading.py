@@ -1,4 +1,4 @@
-"""Batches of crops for the steps of a training, made ahead by worker processes where a GPU would wait for them."""
+"""Batches of crops for the steps of a training; worker processes make them ahead where a GPU would wait."""
 
 import os
 import signal

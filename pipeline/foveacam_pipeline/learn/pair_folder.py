@@ -164,7 +164,7 @@ class PairFolderWriter:
 
 
 class StoredPairs(Sequence[PairSample]):
-    """The pairs of a folder, read when they are asked for; each is checked against its hash the first time."""
+    """The pairs of a folder, read when they are asked for; the first time against its hash."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -41,7 +41,7 @@ WARM_UP_SHARE = 0.05
 MASKED_FROM = 0.2
 """Share of the steps after which what only one eye sees is left out of the loss."""
 SAVED_EVERY, MOST_SAVED = 200, 50
-"""Steps between checkpoints, and how many checkpoints a run writes at most: a GPU makes a hundred steps a second."""
+"""Steps between checkpoints, unless a run would write more than so many of them."""
 SHOWN = 100
 """Steps whose mean loss a checkpoint tells."""
 COMPARED = {

@@ -57,9 +57,9 @@ class Enlargement(nn.Module):
 
 
 def cell_shares(weights: Tensor) -> Tensor:
-    """Return (n, 9, 16, h, w): softmax over the nine cells, for each pixel of a cell, of weights (n, 144, h, w).
+    """Return the softmax over nine cells for each pixel of a cell, (n, 9, 16, h, w), of weights (n, 144, h, w).
 
-    Written out, because onnxruntime transposes the whole tensor twice for a softmax over any but the last axis.
+    Written out: for a softmax over any axis but the last onnxruntime transposes the whole tensor twice.
     """
     n, _, h, w = weights.shape
     split = weights.reshape(n, 9, CELL_PX**2, h, w)
