@@ -72,7 +72,7 @@ class PairBatch:
     """Relative inverse depth of the left pictures by one eye, (n, 1, h, w)."""
 
     def pin_memory(self) -> "PairBatch":
-        """Return the batch in memory that a GPU copies from beside other work; PyTorch's loader calls this."""
+        """Return the batch in memory that a GPU copies from beside other work; PyTorch's loader calls it."""
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         return PairBatch(**{name: value.pin_memory() for name, value in given.items() if value is not None})
 

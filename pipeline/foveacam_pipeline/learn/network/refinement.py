@@ -57,7 +57,7 @@ class Enlargement(nn.Module):
 
 
 def cell_shares(weights: Tensor) -> Tensor:
-    """Return the softmax over nine cells for each pixel of a cell, (n, 9, 16, h, w), of weights (n, 144, h, w).
+    """Return the softmax over nine cells, of each pixel of a cell, (n, 9, 16, h, w); weights: (n, 144, h, w).
 
     Written out: for a softmax over any axis but the last onnxruntime transposes the whole tensor twice.
     """
