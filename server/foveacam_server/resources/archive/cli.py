@@ -42,10 +42,11 @@ def list_command(url: UrlArgument, as_json: JsonOption = False) -> None:
         return
     table = Table(title=url)
     for column in ("kind", "id", "name", "label", "created", "size"):
-        table.add_column(column)
+        table.add_column(column, no_wrap=column in {"id", "created"})  # an id is copied into `get` and `open`
     for record in records:
         told = record.manifest
-        row = (told.kind, told.id, told.name, told.label, told.created_utc, decimal(told.size_bytes))
+        minute = told.created_utc[:16].replace("T", " ")
+        row = (told.kind, told.id, told.name, told.label, minute, decimal(told.size_bytes))
         table.add_row(*(text.replace("[", "\\[") for text in row))
     Console().print(table)
 

@@ -98,7 +98,7 @@ class StillService:
         if request.label is not None and found.state is StillState.HELD:
             change_labels(found.stored.folder, label=request.label)
         found = self.collection.keep(still_id, name=request.name)
-        self._emit("still.stored", f"still {found.stored.name} is kept", found)
+        self._emit("still.kept", f"still {found.stored.name} is kept", found)
         return StillDocument.of(found)
 
     def edit(self, still_id: str, change: StillPatch) -> StillDocument:
