@@ -1,4 +1,4 @@
-"""The room of markers for tests: scenes changed on purpose, a true lens, and a watcher who takes notes."""
+"""Rooms for tests: scenes changed on purpose, a true lens, and a watcher who takes notes."""
 
 import re
 from collections import Counter
@@ -24,6 +24,7 @@ from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 ROOM = Path(scenes.__file__).with_name("calibration.toml")
+BENCH = ROOM.with_name("bench.toml")
 NOISE = re.compile(r'\{kind="noise", color="(#\w+)", accent="(#\w+)".*?\}')
 EYES = (Role.LEFT, Role.RIGHT)
 SIZE = (1440, 1080)
@@ -79,6 +80,19 @@ def changed_room(folder: Path, *changes: tuple[str, str], plain: bool = False) -
         text = text.replace(before, after)
     path = folder / "room.toml"
     path.write_text(text)
+    return str(path)
+
+
+def bench_with(folder: Path, *names: str) -> str:
+    """Write the scene `bench` with some of its objects alone, each where it is; return the path of the file.
+
+    It is drawn in half of the time, for who looks at nothing else.
+    """
+    head, *objects = BENCH.read_text().split("[[objects]]")
+    kept = [text for name in names for text in objects if f'name = "{name}"\n' in text]
+    assert len(kept) == len(names)
+    path = folder / "bench.toml"
+    path.write_text("[[objects]]".join([head, *kept]))
     return str(path)
 
 

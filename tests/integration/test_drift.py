@@ -26,7 +26,7 @@ from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 
-from .marker_room import expose_briefly, make_grey
+from .marker_room import bench_with, expose_briefly, make_grey
 
 CERTIFICATE = load_calibration(
     Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
@@ -116,8 +116,8 @@ def test_one_shot_on_the_markers_restores_both_eyes_and_the_next_finds_nothing(c
     assert not again.significant, again.detail
 
 
-def test_without_a_known_depth_all_but_the_angle_between_the_eyes_is_restored() -> None:
-    with relocated("bench") as rig:
+def test_without_a_known_depth_all_but_the_angle_between_the_eyes_is_restored(tmp_path: Path) -> None:
+    with relocated(bench_with(tmp_path, "back wall")) as rig:
         check = shoot(rig, CERTIFICATE, FEW)
         corrected = correct_calibration(CERTIFICATE, check, created_utc=LATER)
         misses = misses_px(rig, corrected)
@@ -159,9 +159,9 @@ def test_a_check_can_be_cancelled() -> None:
         run_drift_check(rig.head, CERTIFICATE, clock=rig.clock, watch=Impatient())
 
 
-def test_ordinary_fixations_notice_that_an_eye_has_moved() -> None:
+def test_ordinary_fixations_notice_that_an_eye_has_moved(tmp_path: Path) -> None:
     monitor = HealthMonitor(CERTIFICATE)
-    with open_simulated("bench", inline=True) as rig:
+    with open_simulated(bench_with(tmp_path, "back wall"), inline=True) as rig:
         assert rig.truth is not None
         make_grey(rig)
         rig.truth.world.faults.drift_step_rad = {Role.LEFT: (math.radians(0.02), 0.0, 0.0)}

@@ -175,6 +175,15 @@ def test_the_least_recently_used_frame_is_dropped() -> None:
         assert not np.shares_memory(frames[1].radiance, renderer.radiance(view(dx_px=1.0)).radiance)
 
 
+def test_the_frame_of_another_lens_outlives_many_projections_of_a_moving_one() -> None:
+    with Renderer(scene(), threads=1, cached_frames=3) as renderer:
+        wide = renderer.radiance(view(bent=True))
+        frames = [renderer.radiance(view(dx_px=float(k))) for k in range(5)]
+        assert np.shares_memory(wide.radiance, renderer.radiance(view(bent=True)).radiance)
+        assert np.shares_memory(frames[4].radiance, renderer.radiance(view(dx_px=4.0)).radiance)
+        assert not np.shares_memory(frames[0].radiance, renderer.radiance(view()).radiance)
+
+
 def test_several_threads_may_ask_at_once() -> None:
     made, found = scene(), {}
     with Renderer(made, threads=2, cached_frames=2) as renderer:

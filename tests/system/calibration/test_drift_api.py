@@ -1,15 +1,24 @@
 """A drift check over REST: one shot into the scene, applied when it is sure and asked for."""
 
 import math
+from collections.abc import Iterator
 
 import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
-from tests.integration.marker_room import make_grey
-from tests.system.conftest import PATIENCE_S, Running
+from tests.integration.marker_room import bench_with, make_grey
+from tests.system.conftest import PATIENCE_S, Running, running
 
 pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A server before a wall with texture."""
+    folder = tmp_path_factory.mktemp("wall")
+    with running(folder / "data", scene=bench_with(folder, "back wall")) as found:
+        yield found
 
 
 @pytest.fixture(scope="module", autouse=True)

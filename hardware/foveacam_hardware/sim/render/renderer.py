@@ -71,6 +71,7 @@ class _CachedFrame:
         self.target = TileOutputs(
             np.zeros((*shape, channels), np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int32)
         )
+        self.lens = b"" if projection.rays is None else projection.rays.digest
         self.valid: Bool = np.zeros(tiles, bool)
         self.footprint: Bool = np.zeros((0, tiles), bool)
         self.revision = -1
@@ -181,12 +182,20 @@ class Renderer:
             tiles = -(-projection.width // TILE_W) * -(-projection.height // TILE_H)
             entry = _CachedFrame(projection, channels, tiles)
         self._frames[key] = entry
-        while len(self._frames) > self._cached_frames:
-            self._frames.popitem(last=False)
+        if len(self._frames) > self._cached_frames:
+            self._drop_oldest(key, entry)
         if entry.revision != snapshot.revision:
             entry.stage, footprint = self._stage(snapshot, projection, channels)
             entry.invalidate(snapshot, footprint)
         return entry
+
+    def _drop_oldest(self, key: tuple[bytes, int], entry: _CachedFrame) -> None:
+        """Drop the longest unused frame of the entry's lens, where it has none the longest unused of all.
+
+        A moving mirror, whose exposure takes several projections, drops no frame of the wide camera.
+        """
+        others = (old for old, frame in self._frames.items() if frame.lens == entry.lens and old != key)
+        del self._frames[next(others, next(iter(self._frames)))]
 
     def _complete(self, entry: _CachedFrame, requested: NDArray[np.int64], channels: int) -> None:
         """Render those of the requested tiles that are not valid."""

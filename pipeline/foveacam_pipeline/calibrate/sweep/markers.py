@@ -17,6 +17,7 @@ from foveacam_pipeline.calibrate.sweep.marker_model import (
     cell_corners,
     fit_marker,
     outer_corners,
+    within,
 )
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
 
@@ -194,7 +195,7 @@ def _uncovered(fit: MarkerFit, cells: NDArray[np.float64]) -> NDArray[np.bool_]:
     limit = AGREE_SHARE * fit.contrast + 3.0 * fit.noise
     good = [
         bool(near.any()) and float(np.sqrt(np.mean(fit.misfit[near] ** 2))) <= limit
-        for near in ((np.abs(at - cell) <= NEAR_CELLS).all(axis=1) for cell in cells)
+        for near in (within(at - cell, NEAR_CELLS) for cell in cells)
     ]
     return np.array(good)
 
