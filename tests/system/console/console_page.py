@@ -155,7 +155,7 @@ class Tabs:
         page = console.page
         if not fixed:
             page.set_viewport_size(options["viewport"])
-        page.emulate_media(color_scheme=options.get("color_scheme", "light"))
+        page.emulate_media(color_scheme=options.get("color_scheme", "light"), reduced_motion="reduce")
         session = self.sessions[page] = page.context.new_cdp_session(page)
         session.send("Page.enable")
         session.send("Page.addScriptToEvaluateOnNewDocument", {"source": keep_settings(settings)})

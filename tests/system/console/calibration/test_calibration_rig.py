@@ -15,11 +15,13 @@ from tests.system.console.server_process import Server, server_of
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 PATIENCE_MS = 60_000
+SELDOM_HZ = (0.2, 0.2)
+"""Nothing here waits for a live picture."""
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with running(tmp_path_factory.mktemp("data"), scene="calibration") as found:
+    with running(tmp_path_factory.mktemp("data"), scene="calibration", live_hz=SELDOM_HZ) as found:
         yield server_of(found)
 
 

@@ -25,8 +25,8 @@ OpenSetup = Callable[..., Console]
 
 @pytest.fixture(scope="module")
 def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server whose rig these tests exchange."""
-    with running(tmp_path_factory.mktemp("data")) as found:
+    """A server whose rig these tests exchange, and whose live views hardly render."""
+    with running(tmp_path_factory.mktemp("data"), live_hz=(0.2, 0.2)) as found:
         yield server_of(found)
 
 
