@@ -10,5 +10,6 @@ showInterface({
   dom_id: "#interface",
   deepLinking: true,
   filter: true,
+  docExpansion: "none", // to draw all operations takes a browser ten seconds and more
   validatorUrl: null, // no request goes to another server
 });
