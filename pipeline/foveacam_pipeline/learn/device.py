@@ -54,6 +54,5 @@ def choose_device(name: str = "auto", precision: str = "auto") -> TrainingDevice
             found="no GPU",
         )
     chosen = torch.device("cuda" if there and name != "cpu" else "cpu")
-    torch.backends.cudnn.benchmark = chosen.type == "cuda"  # all crops of a run have one size
     reduced = precision == "bfloat16" or (precision == "auto" and chosen.type == "cuda")
     return TrainingDevice(device=chosen, reduced=reduced)
