@@ -192,9 +192,11 @@ class TriggeredHead:
             try:
                 frame = camera.read(timeout_ms=READ_TIMEOUT_MS)
             except Timeout as silence:
+                counted = camera.counters
                 raise DeviceFault(
                     f"camera {camera.role}: exposure {receipt.frame_id} was triggered and no frame came"
-                    f" ({silence}); check its cables and its trigger setting"
+                    f" ({silence}; since its start {counted.delivered} frames came and {counted.dropped} were"
+                    " lost); check its cables and its trigger setting"
                 ) from silence
             late_ns = frame.t_ns - receipt.middle_ns(exposure_ns=frame.exposure_ns)
             if -early_ns <= late_ns <= late_by_ns:
