@@ -4,17 +4,26 @@ import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
+from foveacam_hardware.rig import open_rig
+from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.assembly.calibrating import CalibrationServices, open_calibration
-from foveacam_server.assembly.collection_services import CollectionServices, open_collections, open_retention
+from foveacam_server.assembly.collection_services import (
+    CollectionServices,
+    live_rates,
+    open_collections,
+    open_retention,
+)
 from foveacam_server.assembly.first_services import (
+    DisplayServices,
+    RigKnowledge,
     ServerFoundation,
     SharedServices,
     open_displays,
     open_rig_knowledge,
 )
 from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
-from foveacam_server.assembly.rig_opening import open_hardware
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
 from foveacam_server.foundation.compute_queue import ComputeQueue
@@ -41,6 +50,8 @@ from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.rig.chosen_rig import ChosenRig
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.stop import StopSwitch
 
 
@@ -236,3 +247,43 @@ def _start_scene_follower(shared: SharedServices) -> None:
     follower = SceneFollower(shared.displays.viewer, gaze=gaze)
     follower.start()
     shared.foundation.stack.callback(follower.close)
+
+
+def open_hardware(
+    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, *, rig: ChosenRig
+) -> HardwareThread:
+    """Open the hardware thread; the rig itself opens on it, once it is started."""
+    settings = foundation.settings
+    hardware = HardwareThread(
+        lambda: _open_rig(foundation, knowledge, rig),
+        sink=displays.tap,
+        events=foundation.events,
+        clock=foundation.clock,
+        overlay=displays.overlay.of,
+        limits=live_rates(settings),
+        keeper=knowledge.cameras,
+    )
+    foundation.stack.callback(hardware.close)
+    displays.stereo.spare_while(lambda: hardware.use.firm)
+    return hardware
+
+
+def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: ChosenRig) -> AssembledRig:
+    replay = foundation.settings.replay
+    if replay is not None:
+        return _open_replay(foundation, knowledge, replay)
+    rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
+    knowledge.calibration.choose_for(rig.rig_id)
+    knowledge.settling.restore(rig)
+    return rig
+
+
+def _open_replay(foundation: ServerFoundation, knowledge: RigKnowledge, replay: Path) -> AssembledRig:
+    """Return the rig that plays a recording, with the calibration that was recorded with it."""
+    from foveacam_server.rig.replay import open_recording, playback_of
+
+    recorded = open_recording(replay)
+    rig = replay_rig(recorded, playback=playback_of(foundation.settings), clock=foundation.clock)
+    knowledge.calibration.choose_for(rig.rig_id, brought=recorded.calibration)
+    knowledge.settling.restore(rig)
+    return rig
