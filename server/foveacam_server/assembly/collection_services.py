@@ -9,11 +9,10 @@ from foveacam_server.assembly.archive_sources import (
     RecordingArchiveSource,
     StillArchiveSource,
 )
-from foveacam_server.assembly.first_services import SharedServices
+from foveacam_server.assembly.first_services import SharedServices, live_rates
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
-from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.archive.service import ArchiveService
 from foveacam_server.resources.batches.service import BatchService
 from foveacam_server.resources.captures.service import CaptureService
@@ -26,7 +25,6 @@ from foveacam_server.resources.retention.rules import RetentionSource, Sources
 from foveacam_server.resources.retention.service import RetentionService
 from foveacam_server.resources.stills.collection import STILLS
 from foveacam_server.resources.stills.service import StillService
-from foveacam_server.rig.live_views import LiveRates
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,11 +105,6 @@ def open_retention(
     retention.start()
     shared.foundation.stack.callback(retention.close)
     return retention
-
-
-def live_rates(settings: Settings) -> LiveRates:
-    """Return the rates of the live views."""
-    return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
 
 
 def _capture_tools(shared: SharedServices) -> CaptureTools:

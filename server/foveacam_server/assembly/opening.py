@@ -1,26 +1,23 @@
-"""Opens all services of a running server in order, and registers their closing in the reverse order."""
+"""Opens all services of a running server in order, and registers their closing in the reverse order.
+
+Small groups of services are opened here, large ones by the modules beside this one.
+"""
 
 import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
-from foveacam_hardware.rig import open_rig
-from foveacam_hardware.rig_replay import replay_rig
-from foveacam_server.assembly.calibrating import CalibrationServices, open_calibration
 from foveacam_server.assembly.collection_services import (
     CollectionServices,
-    live_rates,
     open_collections,
     open_retention,
 )
 from foveacam_server.assembly.first_services import (
-    DisplayServices,
-    RigKnowledge,
     ServerFoundation,
     SharedServices,
     open_displays,
+    open_hardware,
     open_rig_knowledge,
 )
 from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
@@ -30,10 +27,17 @@ from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
+from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
+from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
+from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
+from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
+from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
+from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
+from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.engine.loop_lag import LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.service import EngineParts, EngineService
@@ -50,9 +54,17 @@ from foveacam_server.resources.suggestions.service import SuggestionService
 from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.rig.chosen_rig import ChosenRig
-from foveacam_server.rig.hardware import HardwareThread
-from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.stop import StopSwitch
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrationServices:
+    """Services that measure and store calibrations, and that which tests the trigger."""
+
+    sessions: CalibrationSessionService
+    drift: DriftChecks
+    records: CalibrationRecords
+    trigger_tests: TriggerTests
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +151,7 @@ def _open_groups(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoo
     faults = FaultService(foundation.events)
     rig = ChosenRig(foundation.settings)
     shared = _open_shared(foundation, rig, loop=loop)
-    calibration = open_calibration(shared)
+    calibration = _open_calibration(shared)
     backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
     shared.displays.stereo.match_by(lambda pair: backends.estimate_live(pair).disparity)
     collections = open_collections(shared, backends=backends)
@@ -166,6 +178,44 @@ def _open_shared(
         displays=displays,
         hardware=open_hardware(foundation, knowledge, displays, rig=rig),
         jobs=JobRunner(foundation.store, events=foundation.events, clock=foundation.clock),
+    )
+
+
+def _open_calibration(shared: SharedServices) -> CalibrationServices:
+    """Open the calibration services; they share what runs calibration jobs."""
+    tools = CalibrationJobTools(
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration,
+        jobs=shared.jobs,
+        sink=shared.displays.tap,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
+        settling=shared.knowledge.settling,
+    )
+    sessions = SessionCollection(shared.knowledge.folder / "sessions")
+    drift = DriftChecks(shared.knowledge.folder / "drift", tools)
+    records = CalibrationRecords(
+        shared.knowledge.calibration,
+        sessions=SessionReader(sessions),
+        drift=drift.records,
+        hardware=shared.hardware,
+        health=shared.knowledge.health,
+    )
+    return CalibrationServices(
+        sessions=CalibrationSessionService(sessions, tools),
+        drift=drift,
+        records=records,
+        trigger_tests=_trigger_tests(shared),
+    )
+
+
+def _trigger_tests(shared: SharedServices) -> TriggerTests:
+    return TriggerTests(
+        shared.knowledge.cameras_folder / "self_tests",
+        cameras=shared.knowledge.cameras,
+        hardware=shared.hardware,
+        jobs=shared.jobs,
+        events=shared.foundation.events,
     )
 
 
@@ -247,43 +297,3 @@ def _start_scene_follower(shared: SharedServices) -> None:
     follower = SceneFollower(shared.displays.viewer, gaze=gaze)
     follower.start()
     shared.foundation.stack.callback(follower.close)
-
-
-def open_hardware(
-    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, *, rig: ChosenRig
-) -> HardwareThread:
-    """Open the hardware thread; the rig itself opens on it, once it is started."""
-    settings = foundation.settings
-    hardware = HardwareThread(
-        lambda: _open_rig(foundation, knowledge, rig),
-        sink=displays.tap,
-        events=foundation.events,
-        clock=foundation.clock,
-        overlay=displays.overlay.of,
-        limits=live_rates(settings),
-        keeper=knowledge.cameras,
-    )
-    foundation.stack.callback(hardware.close)
-    displays.stereo.spare_while(lambda: hardware.use.firm)
-    return hardware
-
-
-def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: ChosenRig) -> AssembledRig:
-    replay = foundation.settings.replay
-    if replay is not None:
-        return _open_replay(foundation, knowledge, replay)
-    rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
-    knowledge.calibration.choose_for(rig.rig_id)
-    knowledge.settling.restore(rig)
-    return rig
-
-
-def _open_replay(foundation: ServerFoundation, knowledge: RigKnowledge, replay: Path) -> AssembledRig:
-    """Return the rig that plays a recording, with the calibration that was recorded with it."""
-    from foveacam_server.rig.replay import open_recording, playback_of
-
-    recorded = open_recording(replay)
-    rig = replay_rig(recorded, playback=playback_of(foundation.settings), clock=foundation.clock)
-    knowledge.calibration.choose_for(rig.rig_id, brought=recorded.calibration)
-    knowledge.settling.restore(rig)
-    return rig
