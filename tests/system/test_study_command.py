@@ -37,9 +37,9 @@ from foveacam_server.foundation import bench_package
 from foveacam_server.resources.studies import recipes as study_recipes
 from foveacam_server.resources.studies import trained_networks
 from foveacam_server.resources.studies.cli import StudyName
-from foveacam_server.resources.studies.placed_rig import pose_setter
 from foveacam_server.resources.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
 from foveacam_server.resources.studies.run import ReportOptions, catch_ctrl_c, run_studies
+from foveacam_server.resources.studies.simulated_rigs import pose_setter
 
 
 @pytest.fixture(autouse=True)

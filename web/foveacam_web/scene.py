@@ -21,11 +21,10 @@ import viser
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web.scene_fixation import FixationNode, FixationParts, LimitsNode
-from foveacam_web.scene_measure import MeasurementNode
+from foveacam_web.scene_lines import MeasurementNode, TrailNode
 from foveacam_web.scene_panel import ScenePanel, approach
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_surroundings import SurroundingsNode, draw_field, overlook
-from foveacam_web.scene_trail import TrailNode
 from foveacam_web.scene_values import (
     UP,
     EyeGaze,

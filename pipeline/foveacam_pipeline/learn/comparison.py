@@ -34,8 +34,7 @@ from foveacam_pipeline.learn.monocular.prior_loss import PriorSchedule, aligned
 from foveacam_pipeline.learn.monocular.training import PriorPlan, train_prior
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth, StoredPairs
-from foveacam_pipeline.learn.pairs import LoadedDataset, picture_planes
-from foveacam_pipeline.learn.shift import shifted_dataset, shifted_pair
+from foveacam_pipeline.learn.pairs import LoadedDataset, picture_planes, shifted_dataset, shifted_pair
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingWatcher, train
 from foveacam_pipeline.learn.truth_figures import MethodAnswer
 from foveacam_pipeline.stereo.rectify import halved

@@ -1,11 +1,27 @@
-"""The answer to one target, before it becomes a fixation."""
+"""The answer to one target, before it becomes a fixation, and the last look at it.
+
+Both eyes are pointed at the answer, each as near as it can turn, and it is described what each sees there.
+"""
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
+from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
 from foveacam_pipeline.verge.closed_loop import VergedTarget
-from foveacam_pipeline.verge.distance import LocatedPoint
-from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView
+from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
+from foveacam_pipeline.verge.looking.fixation_head import FixationHead, StepResult
+from foveacam_pipeline.verge.looking.motion import TargetMotion
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, VergePhase
+
+LOOKS, SECONDS = 24, 4.0
+"""Allowed to the search by single foveae, and to the last looks at an answer."""
+REACH_LEVELS = 9
+"""So many distances are tried when it is asked whether an eye can look somewhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,3 +67,47 @@ def alternative(basis: Basis, point: LocatedPoint, probability: float) -> Altern
         point_rig_m=point.point_rig_m,
         probability=probability,
     )
+
+
+class LastLook:
+    """Looks at answers. Depths are 1/Z, 1/m, 0 at infinity; Z along the rig's axis."""
+
+    def __init__(self, fixation_head: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
+        self._fixation_head = fixation_head
+        self._calibration = calibration
+        self._limits = limits
+
+    def in_reach(self, motion: TargetMotion) -> bool:
+        """Return whether any eye can look at the target, at whatever distance."""
+        levels = np.linspace(0.0, 1.0 / self._limits.nearest_m, REACH_LEVELS)
+        return any(reachable_eyes(self._calibration, self._gazes(level, motion)) for level in levels)
+
+    def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
+        """Look at the answer; return the place."""
+        self.steer(inverse_z_per_m, motion)
+        last = self._fixation_head.last
+        t_ns = self._fixation_head.next_ns if last is None else last.sighting.left.t_ns
+        return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
+
+    def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
+        """Look once with both eyes, each as near as it can turn."""
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
+        observation = self._fixation_head.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
+        self._fixation_head.record(observation, StepResult(score=0.0))
+
+    def views(
+        self, inverse_z_per_m: float, motion: TargetMotion, *, seeing: set[Role]
+    ) -> dict[Role, EyeView]:
+        """Return what each eye shows of the target; `seeing`: the eyes that nothing hides it from."""
+        reaching = reachable_eyes(self._calibration, self._gazes(inverse_z_per_m, motion))
+        return {role: self._view(role, reached=role in reaching, hidden=role not in seeing) for role in EYES}
+
+    def _view(self, role: Role, *, reached: bool, hidden: bool) -> EyeView:
+        if role is self._fixation_head.missing:
+            return EyeView(sees_target=False, reason=verdict.NO_CAMERA)
+        if not reached:
+            return EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
+        return EyeView(sees_target=False, reason=verdict.HIDDEN) if hidden else EyeView(sees_target=True)
+
+    def _gazes(self, inverse_z_per_m: float, motion: TargetMotion) -> Gazes:
+        return aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z_per_m)

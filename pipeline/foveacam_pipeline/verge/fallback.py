@@ -12,10 +12,17 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.answer import Answer, alternative, beyond_reach, both_foveae
+from foveacam_pipeline.verge.answer import (
+    LOOKS,
+    SECONDS,
+    Answer,
+    LastLook,
+    alternative,
+    beyond_reach,
+    both_foveae,
+)
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
-from foveacam_pipeline.verge.last_look import LOOKS, SECONDS, LastLook
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation
 from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.support import MatchSupport

@@ -26,8 +26,8 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.wire.controller_payloads import DAC_FULL_SCALE, DAC_FULL_SCALE_V
 from foveacam_server.app import create_app
 from foveacam_server.doors.listening_socket import listen
+from foveacam_server.doors.process_limits import keep_start_objects
 from foveacam_server.doors.server import WatchedServer, server_config
-from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.foundation.settings import Settings
 
 OPEN_S = 120.0

@@ -4,27 +4,27 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset.lock import is_being_written
-from foveacam_server.assembly.first_services import SharedServices
+from foveacam_server.assembly.archive_sources import (
+    CaptureArchiveSource,
+    RecordingArchiveSource,
+    StillArchiveSource,
+)
+from foveacam_server.assembly.first_services import SharedServices, live_rates
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
-from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.archive.service import ArchiveService
 from foveacam_server.resources.batches.service import BatchService
-from foveacam_server.resources.captures.archiving import CaptureArchiveSource
 from foveacam_server.resources.captures.service import CaptureService
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.mosaics.service import MosaicService
-from foveacam_server.resources.recordings.archiving import RecordingArchiveSource
 from foveacam_server.resources.recordings.collection import RECORDINGS
 from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
 from foveacam_server.resources.references.service import ReferenceService
 from foveacam_server.resources.retention.rules import RetentionSource, Sources
 from foveacam_server.resources.retention.service import RetentionService
-from foveacam_server.resources.stills.archiving import StillArchiveSource
 from foveacam_server.resources.stills.collection import STILLS
 from foveacam_server.resources.stills.service import StillService
-from foveacam_server.rig.live_views import LiveRates
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,11 +105,6 @@ def open_retention(
     retention.start()
     shared.foundation.stack.callback(retention.close)
     return retention
-
-
-def live_rates(settings: Settings) -> LiveRates:
-    """Return the rates of the live views."""
-    return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
 
 
 def _capture_tools(shared: SharedServices) -> CaptureTools:

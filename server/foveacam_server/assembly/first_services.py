@@ -1,4 +1,7 @@
-"""Opens the services that all others share: store, events, calibrations, settings, views and 3D pane."""
+"""Opens the services that all others share: store, events, calibrations, settings, views, 3D pane, hardware.
+
+The hardware thread opens the rig that is chosen, or a recording that is played.
+"""
 
 import asyncio
 import logging
@@ -8,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Clock, FoveaError
+from foveacam_hardware.rig import open_rig
+from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobRunner
@@ -21,10 +26,12 @@ from foveacam_server.resources.fixations.schema import FixationSelectedEvent
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
+from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread
-from foveacam_server.rig.ports import SceneViewer
+from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.ports import AssembledRig, SceneViewer
 from foveacam_server.rig.settle_times import SettleTimes
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_web.scene import ViewerScene
@@ -164,3 +171,48 @@ def _open_viewer(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoo
 
     scene.on_select(on_select, loop)
     return scene
+
+
+def live_rates(settings: Settings) -> LiveRates:
+    """Return the rates of the live views."""
+    return LiveRates(wide_hz=settings.live_wide_hz, fovea_hz=settings.live_fovea_hz)
+
+
+def open_hardware(
+    foundation: ServerFoundation, knowledge: RigKnowledge, displays: DisplayServices, *, rig: ChosenRig
+) -> HardwareThread:
+    """Open the hardware thread; the rig itself opens on it, once it is started."""
+    settings = foundation.settings
+    hardware = HardwareThread(
+        lambda: _open_rig(foundation, knowledge, rig),
+        sink=displays.tap,
+        events=foundation.events,
+        clock=foundation.clock,
+        overlay=displays.overlay.of,
+        limits=live_rates(settings),
+        keeper=knowledge.cameras,
+    )
+    foundation.stack.callback(hardware.close)
+    displays.stereo.spare_while(lambda: hardware.use.firm)
+    return hardware
+
+
+def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: ChosenRig) -> AssembledRig:
+    replay = foundation.settings.replay
+    if replay is not None:
+        return _open_replay(foundation, knowledge, replay)
+    rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
+    knowledge.calibration.choose_for(rig.rig_id)
+    knowledge.settling.restore(rig)
+    return rig
+
+
+def _open_replay(foundation: ServerFoundation, knowledge: RigKnowledge, replay: Path) -> AssembledRig:
+    """Return the rig that plays a recording, with the calibration that was recorded with it."""
+    from foveacam_server.rig.replay import open_recording, playback_of
+
+    recorded = open_recording(replay)
+    rig = replay_rig(recorded, playback=playback_of(foundation.settings), clock=foundation.clock)
+    knowledge.calibration.choose_for(rig.rig_id, brought=recorded.calibration)
+    knowledge.settling.restore(rig)
+    return rig

@@ -1,30 +1,43 @@
-"""Opens all services of a running server in order, and registers their closing in the reverse order."""
+"""Opens all services of a running server in order, and registers their closing in the reverse order.
+
+Small groups of services are opened here, large ones by the modules beside this one.
+"""
 
 import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-from foveacam_server.assembly.calibrating import CalibrationServices, open_calibration
-from foveacam_server.assembly.collection_services import CollectionServices, open_collections, open_retention
+from foveacam_server.assembly.collection_services import (
+    CollectionServices,
+    open_collections,
+    open_retention,
+)
 from foveacam_server.assembly.first_services import (
     ServerFoundation,
     SharedServices,
     open_displays,
+    open_hardware,
     open_rig_knowledge,
 )
 from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
-from foveacam_server.assembly.rig_opening import open_hardware
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
+from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
+from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
+from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
+from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
+from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
+from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
+from foveacam_server.resources.drift_checks.service import DriftChecks
 from foveacam_server.resources.engine.loop_lag import LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.service import EngineParts, EngineService
@@ -42,6 +55,16 @@ from foveacam_server.resources.views.layout_routes import WindowLayout
 from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
 from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.stop import StopSwitch
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrationServices:
+    """Services that measure and store calibrations, and that which tests the trigger."""
+
+    sessions: CalibrationSessionService
+    drift: DriftChecks
+    records: CalibrationRecords
+    trigger_tests: TriggerTests
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +151,7 @@ def _open_groups(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoo
     faults = FaultService(foundation.events)
     rig = ChosenRig(foundation.settings)
     shared = _open_shared(foundation, rig, loop=loop)
-    calibration = open_calibration(shared)
+    calibration = _open_calibration(shared)
     backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
     shared.displays.stereo.match_by(lambda pair: backends.estimate_live(pair).disparity)
     collections = open_collections(shared, backends=backends)
@@ -155,6 +178,44 @@ def _open_shared(
         displays=displays,
         hardware=open_hardware(foundation, knowledge, displays, rig=rig),
         jobs=JobRunner(foundation.store, events=foundation.events, clock=foundation.clock),
+    )
+
+
+def _open_calibration(shared: SharedServices) -> CalibrationServices:
+    """Open the calibration services; they share what runs calibration jobs."""
+    tools = CalibrationJobTools(
+        hardware=shared.hardware,
+        calibration=shared.knowledge.calibration,
+        jobs=shared.jobs,
+        sink=shared.displays.tap,
+        events=shared.foundation.events,
+        clock=shared.foundation.clock,
+        settling=shared.knowledge.settling,
+    )
+    sessions = SessionCollection(shared.knowledge.folder / "sessions")
+    drift = DriftChecks(shared.knowledge.folder / "drift", tools)
+    records = CalibrationRecords(
+        shared.knowledge.calibration,
+        sessions=SessionReader(sessions),
+        drift=drift.records,
+        hardware=shared.hardware,
+        health=shared.knowledge.health,
+    )
+    return CalibrationServices(
+        sessions=CalibrationSessionService(sessions, tools),
+        drift=drift,
+        records=records,
+        trigger_tests=_trigger_tests(shared),
+    )
+
+
+def _trigger_tests(shared: SharedServices) -> TriggerTests:
+    return TriggerTests(
+        shared.knowledge.cameras_folder / "self_tests",
+        cameras=shared.knowledge.cameras,
+        hardware=shared.hardware,
+        jobs=shared.jobs,
+        events=shared.foundation.events,
     )
 
 

@@ -1,13 +1,20 @@
-"""The listening socket: bound before the server starts, with small send buffers that connections inherit."""
+"""What a server listens by: a socket bound before it starts, and the certificate for https.
+
+The socket has small send buffers, which connections inherit. The certificate is checked before the server
+starts, in plain words.
+"""
 
 import errno
 import socket
+import ssl
+from pathlib import Path
 
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 
 SEND_BUFFER_BYTES = 128 * 1024
 """About one picture: more in the kernel's buffer would be old when it is sent (default: up to 4 MB)."""
 _BACKLOG = 256
+_MINIMUM = ssl.TLSVersion.TLSv1_2
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -41,4 +48,65 @@ def _refusal(error: OSError, *, host: str, port: int) -> FoveaError:
     remedy = "choose another --host or --port"
     return InvalidInput(
         f"cannot listen on {asked}: {found}; {remedy}", asked=asked, found=found, remedy=remedy
+    )
+
+
+def tls_context(certificate: Path | None, key: Path | None) -> ssl.SSLContext | None:
+    """Return the server's side of TLS; None where neither file is given, for plain http.
+
+    Raise `InvalidInput` for one without the other, files that cannot be read or are no PEM, a key that is
+    another certificate's, and one with a pass phrase.
+    """
+    if certificate is None and key is None:
+        return None
+    if certificate is None or key is None:
+        missing = "--tls-cert" if certificate is None else "--tls-key"
+        raise InvalidInput(
+            f"a certificate and its key belong together; give {missing} too", found=f"no {missing}"
+        )
+    for path in (certificate, key):
+        _check_readable(path)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = _MINIMUM
+    try:
+        context.load_cert_chain(certificate, key, password=_no_pass_phrase)
+    except ssl.SSLError as error:
+        raise _certificate_refusal(certificate, key, error) from error
+    return context
+
+
+def _check_readable(path: Path) -> None:
+    try:
+        path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(
+            f"{path} cannot be read: {error.strerror}; give the path of a PEM file",
+            asked=str(path),
+            found=error.strerror,
+            remedy="give the path of a PEM file",
+        ) from error
+
+
+def _no_pass_phrase() -> str:
+    raise InvalidInput(
+        "the key has a pass phrase, which nobody types when a server starts by itself; give one without: "
+        "openssl pkey -in KEY -out NEW",
+        found="a key with a pass phrase",
+        remedy="openssl pkey -in KEY -out NEW",
+    )
+
+
+def _certificate_refusal(certificate: Path, key: Path, error: ssl.SSLError) -> InvalidInput:
+    if error.reason == "KEY_VALUES_MISMATCH":
+        found, remedy = (
+            f"{key} is the key of another certificate",
+            "give the key that the certificate was made with",
+        )
+    else:
+        found, remedy = f"no certificate and key in PEM ({error.reason or error})", "give both as PEM files"
+    return InvalidInput(
+        f"cannot serve https by {certificate} and {key}: {found}; {remedy}",
+        asked=f"{certificate} and {key}",
+        found=found,
+        remedy=remedy,
     )

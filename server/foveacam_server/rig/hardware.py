@@ -17,8 +17,7 @@ from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.hand_steering import HandSteering
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
-from foveacam_server.rig.hardware_thread.exclusive_use import ExclusiveUse
-from foveacam_server.rig.hardware_thread.move_guard import MoveGuard
+from foveacam_server.rig.hardware_thread.move_guard import ExclusiveUse, MoveGuard
 from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
 from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
 from foveacam_server.rig.hardware_thread.status_reading import StatusReading

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from foveacam_hardware.camera_preview import named_camera, take_picture
 from foveacam_hardware.contract import InvalidInput, MonotonicClock, NotConnected
+from foveacam_hardware.device_trials import named_camera, take_picture
 
 from .gige_cameras import aravis_camera, fake_program
 

@@ -15,7 +15,7 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.rig import VIRTUAL_START_NS, simulated_rig
 from foveacam_server import app
-from foveacam_server.assembly import rig_opening
+from foveacam_server.assembly import first_services
 from foveacam_server.foundation.events import Event
 from tests.integration.marker_room import changed_room, make_grey
 from tests.system.conftest import API, Running, running
@@ -114,7 +114,7 @@ def calibration_server(
         file.write_text(f'kind = "simulated"\nscene = "{scene}"\n{rig_file}')
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(app, "MonotonicClock", lambda: clock)
-        patch.setattr(rig_opening, "open_rig", _in_virtual_time)
+        patch.setattr(first_services, "open_rig", _in_virtual_time)
         with running(data, rig=str(file) if rig_file else "sim", scene=scene, live_hz=LIVE_HZ) as server:
             rig = server.rig
             server.services.hardware.submit(lambda _: _set_cameras(rig)).result(PATIENCE_S)

@@ -27,7 +27,7 @@ from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SerialRigConfig
 from foveacam_hardware.wire.link import SerialLink
 from foveacam_server import program
-from foveacam_server.assembly import rig_opening
+from foveacam_server.assembly import first_services
 
 HOLD = "HOLD_AT_MOVE"
 RIG_ID = "sim-rig120"
@@ -91,5 +91,5 @@ def guarded_rig(config: SerialRigConfig, *, clock: Clock | None = None, guarded:
 
 
 if __name__ == "__main__":
-    setattr(rig_opening, "open_rig", guarded_rig)  # noqa: B010 - mypy refuses to assign a function
+    setattr(first_services, "open_rig", guarded_rig)  # noqa: B010 - mypy refuses to assign a function
     program.main()

@@ -21,9 +21,8 @@ from foveacam_pipeline.capture.dataset import change_labels
 from foveacam_pipeline.capture.dataset.lock import FolderLock
 from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.products import making
-from foveacam_pipeline.products.agreement import agreement_sums, mirrored
 from foveacam_pipeline.products.batch import BatchCounts, datasets_in, plan_batch, run_batch
-from foveacam_pipeline.products.making import make_product
+from foveacam_pipeline.products.making import agreement_sums, make_product, mirrored
 from foveacam_pipeline.products.results import ProductFolder
 from foveacam_pipeline.products.summary import write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings, plan_products

@@ -14,7 +14,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
-from foveacam_pipeline.verge.wide_zoom import wide_zoom
+from foveacam_pipeline.verge.matching.wide_patch import wide_zoom
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.views.live_stereo import LiveStereo, PairJoiner, SteadySpan
 from foveacam_server.rig.frame_tap import FrameTap

@@ -7,7 +7,7 @@ import pytest
 from tests.certificates import written_certificate
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.doors.tls import tls_context
+from foveacam_server.doors.listening_socket import tls_context
 
 
 def test_a_certificate_with_its_key_is_used(tmp_path: Path) -> None:

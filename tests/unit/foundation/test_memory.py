@@ -5,7 +5,7 @@ import sys
 
 PROGRAM = """
 import re, sys, threading
-from foveacam_server.doors.memory import bound_arenas
+from foveacam_server.doors.process_limits import bound_arenas
 
 if sys.argv[1] == "bounded":
     bound_arenas()

@@ -14,8 +14,7 @@ from tests.local_server import serving
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.contract.spans import CURRENT_SPAN, note_span, span, untraced
-from foveacam_server.doors.request_ids import RequestIds
-from foveacam_server.doors.request_traces import RequestTraces
+from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.foundation.watching import otlp, tracing
 from foveacam_server.foundation.watching.tracing import Traces, open_traces
 

@@ -5,8 +5,7 @@ import torch
 from tests.unit.learning_pairs import scene, varied_sample
 
 from foveacam_pipeline.learn.losses import warped
-from foveacam_pipeline.learn.pairs import picture_planes
-from foveacam_pipeline.learn.shift import shifted_dataset, shifted_pair
+from foveacam_pipeline.learn.pairs import picture_planes, shifted_dataset, shifted_pair
 
 SHIFT_PX = 16
 

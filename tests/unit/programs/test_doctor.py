@@ -22,7 +22,7 @@ from foveacam_server.checks.findings import (
     warning,
 )
 from foveacam_server.checks.needs import NamedCamera, RigNeeds
-from foveacam_server.doctor.program import check_versions
+from foveacam_server.doctor.examination import check_versions
 
 SIMULATED = RigNeeds(simulated=True)
 METAL = RigNeeds(

@@ -18,9 +18,9 @@ from starlette.routing import Route
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.listening_socket import listen
+from foveacam_server.doors.process_limits import keep_start_objects
 from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
-from foveacam_server.doors.threads import keep_start_objects
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.rig.stop import StopSwitch

@@ -6,11 +6,11 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.pinhole import PinholeWindow
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.study.localisation.bound import disparity_bound_px
 from foveacam_pipeline.study.localisation.estimator import (
     LensPlane,
     PixelPlane,
     TargetTemplate,
+    disparity_bound_px,
     localise,
     mark_target,
     window_at,

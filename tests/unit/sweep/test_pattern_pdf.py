@@ -9,8 +9,7 @@ from tests.unit.printed_pages import PX_PER_MM, PrintedPage, printed_pages
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.pattern import Pattern, board_pattern, marker_pattern, target_pattern
-from foveacam_pipeline.calibrate.pattern_pdf import pattern_pdf
-from foveacam_pipeline.calibrate.sheets import lay_out, sheets_words
+from foveacam_pipeline.calibrate.sheets import lay_out, pattern_pdf, sheets_words
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board

@@ -8,8 +8,7 @@ import pytest
 from tests.unit.plane_head import PlaneHead, noise_texture
 
 from foveacam_hardware.contract import OutOfRange
-from foveacam_pipeline.track.acquire import acquire
-from foveacam_pipeline.track.click_track import ClickTrack
+from foveacam_pipeline.track.acquire import ClickTrack, acquire
 from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget
 from foveacam_server.resources.follows.first_look import (

@@ -9,8 +9,8 @@ from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Cancelled, DeviceFault, InvalidInput, Timeout
 from foveacam_pipeline.loop.autotune import autotune
-from foveacam_pipeline.loop.errors import LoopErrors
 from foveacam_pipeline.loop.fault_gate import LATCH_AFTER, FaultGate
+from foveacam_pipeline.loop.guide_match import LoopErrors
 from foveacam_pipeline.loop.pid import LONGEST_STEP, Pid, loop_time
 from foveacam_pipeline.loop.relay import AMPLITUDES_RAD, TuneRefused, relay
 from foveacam_pipeline.loop.settings import AXES, BOUNDS, MOST_GAIN, Axis, Gains, LoopSettings

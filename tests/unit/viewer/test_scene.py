@@ -19,8 +19,8 @@ from foveacam_web import scene as scene_module
 from foveacam_web import viser_server
 from foveacam_web.scene import LABELLED, MAX_FIXATIONS, ViewerScene
 from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, FixationParts, thin
+from foveacam_web.scene_lines import trail_segments
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
-from foveacam_web.scene_trail import trail_segments
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
 from foveacam_web.viser_page import viser_page
 

@@ -1,6 +1,7 @@
 """Runs a raster capture: the missing points of a dataset's plan, until the dataset is complete.
 
-`shutter` exposes and the dataset's writer stores; here are the order, pauses, cancelling and progress.
+`shutter` exposes and the dataset's writer stores; here are the order, the moves along the rail, pauses,
+cancelling and progress.
 """
 
 import math
@@ -9,18 +10,21 @@ from contextlib import contextmanager
 
 from foveacam_hardware.contract import (
     Cancelled,
+    DeviceFault,
     FoveaError,
     NotCalibrated,
     OutOfRange,
     PanTiltPose,
+    Rail,
+    RailState,
     StereoVolts,
+    Timeout,
 )
 from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
 from foveacam_pipeline.capture.plan import PlanPoint, RasterPlan, all_point_volts, plan_from, points_of_plan
-from foveacam_pipeline.capture.run.access import CaptureWatcher, RigAccess
+from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess
 from foveacam_pipeline.capture.run.describe import pan_tilt_pose, rail_position_m
-from foveacam_pipeline.capture.run.rail_mover import RailMover
 from foveacam_pipeline.capture.run.shots import planned_shots, stored_shots
 from foveacam_pipeline.capture.run.shutter import ShotTaker
 from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, FoveaPair, RunSettings, ShotPlan
@@ -69,7 +73,7 @@ class _CaptureRun:
         self._access, self._writer, self._plan, self._calibration = access, writer, plan, calibration
         self._watch, self._settings = watch, settings
         self._shutter = ShotTaker(access, tries=settings.tries)
-        self._rail = RailMover(access, watch=watch, settings=settings)
+        self._rail = _RailMover(access, watch=watch, settings=settings)
         self._first = writer.next_point
         self._began_ns = access.clock.now_ns()
         self._idle_ns = 0
@@ -238,3 +242,65 @@ class _CaptureRun:
             left_s=spent_s / here * (progress.planned - done) if here else None,
             note=note,
         )
+
+
+class _RailMover:
+    """Moves the rig to the rail positions of a plan; asks the operator where the rail has no motor."""
+
+    def __init__(self, access: RigAccess, *, watch: CaptureWatcher, settings: RunSettings) -> None:
+        self._access = access
+        self._watch = watch
+        self._settings = settings
+
+    def move_to(self, place_m: float) -> None:
+        """Return when the rig is at a position, metres from the rail's middle."""
+        if not self._access.run_still(lambda rig: _rail(rig).moves_itself):
+            self._access.run_still(lambda rig: _rail(rig).move_to(place_m))
+            self._watch.ask_operator(f"push the rig to {1e3 * place_m:g} mm on the rail, then continue")
+            return
+        try:
+            self._move(place_m)
+        except Cancelled:
+            self._access.run_still(lambda rig: _rail(rig).hold())
+            raise
+        clock = self._access.clock
+        clock.sleep_until_ns(clock.now_ns() + round(1e6 * self._settings.rail_rest_ms))
+
+    def _move(self, place_m: float) -> None:
+        state = self._until_still("the rail's last move", timeout_ms=self._settings.rail_ms)
+        self._access.check_may_move()
+        if not state.homed:
+            self._access.run_still(lambda rig: _rail(rig).home())
+            self._until_still("the rail's homing", timeout_ms=self._settings.home_ms)
+        self._access.check_may_move()
+        self._access.run_still(lambda rig: _rail(rig).move_to(place_m))
+        state = self._until_still("the rail's move", timeout_ms=self._settings.rail_ms)
+        at_m = state.position_m
+        if at_m is None or abs(at_m - place_m) > self._settings.rail_near_m:
+            stands = "nobody knows where" if at_m is None else f"at {1e3 * at_m:.1f} mm"
+            raise DeviceFault(
+                f"rail: asked to move to {1e3 * place_m:g} mm, it stands still {stands}"
+                f" ({state.fault or 'it was held'}); free it, then resume",
+                asked=f"{1e3 * place_m:g} mm",
+                found=f"it stands still {stands}",
+                remedy="free it, then resume the capture",
+            )
+
+    def _until_still(self, what: str, *, timeout_ms: float) -> RailState:
+        clock = self._access.clock
+        deadline_ns = clock.now_ns() + round(1e6 * timeout_ms)
+        while (state := self._access.run_still(lambda rig: _rail(rig).state)).moving:
+            if self._watch.cancelled():
+                raise Cancelled("the capture was cancelled while the rail moved; it can be resumed")
+            if clock.now_ns() > deadline_ns:
+                raise Timeout(f"{what}: not over within {timeout_ms / 1e3:g} s; free it, then resume")
+            clock.sleep_until_ns(clock.now_ns() + round(1e6 * self._settings.poll_ms))
+        return state
+
+
+def _rail(rig: CaptureRig) -> Rail:
+    if rig.rail is None:
+        raise OutOfRange(
+            "capture: the plan moves the rig sideways, this rig has no rail; take it from one place"
+        )
+    return rig.rail

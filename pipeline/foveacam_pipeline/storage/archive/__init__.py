@@ -19,11 +19,11 @@ from foveacam_pipeline.storage.archive.manifest import (
     ArchiveManifest,
     ArchiveRecord,
     ItemKind,
+    SparseCopy,
     read_record,
     read_stored,
     write_record,
 )
-from foveacam_pipeline.storage.archive.sparse_copy import SparseCopy
 from foveacam_pipeline.storage.archive.store import ArchiveStore, checked_url, open_store
 
 __all__ = [

@@ -1,9 +1,13 @@
-"""What an archive holds of an item (`ArchiveManifest`), and the note beside the local one."""
+"""What an archive holds of an item (`ArchiveManifest`), the note beside the local one (`ArchiveRecord`).
+
+`SparseCopy` is a local copy of an archived file whose ranges are fetched when they are needed.
+"""
 
 import hashlib
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Literal
+from tempfile import TemporaryFile, gettempdir
+from typing import IO, Annotated, Literal
 from urllib.parse import quote
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationError
@@ -16,6 +20,7 @@ MANIFEST = "manifest.json"
 RECORD = "archived.json"
 """The record's name in a dataset's folder; beside a recording it follows the recording's own name."""
 ItemKind = Literal["captures", "recordings", "stills"]
+BLOCK_BYTES = 1 << 15
 
 
 def _inside(name: str) -> str:
@@ -151,3 +156,30 @@ def read_stored(folder: Path, name: str) -> bytes:
         if record is None or name not in record.manifest.files:
             raise
         return record.read(name)
+
+
+class SparseCopy:
+    """A temporary file as long as the archived one; `fetch` fills a range of it. For one thread at a time."""
+
+    def __init__(self, record: ArchiveRecord, name: str) -> None:
+        self._store, self._key = open_store(record.archive), record.manifest.key(name)
+        self._size = record.manifest.files[name].size_bytes
+        self._missing = bytearray(b"\x01" * -(-self._size // BLOCK_BYTES))
+        self.file: IO[bytes] = TemporaryFile()  # noqa: SIM115 - its user closes it
+        self.file.truncate(self._size)
+
+    def fetch(self, start: int, end: int) -> None:
+        """Fill the bytes from `start` to before `end`, in as few reads as possible; raise FoveaError."""
+        last = min(-(-min(end, self._size) // BLOCK_BYTES), len(self._missing))
+        at = max(0, start) // BLOCK_BYTES
+        while (at := self._missing.find(1, at, last)) >= 0:
+            until = self._missing.find(0, at, last)
+            until = last if until < 0 else until
+            low, high = at * BLOCK_BYTES, min(until * BLOCK_BYTES, self._size)
+            content = self._store.read(self._key, start=low, end=high)
+            with disk_errors("what was read of an archive", Path(gettempdir())):
+                self.file.seek(low)
+                self.file.write(content)
+                self.file.flush()
+            self._missing[at:until] = bytes(until - at)
+            at = until

@@ -18,10 +18,10 @@ from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
-from foveacam_pipeline.study.localisation.bound import disparity_bound_px
 from foveacam_pipeline.study.localisation.estimator import (
     LocalisedTarget,
     TargetTemplate,
+    disparity_bound_px,
     fovea_view,
     localise,
     mark_target,

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.pattern_pdf import pattern_pdf
-from foveacam_pipeline.calibrate.sheets import lay_out, sheets_words
+from foveacam_pipeline.calibrate.sheets import lay_out, pattern_pdf, sheets_words
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.plain_words import validated
 from foveacam_server.resources.displays.drawing import MARKER_DICTIONARY, draw

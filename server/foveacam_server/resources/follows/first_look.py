@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from foveacam_hardware.contract import Clock, Head, OutOfRange
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.track.acquire import AcquiredTarget, acquire
-from foveacam_pipeline.track.click_track import ClickTrack
+from foveacam_pipeline.track.acquire import AcquiredTarget, ClickTrack, acquire
 from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate

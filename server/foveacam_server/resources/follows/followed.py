@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.track.click_track import ClickTrack
+from foveacam_pipeline.track.acquire import ClickTrack
 from foveacam_pipeline.track.position_filter import PositionEstimate
 from foveacam_pipeline.track.target import TargetReport
 from foveacam_pipeline.verge.values import Target

@@ -15,7 +15,7 @@ from foveacam_server.foundation.answers import file_responses, problems
 from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.resources.recordings import moments
 from foveacam_server.resources.recordings.depth import DepthOrder
-from foveacam_server.resources.recordings.documents import URL
+from foveacam_server.resources.recordings.documents import URL, tracks_document
 from foveacam_server.resources.recordings.layout import (
     AnaglyphName,
     LayoutDocument,
@@ -31,7 +31,6 @@ from foveacam_server.resources.recordings.schema import (
     TimelineDocument,
     TracksDocument,
 )
-from foveacam_server.resources.recordings.tracks import tracks_document
 from foveacam_server.rig.encoder import encode_jpeg
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])

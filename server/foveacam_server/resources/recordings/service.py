@@ -34,7 +34,7 @@ from foveacam_server.resources.recordings.begin import check_room, full_rates, i
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.depth import BackendsByName, RecordedDepthService
 from foveacam_server.resources.recordings.documents import URL, counts_of, live_document, recording_document
-from foveacam_server.resources.recordings.film_service import FilmService
+from foveacam_server.resources.recordings.films import FilmService
 from foveacam_server.resources.recordings.imports.service import ImportService
 from foveacam_server.resources.recordings.live import LiveRecording
 from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes

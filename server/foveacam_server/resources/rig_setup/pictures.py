@@ -3,8 +3,8 @@
 import threading
 from typing import Protocol
 
-from foveacam_hardware.camera_preview import named_camera, take_picture
 from foveacam_hardware.contract import Clock, NotConnected
+from foveacam_hardware.device_trials import named_camera, take_picture
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
 from foveacam_server.resources.rig_setup.schema import SIMULATED, CameraKind
 from foveacam_server.rig.encoder import encode_jpeg

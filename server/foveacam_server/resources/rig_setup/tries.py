@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from foveacam_hardware.contract import Clock, DeviceInfo, FoveaError, MirrorVolts, NotConnected, StereoVolts
-from foveacam_hardware.port_answer import ask_controller, ask_pan_tilt
+from foveacam_hardware.device_trials import ask_controller, ask_pan_tilt
 from foveacam_hardware.rig_config import SerialRigConfig, parse_rig_config
 from foveacam_server.resources.rig_setup.rig_files import TomlTable
 from foveacam_server.resources.rig_setup.schema import SIMULATED, RigDraft, TryResult

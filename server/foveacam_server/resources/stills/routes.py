@@ -23,8 +23,7 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
-from foveacam_server.resources.stills.collection import StillState
-from foveacam_server.resources.stills.drawings import still_picture
+from foveacam_server.resources.stills.collection import StillState, still_picture
 from foveacam_server.resources.stills.schema import (
     CameraName,
     StateName,

@@ -219,7 +219,7 @@ def _standoff(order: StudyOrder) -> StudyRecipe:
 def _fig8(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.visibility.observed_study import observed_study
-        from foveacam_server.resources.studies.placed_rig import placed_rig
+        from foveacam_server.resources.studies.simulated_rigs import placed_rig
 
         _prepare(watch)
         with placed_rig() as observer:
@@ -231,7 +231,7 @@ def _fig8(order: StudyOrder) -> StudyRecipe:
 def _localisation(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.localisation.study import localisation_study
-        from foveacam_server.resources.studies.rail_rig import rail_rig
+        from foveacam_server.resources.studies.simulated_rigs import rail_rig
 
         _prepare(watch)
         with rail_rig() as rig:

@@ -19,7 +19,7 @@ from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle, anaglyph, depth_picture, depth_span, difference
 from foveacam_pipeline.stereo.rectify import halved, rectify_frames
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
-from foveacam_pipeline.verge.wide_zoom import wide_zoom
+from foveacam_pipeline.verge.matching.wide_patch import wide_zoom
 from foveacam_server.rig.frame_tap import FrameTap
 
 _log = logging.getLogger(__name__)

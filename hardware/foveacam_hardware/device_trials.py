@@ -1,4 +1,8 @@
-"""Takes one picture with a camera that no rig has open, so that a person sees which camera it is."""
+"""Tries one device that no rig has open: the picture of a camera, what answers on a serial port.
+
+A person then sees which camera it is, or whether a mirror controller or pan-tilt is there; nothing moves or
+is switched on.
+"""
 
 from contextlib import closing, suppress
 from dataclasses import replace
@@ -12,6 +16,7 @@ from foveacam_hardware.contract import (
     AutoMode,
     CameraSettings,
     Clock,
+    DeviceInfo,
     FoveaError,
     Image,
     InvalidInput,
@@ -19,7 +24,14 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_hardware.drivers.cameras.device import CameraDevice, GrabStatus
+from foveacam_hardware.drivers.controller.identity import identify_controller
+from foveacam_hardware.drivers.controller.requests import ControllerRequests
+from foveacam_hardware.drivers.controller.session import ControllerSession
+from foveacam_hardware.rig_base import build_base
 from foveacam_hardware.rig_cameras import build_device, first_settings
+from foveacam_hardware.rig_config import SerialRigConfig
+from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
+from foveacam_hardware.wire.link import usb_link
 
 FRAMES = 8
 """Frames that automatic exposure gets; the last is the picture."""
@@ -27,6 +39,7 @@ TIMEOUT_MS = 2000.0
 _ANY_CAMERA: TypeAdapter[PresentCameraConfig] = TypeAdapter(
     Annotated[PresentCameraConfig, Field(discriminator="kind")]
 )
+ANSWER_S = 1.0
 
 
 def named_camera(kind: str, name: str) -> PresentCameraConfig:
@@ -78,3 +91,23 @@ def _last_picture(device: CameraDevice, *, name: str) -> tuple[Image, int]:
 
 def _name(given: PresentCameraConfig) -> str:
     return str(given.source) if given.kind == "opencv" else given.serial
+
+
+def ask_controller(port: str, *, clock: Clock) -> DeviceInfo:
+    """Return the identity of the mirror controller on a port; raise a `FoveaError` where none answers."""
+    link = usb_link(port, usb_id=(USB_VENDOR_ID, USB_PRODUCT_ID))()
+    session = ControllerSession(link, clock)
+    with closing(session):
+        controller = identify_controller(ControllerRequests(session, deadline_s=ANSWER_S))
+        attached = session.identity
+        return controller.info(serial=attached.serial or port, port=attached.name)
+
+
+def ask_pan_tilt(config: SerialRigConfig, *, clock: Clock) -> DeviceInfo:
+    """Connect the pan-tilt of a rig file and close it again; return its identity."""
+    pan_tilt = build_base(config, clock).pan_tilt
+    if pan_tilt is None:
+        raise ValueError("the rig has no pan-tilt")
+    with closing(pan_tilt):
+        pan_tilt.connect()
+        return pan_tilt.info
