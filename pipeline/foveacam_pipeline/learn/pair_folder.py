@@ -164,7 +164,7 @@ class PairFolderWriter:
 
 
 class StoredPairs(Sequence[PairSample]):
-    """The pairs of a folder, read when they are asked for; the first time against its hash."""
+    """The pairs of a folder, read when they are asked for, and checked by their hashes the first time."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
