@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Image, MirrorVolts
 from foveacam_pipeline.capture.recording.disk import Buffer, FileDisk
 from foveacam_pipeline.capture.recording.pixels import payload_of, stream_format
-from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
+from foveacam_pipeline.capture.recording.recorder import RING_FRAMES, Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RecordingSession, RigDescription
 from foveacam_pipeline.capture.recording.statistics import StreamStatistics
 from foveacam_pipeline.capture.recording.values import FramePose, RawFrame
@@ -60,9 +60,10 @@ def record(
     rig: RigDescription | None = None,
     options: RecordingOptions | None = None,
 ) -> dict[str, StreamStatistics]:
-    """Make a small recording."""
+    """Make a small recording; unless `options` say otherwise its ring has room for every frame."""
+    options = options or RecordingOptions(ring_frames=max(RING_FRAMES, ticks * len(streams)))
     session = RecordingSession(timestamp=SESSION.timestamp, rig=rig)
-    with Recorder(path, session, options=options or RecordingOptions()) as recorder:
+    with Recorder(path, session, options=options) as recorder:
         for tick in range(ticks):
             for stream in streams:
                 recorder.publish(stream, raw(picture(stream, tick), tick=tick))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import onnx
 import torch
 import yaml
@@ -82,10 +83,11 @@ def export_network(
 
 def network_of_graph(path: Path) -> FoveatedStereo | None:
     """Return the network of a graph that was exported, for evaluation; None for any other graph."""
-    weights = {
-        one.name.removeprefix("network."): torch.from_numpy(onnx.numpy_helper.to_array(one).copy())
+    stored = {
+        one.name.removeprefix("network."): onnx.numpy_helper.to_array(one)
         for one in onnx.load(str(path)).graph.initializer
     }
+    weights = {name: torch.from_numpy(values.astype(np.float32)) for name, values in stored.items()}
     for config in SIZES.values():
         network = FoveatedStereo(config)
         wanted = {name: value.shape for name, value in network.state_dict().items()}
@@ -112,4 +114,22 @@ def _graph(network: FoveatedStereo) -> bytes:
             dynamo=False,
             do_constant_folding=False,  # the weights keep their names
         )
-        return path.read_bytes()
+        return bytes(_with_weights_in_16_bits(onnx.load(str(path))).SerializeToString())
+
+
+def _with_weights_in_16_bits(model: onnx.ModelProto) -> onnx.ModelProto:
+    """Store each float32 weight in 16 bits, with a cast behind it that is folded when the graph is loaded."""
+    graph, casts = model.graph, []
+    for one in graph.initializer:
+        if one.data_type != onnx.TensorProto.FLOAT:
+            continue
+        values = onnx.numpy_helper.to_array(one).astype(np.float16)
+        one.CopyFrom(onnx.numpy_helper.from_array(values, one.name))
+        casts.append(onnx.helper.make_node("Cast", [one.name], [f"{one.name}.32"], to=onnx.TensorProto.FLOAT))
+    widened = {cast.input[0]: cast.output[0] for cast in casts}
+    for node in graph.node:
+        node.input[:] = [widened.get(name, name) for name in node.input]
+    nodes = [*casts, *graph.node]
+    del graph.node[:]
+    graph.node.extend(nodes)
+    return model

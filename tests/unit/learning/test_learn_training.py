@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import onnx
 import pytest
 import torch
 from safetensors.torch import load_file, save_file
@@ -21,7 +22,7 @@ from foveacam_pipeline.learn.checkpoint import (
     save_checkpoint,
 )
 from foveacam_pipeline.learn.evaluation import evaluate, network_answer
-from foveacam_pipeline.learn.export import export_network
+from foveacam_pipeline.learn.export import export_network, network_of_graph
 from foveacam_pipeline.learn.loading import LARGEST_WORKERS, default_workers, step_batches
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
@@ -198,6 +199,20 @@ def test_the_exported_network_is_a_depth_backend_with_the_same_disparities(tmp_p
     assert answer.sigma_px is not None and deviation is not None
     assert np.allclose(deviation, answer.sigma_px, rtol=0.01)
     assert seen.shape == expected.shape == (91, 157)
+
+
+def test_exported_weights_are_stored_in_16_bits_and_read_back(tmp_path: Path) -> None:
+    fresh = checkpoint()  # equal weights would share one name in the graph
+    weights = {name: value + 0.01 * torch.randn(value.shape) for name, value in fresh.weights.items()}
+    trained = replace(fresh, weights=weights)
+    export_network(trained, tmp_path, name="ours", licence="own work")
+    graph = tmp_path / "ours.onnx"
+    kinds = {one.data_type for one in onnx.load(str(graph)).graph.initializer}
+    assert onnx.TensorProto.FLOAT16 in kinds and onnx.TensorProto.FLOAT not in kinds
+    network = network_of_graph(graph)
+    assert network is not None
+    for name, value in network.state_dict().items():
+        assert torch.equal(value, trained.weights[name].half().float()), name
 
 
 def test_holes_are_filled_from_what_is_behind() -> None:
