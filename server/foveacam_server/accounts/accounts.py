@@ -15,6 +15,7 @@ from foveacam_server.accounts.sign_ins import SignIns
 from foveacam_server.accounts.tables import equal
 from foveacam_server.accounts.users import User, Users
 from foveacam_server.foundation.errors import TooManyAttempts, WrongCredentials
+from foveacam_server.foundation.periodic import PeriodicThread
 from foveacam_server.foundation.store import Store
 
 SWEEP_S = 5.0
@@ -89,14 +90,12 @@ class Accounts:
         self.streams = OpenStreams()
         self._first_code: str | None = None
         self._wrong = WrongAttempts()
-        self._closing = threading.Event()
-        self._sweeper = threading.Thread(target=self._sweep, name="foveacam-accounts", daemon=True)
+        self._sweeper = PeriodicThread("foveacam-accounts", self._sweep, period_s=SWEEP_S, at_close=True)
         self._sweeper.start()
 
     def close(self) -> None:
         """Write what is to be written, then end."""
-        self._closing.set()
-        self._sweeper.join()
+        self._sweeper.close()
         self.audit.close()
 
     @property
@@ -194,8 +193,5 @@ class Accounts:
                 self.streams.end(sign_in.id)
 
     def _sweep(self) -> None:
-        while not self._closing.wait(SWEEP_S):
-            for ended in [*self.sign_ins.forget_expired(), *self.tokens.write_uses()]:
-                self.streams.end(ended)
-        self.sign_ins.forget_expired()
-        self.tokens.write_uses()
+        for ended in [*self.sign_ins.forget_expired(), *self.tokens.write_uses()]:
+            self.streams.end(ended)

@@ -1,4 +1,5 @@
 import math
+import threading
 from itertools import count
 from pathlib import Path
 
@@ -107,5 +108,6 @@ def test_nothing_is_drawn_while_the_rig_is_not_calibrated() -> None:
 def test_closing_ends_the_thread(certificate: Calibration) -> None:
     follower = SceneFollower(Recorder(), gaze=lambda: None)
     follower.start()
+    assert "foveacam-scene" in {thread.name for thread in threading.enumerate()}
     follower.close()
-    assert not follower._thread.is_alive()
+    assert "foveacam-scene" not in {thread.name for thread in threading.enumerate()}

@@ -1,7 +1,6 @@
 """Samples the server's parts on a thread of its own, and describes their load."""
 
 import os
-import threading
 from collections import ChainMap, deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from datetime import UTC, datetime, timedelta
 from foveacam_hardware.contract import CameraCounters, Clock
 from foveacam_server import __version__
 from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.periodic import PeriodicThread
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching.flows import HARDWARE, FlowCount, FlowKey, camera_part, read_flows
 from foveacam_server.resources.engine.graph import edge_documents, part_documents
@@ -99,8 +99,7 @@ class EngineService:
         self._loads: deque[_LoadSample] = deque([self._sample()], maxlen=2)
         self._minute: deque[_MinuteSample] = deque([self._minute_sample()], maxlen=MINUTE_SAMPLES + 1)
         self._flows: deque[_FlowSample] = deque([self._flow_sample()], maxlen=FLOW_SAMPLES)
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="foveacam-engine", daemon=True)
+        self._thread = PeriodicThread("foveacam-engine", self.update, period_s=PERIOD_S)
 
     def start(self) -> None:
         """Start to sample."""
@@ -108,9 +107,7 @@ class EngineService:
 
     def close(self) -> None:
         """End the thread and the timer of the event loop."""
-        self._closing.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.close()
         self._parts.lag.close()
 
     def update(self) -> None:
@@ -144,10 +141,6 @@ class EngineService:
             parts=part_documents(edges, threads=threads, hardware=hardware, cameras=cameras),
             edges=edges,
         )
-
-    def _run(self) -> None:
-        while not self._closing.wait(PERIOD_S):
-            self.update()
 
     def _now_s(self) -> float:
         return self._parts.clock.now_ns() / 1e9

@@ -1,15 +1,12 @@
 """Applies the rules of retention: what a preview named, and once an hour where they are automatic."""
 
-import logging
 import threading
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError
 from foveacam_server.foundation.errors import EditedMeanwhile
+from foveacam_server.foundation.periodic import PeriodicThread
 from foveacam_server.resources.retention.rules import Sources, preview
 from foveacam_server.resources.retention.schema import RetentionApplied, RetentionPreview
-
-_log = logging.getLogger(__name__)
 
 PERIOD_S = 3600.0
 
@@ -20,8 +17,7 @@ class RetentionService:
     def __init__(self, data: Path, sources: Sources) -> None:
         self._data, self._sources = data, sources
         self._lock = threading.Lock()
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="foveacam-retention", daemon=True)
+        self._thread = PeriodicThread("foveacam-retention", self.apply_automatic, period_s=PERIOD_S)
 
     def start(self) -> None:
         """Start to apply automatic rules, the first time after an hour."""
@@ -29,9 +25,7 @@ class RetentionService:
 
     def close(self) -> None:
         """End the thread."""
-        self._closing.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.close()
 
     def preview(self) -> RetentionPreview:
         """Return what the rules would remove now."""
@@ -57,10 +51,3 @@ class RetentionService:
         found = self.preview()
         if found.rules.automatic and found.items:
             self.apply(found.digest)
-
-    def _run(self) -> None:
-        while not self._closing.wait(PERIOD_S):
-            try:
-                self.apply_automatic()
-            except FoveaError as error:
-                _log.warning("retention: %s", error)

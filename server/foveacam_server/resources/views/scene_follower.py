@@ -5,12 +5,12 @@ Runs on a thread of its own at a low rate, as calls of the pane must not delay t
 
 import logging
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import FoveaError, Role, StereoVolts
+from foveacam_hardware.contract import Role, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
+from foveacam_server.foundation.periodic import PeriodicThread
 from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene_values import EyeGaze, RigShape
@@ -19,7 +19,6 @@ PERIOD_S = 0.25
 MOVING_PERIODS = 8
 """While the gaze goes on changing, it is sent once in so many periods: a browser that draws in software needs
 a core for each drawing, which a fixation then lacks."""
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +58,7 @@ class SceneFollower:
         self._last: RigGaze | None = None
         self._unsent = 0
         """Periods since the gaze began to differ from what was sent."""
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="foveacam-scene", daemon=True)
+        self._thread = PeriodicThread("foveacam-scene", self.update, period_s=PERIOD_S, level=logging.DEBUG)
 
     def start(self) -> None:
         """Start the thread."""
@@ -68,9 +66,7 @@ class SceneFollower:
 
     def close(self) -> None:
         """End the thread."""
-        self._closing.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.close()
 
     def update(self) -> None:
         """Send a gaze that has come to rest, and every `MOVING_PERIODS` calls one that has not."""
@@ -94,13 +90,6 @@ class SceneFollower:
         )
         self._sent = gaze
         self._unsent = 0
-
-    def _run(self) -> None:
-        while not self._closing.wait(PERIOD_S):
-            try:
-                self.update()
-            except FoveaError as error:
-                _log.debug("the scene does not follow: %s", error)
 
 
 def _gaze(gaze: RigGaze, role: Role) -> EyeGaze | None:
