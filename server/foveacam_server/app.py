@@ -15,7 +15,7 @@ from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, Hea
 from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 from foveacam_server.foundation.answers import BODY_BYTES, problems
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
@@ -161,7 +161,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
     pages.install(app)
-    errors.install(app)
+    error_handlers.install(app)
     app.add_middleware(HeadRequests)
     app.add_middleware(BodyLimitProblems)
     app.add_middleware(HeaderLimit)

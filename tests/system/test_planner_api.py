@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from foveacam_server.resources.planner.maps import MOST_VERTICES
@@ -36,7 +36,7 @@ SQUARE = [[20.0, 20.0], [24.0, 20.0], [24.0, 24.0], [20.0, 24.0], [20.0, 20.0]]
 @pytest.fixture(scope="module")
 def http() -> Iterator[httpx.Client]:
     app = FastAPI()
-    errors.install(app)
+    error_handlers.install(app)
     app.include_router(routes.router)
     with (
         closing(ComputeQueue()) as computing,

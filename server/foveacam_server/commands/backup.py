@@ -2,18 +2,19 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.filesize import decimal
 
 from foveacam_server.commands.options import DataOption, JsonOption
-from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher, back_up
-from foveacam_server.foundation.backup.restore import restore as restore_backup
 from foveacam_server.foundation.names import utc_now
-from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.settings import checked_settings
+
+if TYPE_CHECKING:
+    from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher
+    from foveacam_server.foundation.progress_bar import ProgressBar
 
 _MB = 1_000_000
 
@@ -24,6 +25,9 @@ def backup(
     as_json: JsonOption = False,
 ) -> None:
     """Copy all that a server keeps into one file; it may be running."""
+    from foveacam_server.foundation.backup.archive import back_up
+    from foveacam_server.foundation.progress_bar import progress_bar
+
     folder = checked_settings({"data": data}).data
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("backup")
@@ -37,6 +41,9 @@ def restore(
     as_json: JsonOption = False,
 ) -> None:
     """Unpack a backup into a data directory that is new or empty, once every hash is right."""
+    from foveacam_server.foundation.backup.restore import restore as restore_backup
+    from foveacam_server.foundation.progress_bar import progress_bar
+
     folder = checked_settings({"data": data}).data
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("restore")
@@ -44,14 +51,16 @@ def restore(
     _tell(manifest, as_json=as_json, where=f"{archive} -> {folder}")
 
 
-def _watcher(bar: ProgressBar) -> CopyWatcher:
+def _watcher(bar: "ProgressBar") -> "CopyWatcher":
+    from foveacam_server.foundation.backup.archive import CopyWatcher
+
     return CopyWatcher(
         on_bytes=lambda done, total: bar.progress(done // _MB, total=max(1, total // _MB), note="MB"),
         stopped=bar.cancelled,
     )
 
 
-def _tell(manifest: BackupManifest, *, as_json: bool, where: str) -> None:
+def _tell(manifest: "BackupManifest", *, as_json: bool, where: str) -> None:
     size = sum(file.size for file in manifest.files)
     if as_json:
         told = {"files": len(manifest.files), "bytes": size, "created_utc": manifest.created_utc}

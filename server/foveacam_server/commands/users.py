@@ -3,20 +3,21 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import Busy
-from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.audit import AuditLog
 from foveacam_server.accounts.rights import LOCAL, UserRole
-from foveacam_server.accounts.users import Invitation
 from foveacam_server.commands.options import DataOption, JsonOption
 from foveacam_server.foundation.settings import checked_settings
-from foveacam_server.foundation.store import Store
+
+if TYPE_CHECKING:
+    from foveacam_server.accounts.accounts import Accounts
+    from foveacam_server.accounts.audit import AuditLog
+    from foveacam_server.accounts.users import Invitation
 
 app = typer.Typer(name="users", help="Who may use a server; for one that runs, use its page People.")
 
@@ -71,7 +72,7 @@ def remove(name: NameArgument, data: DataOption = None) -> None:
     typer.echo(f"{name} is removed.")
 
 
-def _link_words(invitation: Invitation) -> str:
+def _link_words(invitation: "Invitation") -> str:
     return (
         f"Start the server, then open this path of it until {invitation.expires_utc}:\n"
         f"  /join?code={invitation.code}"
@@ -79,7 +80,10 @@ def _link_words(invitation: Invitation) -> str:
 
 
 @contextmanager
-def _accounts(data: object) -> Iterator[Accounts]:
+def _accounts(data: object) -> "Iterator[Accounts]":
+    from foveacam_server.accounts.accounts import Accounts
+    from foveacam_server.foundation.store import Store
+
     folder = checked_settings({"data": data}).data
     try:
         store = Store(folder)
@@ -98,5 +102,5 @@ def _accounts(data: object) -> Iterator[Accounts]:
             accounts.close()
 
 
-def _audit(log: AuditLog, method: str, path: str, status: int, detail: str) -> None:
+def _audit(log: "AuditLog", method: str, path: str, status: int, detail: str) -> None:
     log.add(LOCAL, method=method, path=path, address="this machine", status=status, detail=detail)

@@ -1,22 +1,15 @@
 """Maps every error to an HTTP status and problem type (RFC 9457); no other module does.
 
 The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets its slug and status.
+`error_handlers` answers requests with them. The commands need this module without a web framework.
 """
 
-import logging
 import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from http import HTTPStatus
 from pathlib import Path
-from typing import Any, cast
-
-from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
-from starlette.exceptions import HTTPException
-from starlette.routing import Match
+from typing import TYPE_CHECKING, Any
 
 from foveacam_hardware.contract import (
     Busy,
@@ -35,9 +28,9 @@ from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
 from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation
 from foveacam_server.foundation.schema import Problem
 from foveacam_server.foundation.short_text import shorten
-from foveacam_server.foundation.watching.work_ids import request_header
 
-_log = logging.getLogger(__name__)
+if TYPE_CHECKING:
+    from starlette.responses import JSONResponse
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -149,8 +142,10 @@ class ProblemDetails:
             **known,
         )
 
-    def response(self, *, instance: str | None = None) -> JSONResponse:
+    def response(self, *, instance: str | None = None) -> "JSONResponse":
         """Return the problem as an answer."""
+        from starlette.responses import JSONResponse
+
         return JSONResponse(
             self.document(instance=instance).model_dump(exclude_unset=True),
             status_code=self.kind.status,
@@ -199,28 +194,6 @@ def _of_full_disk(error: OSError) -> FoveaError:
     )
 
 
-def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
-    if status == HTTPStatus.NOT_FOUND:
-        return ProblemDetails(
-            kind=NOT_FOUND,
-            detail=f"Nothing is served at {path}.",
-            asked=f"{method} {path}",
-            remedy="See /docs for what there is.",
-        )
-    phrase = HTTPStatus(status).phrase
-    kind = ProblemType(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
-    allowed = headers.get("Allow")
-    refused = status == HTTPStatus.METHOD_NOT_ALLOWED
-    detail = f"{method} is not possible at {path}." if refused else f"{phrase}."
-    return ProblemDetails(
-        kind=kind,
-        detail=detail,
-        asked=f"{method} {path}",
-        remedy=f"Use {allowed}." if allowed else None,
-        headers=headers,
-    )
-
-
 def validation_problem(
     errors: Sequence[Any], *, body: object = None
 ) -> ProblemDetails:  # Any: pydantic's own
@@ -240,54 +213,3 @@ def _of_words(kind: ProblemType, words: PlainWords) -> ProblemDetails:
     return ProblemDetails(
         kind=kind, detail=words.detail, asked=words.asked, found=words.found, remedy=words.remedy
     )
-
-
-def _served(request: Request) -> str:
-    """Return the methods that a request's address has a route for."""
-    routes = request.app.routes
-    found = [
-        method
-        for method in ("GET", "POST", "PUT", "PATCH", "DELETE")
-        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in routes)
-    ]
-    return ", ".join(found + ["HEAD"] * ("GET" in found))
-
-
-def install(app: FastAPI) -> None:
-    """Answer every error of the application with a problem document."""
-
-    async def on_fovea_error(request: Request, error: Exception) -> JSONResponse:
-        return problem_of(error).response(instance=request.url.path)
-
-    async def on_os_error(request: Request, error: Exception) -> JSONResponse:
-        problem = problem_of(error)
-        if problem.kind is INTERNAL:
-            raise error
-        _log.warning("%s %s: %s", request.method, request.url.path, error)
-        return problem.response(instance=request.url.path)
-
-    async def on_http_error(request: Request, error: Exception) -> JSONResponse:
-        known = cast(HTTPException, error)
-        if known.status_code == HTTPStatus.BAD_REQUEST and known.__cause__ is not None:
-            return unreadable_problem(known.__cause__).response(instance=request.url.path)
-        headers = dict(known.headers or {})
-        if "Allow" in headers:  # with the methods of one route of several at this address
-            headers["Allow"] = _served(request)
-        problem = _of_status(known.status_code, path=request.url.path, method=request.method, headers=headers)
-        return problem.response(instance=request.url.path)
-
-    async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
-        failed = cast(RequestValidationError, error)
-        return validation_problem(failed.errors(), body=failed.body).response(instance=request.url.path)
-
-    async def on_anything(request: Request, error: Exception) -> JSONResponse:
-        # Starlette re-raises the error after this answer, so that the server logs it once
-        answer = problem_of(error).response(instance=request.url.path)
-        answer.headers.update(request_header())  # it passes no middleware
-        return answer
-
-    app.add_exception_handler(FoveaError, on_fovea_error)
-    app.add_exception_handler(OSError, on_os_error)
-    app.add_exception_handler(HTTPException, on_http_error)
-    app.add_exception_handler(RequestValidationError, on_validation_error)
-    app.add_exception_handler(Exception, on_anything)

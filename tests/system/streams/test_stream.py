@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed
 
 from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.schema import Direction, OverlayDocument
@@ -82,7 +82,7 @@ def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     streams = LiveStreams(hub, boot_id="boot-1", max_clients=request.param)
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
-    errors.install(app)
+    error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
     with serving(app) as port:
         yield Live(port, hub, streams)

@@ -12,7 +12,7 @@ import pytest
 from fastapi import FastAPI
 
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.stream import MJPEG_PER_ADDRESS, LiveStreams
@@ -45,7 +45,7 @@ def live() -> Iterator[Live]:
     streams = LiveStreams(hub, boot_id="boot-1")
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
-    errors.install(app)
+    error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
     with serving(app) as port:
         yield Live(port, hub)

@@ -10,7 +10,7 @@ from sse_starlette import EventSourceResponse
 from tests.local_server import serving
 
 from foveacam_server.doors.middleware import HeadRequests
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 
 PATIENCE_S = 10.0
 made: list[str] = []
@@ -21,7 +21,7 @@ def app(tmp_path: Path) -> FastAPI:
     made.clear()
     (tmp_path / "file").write_bytes(bytes(1_000_000))
     app = FastAPI()
-    errors.install(app)
+    error_handlers.install(app)
     app.add_middleware(HeadRequests)
 
     async def endless() -> AsyncIterator[str]:

@@ -11,14 +11,14 @@ from websockets.sync.client import connect
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.doors.request_tracing import RequestIds
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 from foveacam_server.foundation.watching.work_ids import REQUEST_HEADER, REQUEST_ID
 
 
 @pytest.fixture
 def app() -> FastAPI:
     app = FastAPI()
-    errors.install(app)
+    error_handlers.install(app)
     app.add_middleware(RequestIds)
 
     @app.get("/at_once")

@@ -3,6 +3,8 @@
 import json
 import math
 import socket
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -191,3 +193,10 @@ def test_doctor_names_what_is_missing_and_fails(
     assert found["mirrors"]["remedy"]
     assert found["data"]["level"] == "ok"
     assert found["console"]["level"] == "ok"
+
+
+def test_the_commands_are_listed_without_loading_what_one_of_them_needs() -> None:
+    heavy = ("alembic", "cv2", "fastapi", "numba", "scipy", "sqlalchemy", "viser")
+    program = f"import sys, foveacam_server.cli; print([name for name in {heavy} if name in sys.modules])"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

@@ -1,16 +1,16 @@
 """The commands `foveacam depth card|check|add|list|remove`: networks as depth backends."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from foveacam_pipeline.networks.card import example_card, load_network
-from foveacam_pipeline.networks.check import NetworkCheck, check_network
 from foveacam_server.commands.options import DataOption, JsonOption
 from foveacam_server.foundation.settings import checked_settings
-from foveacam_server.resources.depth_backends.documents import check_document
-from foveacam_server.resources.depth_backends.networks import NetworkFolder
+
+if TYPE_CHECKING:
+    from foveacam_pipeline.networks.check import NetworkCheck
+    from foveacam_server.resources.depth_backends.networks import NetworkFolder
 
 app = typer.Typer(
     name="depth",
@@ -27,14 +27,18 @@ NameArgument = Annotated[str, typer.Argument(help="name of the network, as in it
 @app.command()
 def card() -> None:
     """Print a card to begin with, every key explained."""
+    from foveacam_pipeline.networks.card import example_card
+
     typer.echo(example_card(), nl=False)
 
 
 @app.command()
 def check(path: CardArgument, *, as_json: JsonOption = False) -> None:
     """Run a network on a pair whose disparities are known, and say what is wrong with it or its card."""
-    found = check_network(load_network(path))
+    found = _checked(path)
     if as_json:
+        from foveacam_server.resources.depth_backends.documents import check_document
+
         typer.echo(check_document(found).model_dump_json())
     else:
         _print(found)
@@ -45,7 +49,7 @@ def check(path: CardArgument, *, as_json: JsonOption = False) -> None:
 @app.command()
 def add(path: CardArgument, *, data: DataOption = None) -> None:
     """Check a network and copy it into the data directory; a running server lists it at once."""
-    found = check_network(load_network(path))
+    found = _checked(path)
     _print(found)
     if not found.passed:
         raise typer.Exit(1)
@@ -78,11 +82,20 @@ def remove(name: NameArgument, *, data: DataOption = None) -> None:
     typer.echo(f"removed {name}")
 
 
-def _folder(data: Path | None) -> NetworkFolder:
+def _checked(path: Path) -> "NetworkCheck":
+    from foveacam_pipeline.networks.card import load_network
+    from foveacam_pipeline.networks.check import check_network
+
+    return check_network(load_network(path))
+
+
+def _folder(data: Path | None) -> "NetworkFolder":
+    from foveacam_server.resources.depth_backends.networks import NetworkFolder
+
     return NetworkFolder(checked_settings({"data": data}).data / "networks")
 
 
-def _print(found: NetworkCheck) -> None:
+def _print(found: "NetworkCheck") -> None:
     for finding in found.findings:
         typer.echo(f"{'ok ' if finding.passed else 'NO '} {finding.what}: {finding.found}")
         if not finding.passed and finding.remedy:

@@ -17,7 +17,7 @@ import pytest
 from fastapi import FastAPI
 from playwright.sync_api import Locator, Page, Route, expect
 
-from foveacam_server.foundation import errors
+from foveacam_server.foundation import error_handlers
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from tests.local_server import serving
@@ -36,7 +36,7 @@ def address() -> Iterator[str]:
     stub = StubServer()
     stub.reset()
     app = FastAPI()
-    errors.install(app)
+    error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
     app.mount("/", application(stub))
     with closing(ComputeQueue()) as computing, serving(app) as port:
