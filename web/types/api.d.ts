@@ -486,7 +486,7 @@ export interface components {
             ];
             sigma_px: number;
         };
-        /** @description The point cloud of a fixation; the files' axes are in server/README.md. */
+        /** @description The point cloud of a fixation. PLY: rig frame (x right, y down, z forward), m; GLB: +y up, m. */
         CloudDocument: {
             /** @default sgbm */
             backend: string;

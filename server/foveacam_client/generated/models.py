@@ -436,7 +436,7 @@ class ClosingEyeDocument(Document):
 
 
 class CloudDocument(Document):
-    """The point cloud of a fixation; the files' axes are in server/README.md."""
+    """The point cloud of a fixation. PLY: rig frame (x right, y down, z forward), m; GLB: +y up, m."""
 
     model_config = ConfigDict(
         extra="forbid",

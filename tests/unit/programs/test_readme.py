@@ -60,3 +60,22 @@ def test_the_readme_names_every_bench() -> None:
     found = re.search(r"`foveacam bench NAME --json` .* with NAME one of\s(.*?)\.\n", README, re.DOTALL)
     assert found is not None
     assert re.findall(r"`([a-z]+)`", found[1]) == bench_names()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[path.relative_to(ROOT).as_posix() for path in PAGES])
+def test_the_links_of_a_page_lead_to_files_and_sections(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith(("http", "mailto:")):
+            continue
+        name, _, section = target.partition("#")
+        found = page.parent / name if name else page
+        assert found.exists(), target
+        if section:
+            assert section in sections(found), target
+
+
+def sections(page: Path) -> set[str]:
+    """Return the names by which the headings of a page are linked, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}

@@ -4,7 +4,7 @@ from foveacam_server.foundation.schema import ResponseModel
 
 
 class CloudDocument(ResponseModel):
-    """The point cloud of a fixation; the files' axes are in server/README.md."""
+    """The point cloud of a fixation. PLY: rig frame (x right, y down, z forward), m; GLB: +y up, m."""
 
     id: str
     fixation_id: str
