@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import signal
 from tests.unit.plane_head import noise_texture
 
 from foveacam_hardware.contract import (
@@ -67,6 +66,8 @@ def test_a_swing_that_passes_rest_is_not_at_rest() -> None:
 
 def rung(frequency_hz: float, quality: float, *, noise_px: float = 0.1) -> StepTrace:
     """Return what a filter of 1000 Hz and a mode make of a step."""
+    from scipy import signal  # slow to import
+
     _, poles, _ = signal.bessel(5, 2.0 * np.pi * 1000.0, analog=True, output="zpk", norm="mag")
     omega = 2.0 * np.pi * frequency_hz
     swing = omega * np.sqrt(complex(1.0 - 1.0 / (4.0 * quality**2)))

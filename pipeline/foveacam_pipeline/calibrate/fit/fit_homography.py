@@ -204,7 +204,8 @@ def _leave_pose_out(
 ) -> NDArray[np.float64]:
     """Return (n, 2 m) weighted residuals of each pose under the fit without it: (I - A Q A^T)^-1 r.
 
-    With A = `weighted` (n, 2 m, 6), Q = `reach` and A^T A = `moments`, that is r + A (I - Q A^T A)^-1 Q A^T r.
+    With A = `weighted` (n, 2 m, 6), Q = `reach` and A^T A = `moments` that is
+    r + A (I - Q A^T A)^-1 Q A^T r.
     """
     pulled = reach @ (weighted.transpose(0, 2, 1) @ residuals[..., None])
     change = weighted @ np.linalg.solve(np.eye(ENTRIES) - reach @ moments, pulled)
