@@ -176,7 +176,8 @@ def _fit_order(
     left_out = _leave_pose_out(weighted, missed * factors, reach, moments)
     inliers = root > math.sqrt(OUTLIER_WEIGHT)
     squares = np.sum(np.square(np.split(left_out, 2, axis=1)), axis=0) / np.maximum(root, 1e-9) ** 2
-    polynomial = BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=solution.T.copy())
+    coefficients = np.array(solution.T, dtype=np.float64)
+    polynomial = BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients)
     return polynomial, float(np.sqrt(np.mean(squares[inliers])))
 
 
