@@ -1,10 +1,12 @@
 """The head: one pulse, two foveae of that very pulse, and a wide frame that is no older."""
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import (
     PARKED,
@@ -28,6 +30,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.cameras import SimCamera
+from foveacam_hardware.sim.exposures import ExposureInterval
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.world import World
 
@@ -44,17 +47,41 @@ def world_of(rig: Rig) -> World:
     return rig.truth.world
 
 
+def opened(preset: str = "rig120") -> AbstractContextManager[Rig]:
+    return open_simulated("calibration", preset, inline=True)
+
+
 @pytest.fixture
-def rig() -> Iterator[Rig]:
-    with open_simulated("calibration", inline=True) as opened:
-        for camera in opened.cameras:  # grey pictures of a plain room are drawn in half of the time
+def seeing() -> Iterator[Rig]:
+    """A rig whose cameras deliver pictures of its room, grey ones, which are drawn in half of the time."""
+    with opened() as rig:
+        for camera in rig.cameras:
             camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
-        yield opened
+        yield rig
+
+
+@pytest.fixture
+def rig(seeing: Rig, monkeypatch: pytest.MonkeyPatch) -> Rig:
+    """A rig whose cameras see even light: most tests ask when a picture was taken, not what it shows."""
+    light_evenly(monkeypatch)
+    return seeing
+
+
+def light_evenly(monkeypatch: pytest.MonkeyPatch) -> None:
+    def even(world: World, role: Role, _interval: ExposureInterval, *, channels: int) -> NDArray[np.float32]:
+        view = world.projection(role, world.t0_ns)
+        size = (view.height, view.width) if channels == 1 else (view.height, view.width, channels)
+        return np.full(size, 0.5, np.float32)
+
+    monkeypatch.setattr(World, "radiance", even)
 
 
 @pytest.mark.parametrize("preset", ["rig120", "paper"])
-def test_a_look_returns_frames_of_one_pulse_with_their_volts(preset: str) -> None:
-    with open_simulated(preset=preset, inline=True) as rig:
+def test_a_look_returns_frames_of_one_pulse_with_their_volts(
+    preset: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    light_evenly(monkeypatch)
+    with opened(preset) as rig:
         sighting = rig.head.look(both(60.0, -30.0))
 
     assert sighting.left.t_ns == sighting.right.t_ns
@@ -83,16 +110,15 @@ def test_a_look_tells_what_the_controller_said_of_its_exposure(rig: Rig) -> None
 
 
 @pytest.mark.parametrize("exposure_ms", [1, 20, 50, 100])
-def test_no_look_hands_out_a_wide_frame_older_than_its_foveae(exposure_ms: int) -> None:
-    with open_simulated("calibration", inline=True) as rig:
-        rig.head.expose_foveae(exposure_ns=exposure_ms * 1_000_000, gain_db=0.0)
-        for step in range(24):  # at every phase of the wide camera's period
-            rig.clock.sleep_until_ns(rig.clock.now_ns() + step * 1_700_000)
-            sighting = rig.head.look(PARKED)
+def test_no_look_hands_out_a_wide_frame_older_than_its_foveae(rig: Rig, exposure_ms: int) -> None:
+    rig.head.expose_foveae(exposure_ns=exposure_ms * 1_000_000, gain_db=0.0)
+    for step in range(24):  # at every phase of the wide camera's period
+        rig.clock.sleep_until_ns(rig.clock.now_ns() + step * 1_700_000)
+        sighting = rig.head.look(PARKED)
 
-            late_ms = (sighting.wide.t_ns - sighting.left.t_ns) / 1e6
-            assert 0.0 <= late_ms <= exposure_ms / 2 + 1000.0 / 30.0 + 6.0  # readout
-            assert sighting.left.exposure_ns == pytest.approx(exposure_ms * 1e6, abs=30_000)
+        late_ms = (sighting.wide.t_ns - sighting.left.t_ns) / 1e6
+        assert 0.0 <= late_ms <= exposure_ms / 2 + 1000.0 / 30.0 + 6.0  # readout
+        assert sighting.left.exposure_ns == pytest.approx(exposure_ms * 1e6, abs=30_000)
 
 
 def test_a_look_brings_the_wide_frames_that_waited_before_its_own(
@@ -149,14 +175,14 @@ def commanded(rig: Rig) -> Rig:
     return rig
 
 
-def test_foveae_without_trigger_cables_are_exposed_by_commands_when_the_mirrors_rest(rig: Rig) -> None:
-    pulsed = rig.head.look(both(60.0, -30.0))
-    began_ns = rig.clock.now_ns()
-    sighting = commanded(rig).head.look(both(60.0, -30.0))
+def test_foveae_without_trigger_cables_are_exposed_by_commands_when_the_mirrors_rest(seeing: Rig) -> None:
+    pulsed = seeing.head.look(both(60.0, -30.0))
+    began_ns = seeing.clock.now_ns()
+    sighting = commanded(seeing).head.look(both(60.0, -30.0))
 
     assert sighting.volts == pulsed.volts
     assert sighting.left.volts == sighting.volts.left
-    settled_ns = began_ns + rig.head.settle_us * 1000
+    settled_ns = began_ns + seeing.head.settle_us * 1000
     assert min(sighting.left.t_ns, sighting.right.t_ns) > settled_ns
     assert sighting.wide.t_ns >= max(sighting.left.t_ns, sighting.right.t_ns)
     assert np.corrcoef(sighting.left.image.ravel(), pulsed.left.image.ravel())[0, 1] > 0.99
@@ -225,12 +251,12 @@ def test_an_unplugged_fovea_is_reported(rig: Rig) -> None:
 
 @pytest.mark.parametrize(("missing", "there"), [(Role.LEFT, Role.RIGHT), (Role.RIGHT, Role.LEFT)])
 def test_without_one_fovea_the_other_sees_and_the_missing_ones_frame_is_black(
-    rig: Rig, missing: Role, there: Role
+    seeing: Rig, missing: Role, there: Role
 ) -> None:
-    assert isinstance(rig.head, OneEyedHead)
-    world_of(rig).faults.unplugged.add(missing)
+    assert isinstance(seeing.head, OneEyedHead)
+    world_of(seeing).faults.unplugged.add(missing)
 
-    sighting = rig.head.look_without(missing, both(12.0, -8.0))
+    sighting = seeing.head.look_without(missing, both(12.0, -8.0))
     frames = {frame.role: frame for frame in (sighting.left, sighting.right)}
 
     assert sighting.missing is missing
@@ -238,9 +264,9 @@ def test_without_one_fovea_the_other_sees_and_the_missing_ones_frame_is_black(
     assert frames[there].image.std() > 5.0
     drive = frames[missing].volts
     assert drive is not None and drive.x_v == pytest.approx(12.0, abs=0.004)
-    world_of(rig).faults.unplugged.clear()
-    rig.connect()
-    assert rig.head.look(both(0.0, 0.0)).missing is None
+    world_of(seeing).faults.unplugged.clear()
+    seeing.connect()
+    assert seeing.head.look(both(0.0, 0.0)).missing is None
 
 
 def test_no_look_does_without_the_wide_camera(rig: Rig) -> None:
@@ -281,12 +307,12 @@ def test_volts_beyond_the_limit_are_refused_before_anything_moves(rig: Rig) -> N
     assert rig.left.counters.delivered == 0
 
 
-def test_a_stuck_mirror_shows_the_same_picture_wherever_it_is_sent(rig: Rig) -> None:
-    world = world_of(rig)
-    first = rig.head.look(both(0.0, 0.0))
+def test_a_stuck_mirror_shows_the_same_picture_wherever_it_is_sent(seeing: Rig) -> None:
+    world = world_of(seeing)
+    first = seeing.head.look(both(0.0, 0.0))
     world.faults.dead_axes = {"left x", "left y"}
-    rig.head.look(both(0.0, 0.0))
-    moved = rig.head.look(both(60.0, 20.0))
+    seeing.head.look(both(0.0, 0.0))
+    moved = seeing.head.look(both(60.0, 20.0))
 
     def differ(a: Image, b: Image) -> float:
         return float(np.abs(a.astype(float) - b).mean())

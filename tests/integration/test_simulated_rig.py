@@ -45,15 +45,15 @@ def truth_of(rig: Rig) -> Truth:
     return rig.truth
 
 
-def session(seed: int) -> list[Sighting]:
+def session(seed: int, *, looks: int = 2) -> list[Sighting]:
     with open_simulated("street", inline=True, seed=seed) as rig:
         for camera in rig.cameras:
             camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
-        return [rig.head.look(volts) for volts in (PARKED, VOLTS)]
+        return [rig.head.look(volts) for volts in (PARKED, VOLTS)[:looks]]
 
 
 def test_two_runs_with_a_seed_are_bit_identical_and_another_seed_is_another_rig() -> None:
-    first, again, other = session(4), session(4), session(5)
+    first, again, other = session(4), session(4), session(5, looks=1)
 
     for a, b in zip(first, again, strict=True):
         for frame_a, frame_b in ((a.left, b.left), (a.right, b.right), (a.wide, b.wide)):

@@ -15,6 +15,8 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.resources.calibrations.service import SHIPPED
 
+from .marker_room import make_grey
+
 GAINS = Gains(kp=0.5, ki=0.02, kd=0.0)
 MIDDLE_PX = (719.5, 539.5)
 
@@ -27,6 +29,7 @@ def calibration() -> Calibration:
 @pytest.fixture(scope="module")
 def rig() -> Iterator[Rig]:
     with open_simulated(scene="bench", inline=True) as rig:
+        make_grey(rig)
         yield rig
 
 

@@ -19,7 +19,7 @@ from foveacam_pipeline.loop.settings import AXES, Axis, Gains, LoopSettings
 from foveacam_pipeline.loop.vergence_loop import LoopStatus
 from foveacam_pipeline.verge.aim import gazes_under
 
-from .marker_room import make_grey
+from .marker_room import bench_with, make_grey
 
 WHITEBOARD_PX = (600.0, 380.0)
 SWIFT = Gains(kp=0.5, ki=0.02, kd=0.0)
@@ -28,8 +28,9 @@ FIXED = LoopSettings(tracker=None, pan=SWIFT, depth=SWIFT, vertical=SWIFT)
 
 
 @pytest.fixture(scope="module")
-def rig() -> Iterator[Rig]:
-    with open_simulated(scene="bench", inline=True) as opened:
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
+    walls = ("back wall", "poster", "whiteboard frame", "plain whiteboard")
+    with open_simulated(bench_with(tmp_path_factory.mktemp("scene"), *walls), inline=True) as opened:
         make_grey(opened)
         yield opened
 

@@ -77,7 +77,7 @@ def test_a_cluster_of_two_workers_finds_what_one_process_does(alone: tuple[MapRu
     from distributed import LocalCluster  # an extra, and slow to import
 
     with LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0", protocol="tcp"
     ) as cluster:
         assert len(cluster.scheduler.workers) == 2  # `scheduler_info` is its copy, and follows later
         assert run_maps(SWEEP, seeds=SEEDS, cluster=cluster.scheduler_address) == alone

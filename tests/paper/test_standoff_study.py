@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from scipy.stats import ttest_1samp
 from shapely.geometry import Polygon, box
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
@@ -115,6 +114,8 @@ def test_fits_find_what_they_are_given() -> None:
 
 def test_the_interval_of_a_mean_is_students() -> None:
     figures = np.random.default_rng(2).normal(3.0, 2.0, (12, 1))
+    from scipy.stats import ttest_1samp  # slow to import
+
     expected = ttest_1samp(figures[:, 0], 0.0).confidence_interval(0.95)
     found = curve_band(figures)
     assert found.mean[0] + found.half_95[0] == pytest.approx(expected.high)

@@ -5,7 +5,7 @@ The simulated rig has its own physics and is what figures are measured on; this 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import cv2
@@ -91,6 +91,34 @@ def _in_first_tile(texels: NDArray[np.float64], size: tuple[int, int]) -> NDArra
     return _scaled(1.0, x, y) @ texels
 
 
+@dataclass(frozen=True)
+class _Painted:
+    """A texture, equal to another when it is the same array."""
+
+    texture: Texture = field(compare=False)
+    number: int
+
+
+@lru_cache(maxsize=2)
+def _surface(
+    painted: _Painted, z_m: float, wide: Intrinsics, fovea_f_px: float
+) -> tuple[Texture, Texture, NDArray[np.float32]]:
+    """Return a texture as the wide camera and as a fovea resolve it, and (2, h, w) texels of wide pixels.
+
+    Each is 2 x 2 tiles; most heads of a file look at one surface, which takes a fifth of a second to prepare.
+    """
+    coarse = np.tile(_blurred(painted.texture, 0.7 * z_m / wide.fx_px / TEXEL_M), (2, 2))
+    fine = np.tile(_blurred(painted.texture, 1.4 * z_m / fovea_f_px / TEXEL_M), (2, 2))
+    texels = np.mod((_wide_tan(wide) * (z_m / TEXEL_M)).astype(np.float32), np.float32(TILE))
+    return coarse, fine, np.ascontiguousarray(np.moveaxis(texels, 2, 0))
+
+
+def _blurred(texture: Texture, sigma_px: float) -> Texture:
+    wrapped = np.pad(texture, 64, mode="wrap")
+    blurred = cv2.GaussianBlur(wrapped, (0, 0), max(0.3, sigma_px))
+    return np.ascontiguousarray(blurred[64:-64, 64:-64], dtype=np.float32)
+
+
 @dataclass
 class PlaneHead:
     """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture.
@@ -113,11 +141,9 @@ class PlaneHead:
 
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(1)
-        wide_texel_px = self.z_m / self.calibration.wide.fx_px / TEXEL_M
-        self._coarse = np.tile(self._blurred(0.7 * wide_texel_px), (2, 2))
-        self._fine = np.tile(self._blurred(1.4 * self.z_m / self.calibration.fovea_f_px / TEXEL_M), (2, 2))
-        texels = (_wide_tan(self.calibration.wide) * (self.z_m / TEXEL_M)).astype(np.float32)
-        self._wide_texels = np.ascontiguousarray(np.moveaxis(np.mod(texels, np.float32(TILE)), 2, 0))
+        painted = _Painted(texture=self.texture, number=id(self.texture))
+        wide, fovea_f_px = self.calibration.wide, self.calibration.fovea_f_px
+        self._coarse, self._fine, self._wide_texels = _surface(painted, self.z_m, wide, fovea_f_px)
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         t_ns = self.clock.now_ns()
@@ -176,8 +202,3 @@ class PlaneHead:
         return np.asarray(
             cv2.addWeighted(drawn, 1.0, noise, self.noise, 0.0, dtype=cv2.CV_8U), dtype=np.uint8
         )
-
-    def _blurred(self, sigma_px: float) -> Texture:
-        wrapped = np.pad(self.texture, 64, mode="wrap")
-        blurred = cv2.GaussianBlur(wrapped, (0, 0), max(0.3, sigma_px))
-        return np.ascontiguousarray(blurred[64:-64, 64:-64], dtype=np.float32)

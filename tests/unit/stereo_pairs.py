@@ -1,5 +1,7 @@
 """Rectified pairs made to order: windows of one texture, moved against each other by a known disparity."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,6 @@ from .plane_head import noise_texture
 WIDTH, HEIGHT = 480, 270
 F_PX = 14_380.0
 BASELINE_M = 0.2
-TEXTURE = cv2.GaussianBlur(noise_texture(5), (0, 0), 0.7)
 
 
 def pair_of(
@@ -40,6 +41,11 @@ def pair_of(
     )
 
 
+@cache
+def _texture() -> NDArray[np.float32]:
+    return np.asarray(cv2.GaussianBlur(noise_texture(5), (0, 0), 0.7), dtype=np.float32)
+
+
 def flat(disparity_px: float) -> NDArray[np.float64]:
     return np.full((HEIGHT, WIDTH), disparity_px)
 
@@ -53,5 +59,5 @@ def _window(
     gain: float,
 ) -> NDArray[np.uint8]:
     maps = (columns + 400.0).astype(np.float32), (rows + 400.0).astype(np.float32)
-    image = gain * cv2.remap(TEXTURE, *maps, cv2.INTER_LANCZOS4) + rng.normal(0.0, noise, columns.shape)
+    image = gain * cv2.remap(_texture(), *maps, cv2.INTER_LANCZOS4) + rng.normal(0.0, noise, columns.shape)
     return np.clip(np.rint(image), 0, 255).astype(np.uint8)

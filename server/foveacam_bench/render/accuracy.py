@@ -7,7 +7,6 @@ diffraction, noise and 8 bits measures what a procedure obtains.
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from foveacam_bench.render.scene import (
     FOVEA_F_PX,
@@ -64,6 +63,8 @@ def _lucas_kanade(left: F32, right: F32, x: int, y: int, start_px: float) -> flo
     x0 = x - round(start_px) - LK_HALF - 12
     y0 = y - LK_HALF - 12
     patch = right[y0 : y + LK_HALF + 13, x0 : x0 + 2 * LK_HALF + 25].astype(np.float64)
+    from scipy import ndimage  # slow to import
+
     spline = ndimage.spline_filter(patch, order=5)
     d, a, b, gain, offset = float(round(start_px)), 0.0, 0.0, 1.0, 0.0
 
@@ -128,6 +129,8 @@ def shimmer() -> float:
 
 
 def _relative_deviation(frames: list[F32], pans: list[tuple[float, float]], x: int, y: int) -> float:
+    from scipy import ndimage  # slow to import
+
     shifted = []
     for frame, (dx, dy) in zip(frames, pans, strict=True):
         patch = frame[y - 80 : y + 80, x - 80 : x + 80].astype(np.float64)

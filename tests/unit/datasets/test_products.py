@@ -227,12 +227,12 @@ def test_two_that_make_the_same_leave_one_result(raster: Path, tmp_path: Path) -
 
 @pytest.fixture(scope="module")
 def pools() -> Iterator[dict[str, WorkPool]]:
-    """Two processes of this machine, and a cluster of one worker; `test_batches` has one of two."""
+    """Two processes of this machine, and a cluster whose worker is in this one; `test_batches` has others."""
     from distributed import LocalCluster  # an extra, and slow to import
 
     with (
         LocalCluster(  # type: ignore[no-untyped-call]  # Dask ships no types
-            n_workers=1, threads_per_worker=1, processes=True, dashboard_address=":0"
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0", protocol="tcp"
         ) as local,
         local_workers(2) as processes,
         cluster_workers(local.scheduler_address) as cluster,

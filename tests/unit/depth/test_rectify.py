@@ -13,14 +13,13 @@ from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import rectify, to_uint8
 from foveacam_pipeline.stereo.values import RectifiedPair
 
-NOISE = noise_texture()
 LOOK = (math.radians(4.0), math.radians(-3.0))
 
 
 def sighting(*, plane_z_m: float, verged_z_m: float) -> Sighting:
     distance_m = verged_z_m * math.hypot(1.0, math.tan(LOOK[0]), math.tan(LOOK[1]))
     volts = CALIBRATION.steer(*LOOK, distance_m=distance_m)
-    return PlaneHead(z_m=plane_z_m, texture=NOISE).look(volts)
+    return PlaneHead(z_m=plane_z_m, texture=noise_texture()).look(volts)
 
 
 def tinted(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
 
 from foveacam_pipeline.verge.surroundings.planes import (
     LEVEL_SIGMA_PER_M,
@@ -28,6 +27,8 @@ def test_evidence_and_plane_are_those_of_the_normal_distribution(member: tuple[i
     gain = prior @ design.T @ np.linalg.inv(covariance)
 
     subset = subset_of(own)
+
+    from scipy.stats import multivariate_normal  # slow to import
 
     expected = multivariate_normal.logpdf(Q[own] - LEVEL, cov=covariance) - np.log(2.0)
     assert planes.log_evidence[k, subset] == pytest.approx(expected, abs=1e-6)

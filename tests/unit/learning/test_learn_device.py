@@ -16,7 +16,7 @@ from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, TrainingW
 
 pytestmark = pytest.mark.slow
 
-PLAN = TrainingPlan(steps=8, batch=1, crop_px=(96, 64))
+PLAN = TrainingPlan(steps=4, batch=1, crop_px=(96, 64))
 REDUCED = TrainingDevice(device=torch.device("cpu"), reduced=True)
 
 

@@ -34,7 +34,7 @@ from foveacam_pipeline.networks.estimator import NetworkEstimator
 
 pytestmark = pytest.mark.slow
 
-PLAN = TrainingPlan(steps=6, batch=1, crop_px=(96, 64))
+PLAN = TrainingPlan(steps=4, batch=1, crop_px=(96, 64))
 
 
 def watcher(
@@ -59,8 +59,8 @@ def test_a_run_that_is_stopped_and_gone_on_with_ends_with_the_same_weights(tmp_p
     for folder in (whole, parts):
         folder.mkdir()
     train([scene("a", seed=1)], whole, PLAN, watcher())
-    facts = train([scene("a", seed=1)], parts, PLAN, watcher(stop_after=3))
-    assert (facts.steps, facts.steps_planned) == (3, 6)
+    facts = train([scene("a", seed=1)], parts, PLAN, watcher(stop_after=2))
+    assert (facts.steps, facts.steps_planned) == (2, 4)
     train([scene("a", seed=1)], parts, PLAN, watcher())
     once, twice = load_file(whole / CHECKPOINT), load_file(parts / CHECKPOINT)
     assert once.keys() == twice.keys()
@@ -70,7 +70,7 @@ def test_a_run_that_is_stopped_and_gone_on_with_ends_with_the_same_weights(tmp_p
 
 
 def test_training_without_truth_brings_the_disparity_nearer_to_it(tmp_path: Path) -> None:
-    plan = replace(PLAN, steps=60, batch=2)
+    plan = replace(PLAN, steps=20, batch=2)
     train([scene("a", seed=1, pairs=8)], tmp_path, plan, watcher())
     network = load_checkpoint(tmp_path / CHECKPOINT).network()
     dataset = scene("held out", seed=100)
@@ -108,7 +108,7 @@ def test_a_folder_with_another_run_is_refused(tmp_path: Path) -> None:
     train([scene("a", seed=1)], tmp_path, PLAN, watcher(stop_after=1))
     for plan, dataset, what in (
         (replace(PLAN, seed=1), scene("a", seed=1), "seed"),
-        (replace(PLAN, steps=7), scene("a", seed=1), "steps"),
+        (replace(PLAN, steps=5), scene("a", seed=1), "steps"),
         (PLAN, scene("b", seed=1), "datasets"),
     ):
         with pytest.raises(InvalidInput, match=f"a run with other {what}"):
@@ -147,9 +147,9 @@ def test_a_disk_that_fills_leaves_the_last_checkpoint_whole(
     with monkeypatch.context() as patch:
         patch.setattr("foveacam_pipeline.learn.checkpoint.write_file", full)
         with pytest.raises(Exception, match="checkpoint"):
-            train([scene("a", seed=1)], tmp_path, PLAN, watcher(stop_after=4))
+            train([scene("a", seed=1)], tmp_path, PLAN, watcher(stop_after=3))
     assert load_checkpoint(tmp_path / CHECKPOINT).facts.steps == 2
-    assert train([scene("a", seed=1)], tmp_path, PLAN, watcher()).steps == 6
+    assert train([scene("a", seed=1)], tmp_path, PLAN, watcher()).steps == 4
 
 
 def checkpoint() -> Checkpoint:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import signal
 from scipy.linalg import expm
 from tests.simulated_gaze import gaze
 
@@ -45,6 +44,8 @@ def pair_at_rest() -> MirrorPair:
 
 @pytest.mark.parametrize("order", [1, 2, 5, 8])
 def test_filter_is_the_bessel_filter_of_a_library(order: int) -> None:
+    from scipy import signal  # slow to import
+
     _, denominator = signal.bessel(order, 1.0, analog=True, output="ba", norm="mag")
     assert bessel_polynomial(order) == pytest.approx(denominator[::-1], rel=1e-12)
 

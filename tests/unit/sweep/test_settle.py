@@ -1,12 +1,12 @@
 import math
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import signal
 from tests.unit.plane_head import noise_texture
 
 from foveacam_hardware.contract import (
@@ -37,6 +37,8 @@ pytestmark = pytest.mark.slow
 STEP_PX = 500.0
 NORMAL = CameraSettings(exposure_ns=8_000_000, gain_db=3.0)
 QUICK = SettleSettings(delays=12, longest_us=20_000, ringing_us=8_000, ringing_delays=24)
+FEW = replace(QUICK, delays=4, ringing_delays=4)
+"""Where nothing is measured: 19 looks with the rig's filter, then 5 with it wide open, for one axis."""
 RATE_PER_S = 400.0
 """The head below comes to rest by e in 2.5 ms."""
 
@@ -67,6 +69,8 @@ def test_a_swing_that_passes_rest_is_not_at_rest() -> None:
 
 def rung(frequency_hz: float, quality: float, *, noise_px: float = 0.1) -> StepTrace:
     """Return what a filter of 1000 Hz and a mode make of a step."""
+    from scipy import signal  # slow to import
+
     _, poles, _ = signal.bessel(5, 2.0 * np.pi * 1000.0, analog=True, output="zpk", norm="mag")
     omega = 2.0 * np.pi * frequency_hz
     swing = omega * np.sqrt(complex(1.0 - 1.0 / (4.0 * quality**2)))
@@ -109,8 +113,13 @@ def test_a_mirror_that_does_not_ring_is_said_not_to_be_resolvable(
 
 
 GRAIN_PX = 512
-GRAIN = 2.0 * np.random.default_rng(10).standard_normal((1080 + GRAIN_PX, 1440 + GRAIN_PX), dtype=np.float32)
-"""Noise of a sensor; every picture takes it from another place."""
+
+
+@cache
+def grain() -> NDArray[np.float32]:
+    """Return the noise of a sensor; every picture takes it from another place."""
+    size = (1080 + GRAIN_PX, 1440 + GRAIN_PX)
+    return np.float32(2.0) * np.random.default_rng(10).standard_normal(size, dtype=np.float32)
 
 
 @dataclass
@@ -161,10 +170,10 @@ class SpringHead:
         flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
         wall = cv2.warpAffine(self._wall, matrix, size, flags=flags, borderMode=cv2.BORDER_WRAP)
         x0, y0 = self._rng.integers(0, GRAIN_PX, 2)
-        grain = GRAIN[y0 : y0 + wall.shape[0], x0 : x0 + wall.shape[1]]
+        noise = grain()[y0 : y0 + wall.shape[0], x0 : x0 + wall.shape[1]]
         exposure_ns = self.exposures[-1][0] if self.exposures else NORMAL.exposure_ns
         return Frame(
-            image=np.asarray(cv2.add(wall, grain, dtype=cv2.CV_8U), dtype=np.uint8),
+            image=np.asarray(cv2.add(wall, noise, dtype=cv2.CV_8U), dtype=np.uint8),
             role=role,
             seq=self.looks,
             t_ns=self.clock.now_ns(),
@@ -233,23 +242,23 @@ def test_exposure_and_filter_are_put_back(head: SpringHead) -> None:
     assert head.cutoffs_hz == [120, 1000, 120]
 
 
-@pytest.mark.parametrize("fails_after", [12, 40])
-def test_exposure_and_filter_are_put_back_after_a_failure(fails_after: int) -> None:
+@pytest.mark.parametrize(("fails_after", "cutoffs_hz"), [(12, [120]), (22, [120, 1000, 120])])
+def test_exposure_and_filter_are_put_back_after_a_failure(fails_after: int, cutoffs_hz: list[int]) -> None:
     head = SpringHead(fails_after=fails_after)
     with pytest.raises(DeviceFault, match="cable pulled"):
-        measure(head, replace(QUICK, axes=("x",)))
+        measure(head, replace(FEW, axes=("x",)))
     assert head.exposures[-1] == (NORMAL.exposure_ns, NORMAL.gain_db)
-    assert head.cutoffs_hz[-1] == 120
+    assert head.cutoffs_hz == cutoffs_hz
 
 
 def test_a_dead_axis_is_named() -> None:
     with pytest.raises(DeviceFault, match="right eye, y axis"):
-        measure(SpringHead(dead=frozenset({(Role.RIGHT, "y")})))
+        measure(SpringHead(dead=frozenset({(Role.RIGHT, "y")})), FEW)
 
 
 def test_a_bare_wall_is_refused() -> None:
     with pytest.raises(DeviceFault, match="textured"):
-        measure(SpringHead(contrast=0.0))
+        measure(SpringHead(contrast=0.0), FEW)
 
 
 def test_it_can_be_cancelled() -> None:

@@ -131,22 +131,16 @@ def _enough(order: int, corners: _Corners) -> bool:
     return poses >= 2 * len(exponents(order))
 
 
-def _rows(basis: NDArray[np.float64], corners: _Corners) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the linear equations of every corner: (n, m, 2, 6 k) and right-hand sides (n, m, 2).
+def _equations(corners: _Corners) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the linear equations of every corner in a pose's six entries, (n, 2 m, 6) and values (n, 2 m).
 
-    From u (1 + e x + f y) = a x + b y, and so for v; unknowns ordered entry by entry.
+    From u (1 + e x + f y) = a x + b y, and so for v.
     """
     x, y, u, v = corners.x, corners.y, corners.u, corners.v
     zero = np.zeros_like(x)
-    factors = np.stack(
-        [
-            np.stack([x, y, zero, zero, -u * x, -u * y], axis=-1),
-            np.stack([zero, zero, x, y, -v * x, -v * y], axis=-1),
-        ],
-        axis=2,
-    )
-    matrix = factors[..., :, None] * basis[:, None, None, None, :]
-    return matrix.reshape(*factors.shape[:3], ENTRIES * basis.shape[1]), np.stack([u, v], axis=2)
+    across = np.stack([x, y, zero, zero, -u * x, -u * y], axis=-1)
+    down = np.stack([zero, zero, x, y, -v * x, -v * y], axis=-1)
+    return np.concatenate([across, down], axis=1), np.concatenate([u, v], axis=1)
 
 
 def _fit_order(
@@ -154,45 +148,69 @@ def _fit_order(
 ) -> tuple[BivariatePolynomial, float]:
     """Return the field of one order and its leave-one-pose-out error in units of the corners.
 
-    The linear rounds stay by hand: scipy's least squares took 8 to 11 times as long on the sweeps of the
-    tests (order 3, 144 poses: 120 ms for 11 ms), and the entries agreed within 7e-4.
+    An unknown is a pose's entry times a monomial of its gaze: six equations a pose hold all its corners say.
+    The linear rounds stay by hand: scipy's least squares took many times as long on the sweeps of the
+    tests, and the entries agreed within 7e-4.
     """
     centre, scale = scaling_of(angles)
     basis = monomials((angles[:, 0] - centre[0]) / scale[0], (angles[:, 1] - centre[1]) / scale[1], order)
-    equations, values = _rows(basis, corners)
-    unknowns = equations.shape[-1]
+    products = np.asarray(basis[:, :, None] * basis[:, None, :], dtype=np.float64)
+    equations, values = _equations(corners)
     perspective = np.ones_like(corners.x)
     weights = corners.seen
     for _ in range(_ROUNDS):
-        root = np.sqrt(weights)[:, :, None]
-        matrix = equations * (root / perspective[:, :, None])[..., None]
-        target = values * root / perspective[:, :, None]
-        flat = matrix.reshape(-1, unknowns)
-        gram = flat.T @ flat
-        solution: NDArray[np.float64] = np.asarray(np.linalg.solve(gram, flat.T @ target.ravel()), np.float64)
-        entries = basis @ solution.reshape(ENTRIES, -1).T
+        root = np.sqrt(weights)
+        factors = np.tile(root / perspective, 2)
+        weighted, target = equations * factors[..., None], values * factors
+        moments = weighted.transpose(0, 2, 1) @ weighted
+        gram = _over_terms(moments, products)
+        aims = (weighted.transpose(0, 2, 1) @ target[..., None])[..., 0]
+        solution = np.linalg.solve(gram, (aims.T @ basis).ravel()).reshape(ENTRIES, -1)
+        entries = basis @ solution.T
         perspective = 1.0 + entries[:, 4:5] * corners.x + entries[:, 5:6] * corners.y
-        misses = np.linalg.norm(values - equations @ solution, axis=2) / perspective
+        missed = values - (equations @ entries[..., None])[..., 0]
+        misses = np.hypot(*np.split(missed, 2, axis=1)) / perspective
         weights = corners.seen.copy()
         weights[corners.seen > 0.0] = huber_weights(misses[corners.seen > 0.0])
-    inverse_gram: NDArray[np.float64] = np.asarray(np.linalg.inv(gram), np.float64)
-    left_out = _leave_pose_out(matrix, target - matrix @ solution, inverse_gram).reshape(target.shape)
-    inliers = root[..., 0] > math.sqrt(OUTLIER_WEIGHT)
-    squares = np.sum((left_out / np.maximum(root, 1e-9)) ** 2, axis=2)
-    coefficients = solution.reshape(ENTRIES, -1).T.copy()
+    reach = _of_poses(np.asarray(np.linalg.inv(gram), dtype=np.float64), products)
+    left_out = _leave_pose_out(weighted, missed * factors, reach, moments)
+    inliers = root > math.sqrt(OUTLIER_WEIGHT)
+    squares = np.sum(np.square(np.split(left_out, 2, axis=1)), axis=0) / np.maximum(root, 1e-9) ** 2
+    coefficients = np.array(solution.T, dtype=np.float64)
     polynomial = BivariatePolynomial(order=order, centre=centre, scale=scale, coefficients=coefficients)
     return polynomial, float(np.sqrt(np.mean(squares[inliers])))
 
 
+def _over_terms(moments: NDArray[np.float64], products: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the equations (6 k, 6 k) of all unknowns, entry by entry, from those of each pose (n, 6, 6)."""
+    terms = products.shape[1]
+    gram = moments.reshape(len(moments), -1).T @ products.reshape(len(products), -1)
+    whole = gram.reshape(ENTRIES, ENTRIES, terms, terms).transpose(0, 2, 1, 3)
+    return np.asarray(whole.reshape(ENTRIES * terms, ENTRIES * terms), dtype=np.float64)
+
+
+def _of_poses(inverse_gram: NDArray[np.float64], products: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance (n, 6, 6) of the entries of each pose from that of all unknowns."""
+    terms = products.shape[1]
+    parts = inverse_gram.reshape(ENTRIES, terms, ENTRIES, terms).transpose(1, 3, 0, 2)
+    found = products.reshape(len(products), -1) @ parts.reshape(terms * terms, -1)
+    return np.asarray(found.reshape(-1, ENTRIES, ENTRIES), dtype=np.float64)
+
+
 def _leave_pose_out(
-    matrix: NDArray[np.float64], residuals: NDArray[np.float64], inverse_gram: NDArray[np.float64]
+    weighted: NDArray[np.float64],
+    residuals: NDArray[np.float64],
+    reach: NDArray[np.float64],
+    moments: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return (n, 2 m) weighted residuals of each pose under the fit without it: (I - H_jj)^-1 r_j."""
-    poses = matrix.shape[0]
-    blocks = matrix.reshape(poses, -1, matrix.shape[-1])
-    hat = blocks @ inverse_gram @ blocks.transpose(0, 2, 1)
-    left_out = np.linalg.solve(np.eye(blocks.shape[1]) - hat, residuals.reshape(poses, -1, 1))
-    return np.asarray(left_out[..., 0], dtype=np.float64)
+    """Return (n, 2 m) weighted residuals of each pose under the fit without it: (I - A Q A^T)^-1 r.
+
+    With A = `weighted` (n, 2 m, 6), Q = `reach` and A^T A = `moments` that is
+    r + A (I - Q A^T A)^-1 Q A^T r.
+    """
+    pulled = reach @ (weighted.transpose(0, 2, 1) @ residuals[..., None])
+    change = weighted @ np.linalg.solve(np.eye(ENTRIES) - reach @ moments, pulled)
+    return np.asarray(residuals + change[..., 0], dtype=np.float64)
 
 
 def _fit_entries(

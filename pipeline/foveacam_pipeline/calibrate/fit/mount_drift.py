@@ -235,8 +235,9 @@ def _minus_node_means(
 
 def _model_weights(samples: DriftSamples) -> NDArray[np.float64]:
     """Return (2 n,) weights, lower for gazes away from their node, which rely on the mirror model."""
-    aside_rad = np.empty(len(samples.group))
-    for node in np.unique(samples.group):
+    aside_rad = np.zeros(len(samples.group))
+    nodes, times_seen = np.unique(samples.group, return_counts=True)
+    for node in nodes[times_seen > 1]:
         mine = samples.group == node
         middle = np.median(samples.angles_rad[mine], axis=0)
         aside_rad[mine] = np.linalg.norm(samples.angles_rad[mine] - middle, axis=1)

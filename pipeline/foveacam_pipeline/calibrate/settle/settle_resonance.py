@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from foveacam_pipeline.calibrate.robust_least_squares import (
     LeastSquaresFit,
@@ -139,6 +138,8 @@ def remaining_step(poles: NDArray[np.complex128], times_s: NDArray[np.float64]) 
 
 def _filter_poles(cutoff_hz: float) -> NDArray[np.complex128]:
     """Return the poles of the filter, 1/s."""
+    from scipy import signal  # slow to import
+
     _, poles, _ = signal.bessel(
         FILTER_ORDER, 2.0 * math.pi * cutoff_hz, analog=True, output="zpk", norm="mag"
     )

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
-from foveacam_pipeline.calibrate.sweep.markers import middle_px
 from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
@@ -104,10 +103,8 @@ def locate_target(
 def check_order(views: dict[int, MarkerView], layout: MarkerLayout) -> None:
     """Raise InvalidInput naming markers that are in the wrong order, from left to right."""
     wanted = [layout.left_id, layout.wide_id, layout.right_id]
-    seen = sorted(
-        (marker_id for marker_id in wanted if marker_id in views), key=lambda k: float(middle_px(views[k])[0])
-    )
     expected = [marker_id for marker_id in wanted if marker_id in views]
+    seen = sorted(expected, key=lambda marker_id: float(views[marker_id].corners_px[:, 0].mean()))
     if seen != expected:
         raise InvalidInput(
             f"target: from the left its markers are {_listed(seen)} instead of {_listed(expected)} "

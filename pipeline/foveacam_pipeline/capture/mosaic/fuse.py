@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
@@ -98,6 +97,8 @@ def fill_gaps(values: Cells) -> Cells:
     known = np.isfinite(values)
     if not known.any():
         return np.zeros_like(values)
+    from scipy.ndimage import distance_transform_edt  # slow to import
+
     row, column = distance_transform_edt(~known, return_distances=False, return_indices=True)
     nearest = np.ascontiguousarray(values[row, column])
     return np.where(known, values, cv2.GaussianBlur(nearest, (0, 0), SMOOTH_CELLS)).astype(np.float32)

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from foveacam_pipeline.study.visibility.sweep import MapRun
 
@@ -78,7 +78,7 @@ def curve_band(figures: F64) -> CurveBand:
     if maps < 2:
         return CurveBand(mean=mean, sigma=np.zeros_like(mean), half_95=np.full_like(mean, np.inf))
     sigma = figures.std(axis=0, ddof=1)
-    half = float(student.ppf(0.975, maps - 1)) * sigma / np.sqrt(maps)
+    half = float(stdtrit(maps - 1, 0.975)) * sigma / np.sqrt(maps)
     return CurveBand(mean=mean, sigma=sigma, half_95=np.asarray(half))
 
 
