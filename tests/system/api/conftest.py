@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.conftest import Running, running
+from tests.integration.marker_room import make_grey
+from tests.system.conftest import PATIENCE_S, Running, running
 
 
 @pytest.fixture(scope="package")
@@ -18,3 +19,15 @@ def server(shared_server: Running) -> Running:
     """Return the folder's server in the state in which it starts."""
     shared_server.reset()
     return shared_server
+
+
+@pytest.fixture(scope="module")
+def grey(server: Running) -> Iterator[None]:
+    """Let all cameras deliver grey values in a file that looks at no colour: colours cost time."""
+    rig = server.rig
+    before = [(camera, camera.settings) for camera in rig.cameras]
+    server.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
+    yield
+    server.services.hardware.submit(
+        lambda _: [camera.configure(settings) for camera, settings in before]
+    ).result(PATIENCE_S)
