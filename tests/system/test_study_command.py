@@ -203,12 +203,14 @@ def test_one_study_that_fails_stops_no_other_when_all_are_asked_for(
 def test_the_program_tells_a_study_as_one_json_object(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["foveacam", "study", "tokens", "--quick", "--json", "--out", "told"])
+    words = ["depth", "--quick", "--matching-error", "0.25", "--json", "--out", "told"]  # the soonest done
+    monkeypatch.setattr("sys.argv", ["foveacam", "study", *words])
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert ended.value.code == 0
     told = json.loads(capsys.readouterr().out)
-    assert {"attention_exponent", "eq5_max_rel_error", "layer_saving", "seeds", "took_s"} <= set(told)
+    assert told["matching_error_given_px"] == 0.25
+    assert {"seeds", "took_s"} <= set(told)
     assert told["report"] == "told/report.html"
     assert Path(told["report"]).exists()
 
