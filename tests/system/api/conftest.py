@@ -7,10 +7,13 @@ import pytest
 from tests.integration.marker_room import make_grey
 from tests.system.conftest import PATIENCE_S, Running, running
 
+LIVE_HZ = 1.0, 0.5
+"""Of the live views, at which few look: they cost time while something else is waited for."""
+
 
 @pytest.fixture(scope="package")
 def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("data")) as found:
+    with running(tmp_path_factory.mktemp("data"), live_hz=LIVE_HZ) as found:
         yield found
 
 

@@ -109,7 +109,7 @@ def test_a_recording_becomes_images_and_clouds_that_foxglove_knows(
 ) -> None:
     seen = next((one for one in rig.api.fixations.list() if one.cloud_id), None)  # of an example before
     cloud = rig.cloud(seen or rig.fixate(720, 540))
-    recording = rig.wait(rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=0.5)))
+    recording = rig.wait(rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=1.5)))
 
     run_python("foxglove_mcap.py", recording.id, "fox.mcap")
 
