@@ -70,7 +70,8 @@ def test_the_committed_document_is_valid_openapi() -> None:
     validate(document)
     schemas = list(schemas_in(document))
     assert len(schemas) > 500
-    for schema in schemas:  # OpenAPI's own schema says nothing of those inside
+    different = {json.dumps(schema, sort_keys=True): schema for schema in schemas}
+    for schema in different.values():  # OpenAPI's own schema says nothing of those inside
         Draft202012Validator.check_schema(schema)
 
 

@@ -8,9 +8,10 @@ import pytest
 from opentelemetry.proto.trace.v1.trace_pb2 import Span
 
 from tests.collector import Collector, collecting
+from tests.integration.marker_room import make_grey
 from tests.system.api.captures.capture_plans import begin, plan
 
-from .conftest import CENTRE, Running, running
+from .conftest import CENTRE, PATIENCE_S, Running, running
 
 TRACE, CALLER = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 
@@ -35,7 +36,10 @@ def until_end() -> Iterator[ExitStack]:
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, collector: Collector, until_end: ExitStack) -> Running:
     data = tmp_path_factory.mktemp("data")
-    return until_end.enter_context(running(data, otlp_endpoint=collector.endpoint))
+    found = until_end.enter_context(running(data, otlp_endpoint=collector.endpoint))
+    rig = found.rig
+    found.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
+    return found
 
 
 def above(span: Span, spans: list[Span]) -> list[str]:
