@@ -41,6 +41,8 @@ API = server_state.API
 POLL_S = 0.05
 LIVE_WIDE_HZ, LIVE_FOVEA_HZ = 1.5, 1.0
 """Slow live views: two cores are shared with a browser and another server."""
+SELDOM_HZ = 0.1, 0.1
+"""Of live views at which nobody looks."""
 
 
 @dataclass
@@ -191,6 +193,14 @@ def running(
         base = f"http://127.0.0.1:{found}"
         with httpx.Client(base_url=base, timeout=PATIENCE_S, trust_env=False) as http:
             yield Running(found, services, http)
+
+
+def missing_rig(folder: Path, *, rig_id: str = "workshop") -> str:
+    """Write a rig file whose devices are all missing, with which a server starts sooner; return its path."""
+    path = folder / "missing.toml"
+    port = 'port = "/dev/ttyNOBODY"'
+    path.write_text(f'kind = "serial"\nrig_id = "{rig_id}"\n[mirrors]\n{port}\n', encoding="utf-8")
+    return str(path)
 
 
 @pytest.fixture(scope="module")

@@ -11,20 +11,14 @@ from typing import Any
 
 import pytest
 
-from foveacam_hardware.contract import PARKED, Role, Sighting, StereoVolts
+from foveacam_hardware.contract import PARKED, PixelFormat, Role, Sighting, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.resources.calibrations.service import SHIPPED
 
-from .conftest import CENTRE, PATIENCE_S, Running, running
+from .conftest import API, CENTRE, PATIENCE_S, SELDOM_HZ, Running, missing_rig, running
 
 pytestmark = pytest.mark.timeout(300)
 
-MISSING_PORT = """
-kind = "serial"
-rig_id = "workshop"
-[mirrors]
-port = "/dev/ttyNOBODY"
-"""
 ASIDE = {"direction": {"ax_deg": 3.0, "ay_deg": 1.0}}
 NOWHERE = {"x_v": None, "y_v": None, "ax_deg": None, "ay_deg": None}
 
@@ -95,9 +89,7 @@ def test_mirrors_whose_controller_was_killed_are_unknown_until_it_is_back_and_pa
 
 
 def test_missing_serial_port_does_not_keep_the_server_from_starting(tmp_path: Path) -> None:
-    rig_file = tmp_path / "rig.toml"
-    rig_file.write_text(MISSING_PORT)
-    with running(tmp_path / "data", rig=str(rig_file)) as server:
+    with running(tmp_path / "data", rig=missing_rig(tmp_path)) as server:
         assert server.http.get("/healthz").status_code == 200
         ready = server.http.get("/readyz")
         assert ready.status_code == 503
@@ -114,7 +106,8 @@ def test_missing_serial_port_does_not_keep_the_server_from_starting(tmp_path: Pa
 
 
 def test_calibration_of_another_rig_is_refused_and_said(tmp_path: Path) -> None:
-    with running(tmp_path, calibration=SHIPPED / "sim-paper.json") as server:
+    rig = missing_rig(tmp_path, rig_id="sim-rig120")
+    with running(tmp_path, rig=rig, calibration=SHIPPED / "sim-paper.json") as server:
         refused = server.post("/fixations", CENTRE)
         assert refused.status_code == 409
         assert "sim-paper" in refused.json()["detail"]
@@ -122,18 +115,40 @@ def test_calibration_of_another_rig_is_refused_and_said(tmp_path: Path) -> None:
         assert server.get("/rig").json()["calibration"] is None
 
 
-def test_restart_keeps_targets_and_fails_what_it_interrupted(tmp_path: Path) -> None:
-    with running(tmp_path) as server:
+def test_restart_keeps_targets_and_settings_of_cameras_until_they_are_reset(tmp_path: Path) -> None:
+    with running(tmp_path, live_hz=SELDOM_HZ) as server:
+        newest = server.get("/cameras/self_tests/newest").json()
+        assert [eye["verdict"] for eye in newest["eyes"]] == ["untested", "untested"]
+        assert server.get("/cameras/self_tests").json() == []
         fixation = server.fixate()
         server.wait_for_event("cloud.created", after=0)
+        change(server, "left", gain_db=4.0, linked=True)
+        change(server, "wide", pixel_format="Mono8", exposure_auto="continuous")
         last = server.last_event
-    with running(tmp_path) as server:
+    with running(tmp_path, live_hz=SELDOM_HZ) as server:
         target = server.get(f"/targets/{fixation['target_id']}").json()
         assert target["distance_m"] == fixation["distance_m"]
         assert server.get(f"/clouds/{target['cloud_id']}").status_code == 200
         assert server.get("/depth", x_px=720.0, y_px=560.0).status_code in (200, 404)
         assert server.services.events.after(0)[0].id == 1
         assert server.last_event > last
+        assert settings(server, "wide")["exposure_auto"] == "continuous"
+        assert [settings(server, role)["gain_db"] for role in ("wide", "left", "right")] == [0.0, 4.0, 4.0]
+        assert server.rig.wide.settings.pixel_format is PixelFormat.MONO8
+        answer = server.http.delete(f"{API}/cameras/left/settings").json()
+        assert answer["cameras"][0]["settings"]["gain_db"] == 0.0
+        assert answer["cameras"][0]["settings"]["kept"] is False
+        assert [entry["setting"] for entry in answer["divergence"]] == ["gain_db"]
+
+
+def change(server: Running, role: str, **body: object) -> None:
+    answer = server.http.patch(f"{API}/cameras/{role}", json=body)
+    assert answer.status_code == 200, answer.text
+
+
+def settings(server: Running, role: str) -> dict[str, Any]:  # Any: a JSON document
+    found: dict[str, Any] = server.get(f"/cameras/{role}").json()["settings"]
+    return found
 
 
 def before_look(server: Running, number: int, act: Callable[[], object]) -> Callable[..., "Future[Sighting]"]:

@@ -1,6 +1,7 @@
 """A server on a disk of its own that fills up, or cannot be written: nothing is half done, all is told."""
 
 import errno
+import os
 import re
 import shutil
 import subprocess
@@ -20,16 +21,21 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.store import Document
+from tests.integration.marker_room import make_grey
 from tests.system.api.captures.capture_plans import URL, begin, plan
 
-from .conftest import API, Running, running
+from .conftest import API, LIVE_FOVEA_HZ, PATIENCE_S, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 
-DISK_MB = 720
-"""More than the 537 MB that are kept free, and two captures of six points of 14 MB."""
-ROOM_BYTES = 16_000_000
+DISK_MB = 640
+"""More than the 537 MB that are kept free, and two captures of four grey points of 5 MB."""
+ROOM_BYTES = 6_500_000
 """For one point, not for two: the second fails."""
+LAST_BYTES = 1 << 20
+POINTS = 4
+LIVE_HZ = 0.1, LIVE_FOVEA_HZ
+"""Of the live views: one of a fovea is recorded."""
 
 
 @dataclass
@@ -46,7 +52,11 @@ class Disk:
         """Leave just so many bytes."""
         with suppress(OSError), self.ballast.open("wb", buffering=0) as file:  # the server writes as well
             while (left := shutil.disk_usage(self.folder).free - but) > 0:
-                file.write(bytes(min(left, 1 << 20)))
+                if left > 2 * LAST_BYTES:  # as much as is sure to be there, without writing it
+                    os.posix_fallocate(file.fileno(), 0, left - LAST_BYTES)
+                    file.seek(0, os.SEEK_END)
+                else:
+                    file.write(bytes(min(left, LAST_BYTES)))
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +72,9 @@ def disk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Disk]:
 
 @pytest.fixture(scope="module")
 def server(disk: Disk) -> Iterator[Running]:
-    with running(disk.folder / "data") as found:
+    with running(disk.folder / "data", live_hz=LIVE_HZ) as found:
+        rig = found.rig
+        found.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
         yield found
 
 
@@ -98,7 +110,7 @@ def _protect(folder: Path) -> None:
 
 def paused(server: Running, name: str) -> tuple[str, Document]:
     """Begin a capture that waits before one of its points; return its id and its job."""
-    capture_id, job = begin(server, name, plan(3, 2))
+    capture_id, job = begin(server, name, plan(2, 2))
     server.post(f"{URL}/{capture_id}/pause")
     server.poll(f"{URL}/{capture_id}", lambda document: document["state"] == "paused")
     return capture_id, job
@@ -116,7 +128,7 @@ def failed_by_disk(server: Running, capture_id: str, job: Document) -> Document:
     assert str(server.captures / capture["name"]) in problem["detail"]
     assert "then resume: what was acknowledged is safe" in problem["remedy"]
     assert (capture["state"], capture["resumable"]) == ("partial", True)
-    assert before <= capture["points"]["taken"] < 6
+    assert before <= capture["points"]["taken"] < POINTS
     assert check_dataset(server.captures / capture["name"]) == []
     return problem
 
@@ -126,7 +138,7 @@ def gone_on_with(server: Running, capture_id: str) -> None:
     assert answer.status_code == 202, answer.text
     assert server.ended(answer.json())["state"] == "succeeded"
     found = server.get(f"{URL}/{capture_id}").json()
-    assert (found["state"], found["points"]["taken"], found["why"]) == ("complete", 6, "")
+    assert (found["state"], found["points"]["taken"], found["why"]) == ("complete", POINTS, "")
     assert check_dataset(server.captures / found["name"]) == []
 
 
@@ -139,7 +151,7 @@ def test_a_disk_that_fills_up_fails_the_capture_with_both_figures_and_it_goes_on
     problem = failed_by_disk(server, capture_id, job)
 
     assert re.fullmatch(r"the disk is full \([0-9.]+ MB free\)", problem["found"])
-    assert re.fullmatch(r"point [0-5] \([0-9.]+ MB of images\)", problem["asked"])
+    assert re.fullmatch(r"point [0-3] \([0-9.]+ MB of images\)", problem["asked"])
     for path, body in ((f"{URL}/{capture_id}/resume", None), (URL, {"name": "another", "plan": plan()})):
         disk.fill(but=0)
         refused = server.post(path, body)

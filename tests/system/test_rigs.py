@@ -13,7 +13,7 @@ from fastapi.responses import Response
 from foveacam_server.foundation.store import Document
 from tests.local_server import serving
 
-from .conftest import Running, running
+from .conftest import SELDOM_HZ, Running, missing_rig, running
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -79,7 +79,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory, silent: int) -> Iterator[Runni
         tables[2] += '\ntoken_file = "roof.token"'
         (folder / "roof.token").write_text(f"{TOKEN}\n")
         (folder / "rigs.toml").write_text("\n".join(tables))
-        with running(folder / "data", rigs=folder / "rigs.toml") as found:
+        with running(folder / "data", rigs=folder / "rigs.toml", announce=True, live_hz=SELDOM_HZ) as found:
             yield found
 
 
@@ -117,16 +117,15 @@ def test_a_picture_is_read_through_this_server(lab: Running) -> None:
     assert lab.get("/rigs/none/picture.jpg").status_code == 404
 
 
-def test_two_rigs_of_one_network_find_each_other_and_part(tmp_path: Path) -> None:
+def test_two_rigs_of_one_network_find_each_other_and_part(lab: Running, tmp_path: Path) -> None:
     pytest.importorskip("zeroconf")
-    with running(tmp_path / "first", announce=True) as first:
-        with running(tmp_path / "second", announce=True) as second:
-            for server in (first, second):
-                server.services.rigs.announce(port=server.port, tls=False, path="")
-            other = wait_for_announced(first, 1)[0]
-            assert (other["address"], other["state"]) == (f"http://127.0.0.1:{second.port}/", "ready")
-            assert wait_for_announced(second, 1)[0]["address"] == f"http://127.0.0.1:{first.port}/"
-        assert wait_for_announced(first, 0) == []
+    with running(tmp_path / "second", announce=True, rig=missing_rig(tmp_path)) as second:
+        for server in (lab, second):
+            server.services.rigs.announce(port=server.port, tls=False, path="")
+        other = wait_for_announced(second, 1)[0]
+        assert (other["address"], other["state"]) == (f"http://127.0.0.1:{lab.port}/", "ready")
+        assert wait_for_announced(lab, 1)[0]["address"] == f"http://127.0.0.1:{second.port}/"
+    assert wait_for_announced(lab, 0) == []
 
 
 def wait_for_announced(server: Running, count: int) -> list[Document]:

@@ -200,15 +200,24 @@ def test_one_study_that_fails_stops_no_other_when_all_are_asked_for(
         run_studies([bad], ReportOptions(as_json=True))
 
 
+def write_errors() -> None:
+    """Write the matching errors that two benches measured."""
+    Path("verge.json").write_text('{"clicks": 3, "residual_median_px": 0.125}')
+    Path("stereo.json").write_text('{"epe_px": 0.5, "rendered_median_error_px": 0.0625, "bad1": 0.1}')
+
+
 def test_the_program_tells_a_study_as_one_json_object(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["foveacam", "study", "tokens", "--quick", "--json", "--out", "told"])
+    write_errors()  # with them the rig need not look
+    words = ["depth", "--quick", "--matching-error", "verge.json", "--matching-error", "stereo.json"]
+    monkeypatch.setattr("sys.argv", ["foveacam", "study", *words, "--json", "--out", "told"])
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert ended.value.code == 0
     told = json.loads(capsys.readouterr().out)
-    assert {"attention_exponent", "eq5_max_rel_error", "layer_saving", "seeds", "took_s"} <= set(told)
+    assert told["matching_error_verge_px"] == 0.125
+    assert {"seeds", "took_s"} <= set(told)
     assert told["report"] == "told/report.html"
     assert Path(told["report"]).exists()
 
@@ -240,8 +249,7 @@ def test_what_a_study_cannot_take_is_refused_in_one_line(
 
 
 def test_the_curves_of_the_depth_error_are_drawn_with_what_benches_measured() -> None:
-    Path("verge.json").write_text('{"clicks": 3, "residual_median_px": 0.125}')
-    Path("stereo.json").write_text('{"epe_px": 0.5, "rendered_median_error_px": 0.0625, "bad1": 0.1}')
+    write_errors()
     order = StudyOrder(matching_errors=("verge.json", "stereo.json", "0.25"))
     (made,) = recipes(order, ["depth"])
     study = made.compute(SILENT)  # the rig does not look where its residual is given

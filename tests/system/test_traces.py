@@ -2,15 +2,16 @@
 
 import time
 from collections.abc import Iterator
-from pathlib import Path
+from contextlib import ExitStack
 
 import pytest
 from opentelemetry.proto.trace.v1.trace_pb2 import Span
 
 from tests.collector import Collector, collecting
+from tests.integration.marker_room import make_grey
 from tests.system.api.captures.capture_plans import begin, plan
 
-from .conftest import CENTRE, Running, running
+from .conftest import CENTRE, PATIENCE_S, Running, running
 
 TRACE, CALLER = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 
@@ -26,9 +27,19 @@ def collector() -> Iterator[Collector]:
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory, collector: Collector) -> Iterator[Running]:
-    with running(tmp_path_factory.mktemp("data"), otlp_endpoint=collector.endpoint) as found:
+def until_end() -> Iterator[ExitStack]:
+    """What runs until the file ends, or until a test ends it."""
+    with ExitStack() as found:
         yield found
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory, collector: Collector, until_end: ExitStack) -> Running:
+    data = tmp_path_factory.mktemp("data")
+    found = until_end.enter_context(running(data, otlp_endpoint=collector.endpoint))
+    rig = found.rig
+    found.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
+    return found
 
 
 def above(span: Span, spans: list[Span]) -> list[str]:
@@ -77,16 +88,18 @@ def test_a_capture_has_a_part_for_each_point_and_a_recording_few(
 
 
 def test_what_the_server_does_by_itself_has_no_trace(server: Running, collector: Collector) -> None:
-    server.fixate(FLAT)
     roots = {one.name for one in collector.spans if not one.parent_span_id}
     assert roots <= {f"POST /{noun}" for noun in ("fixations", "captures", "recordings")}
 
 
-def test_a_collector_that_never_answers_neither_delays_a_click_nor_the_end(tmp_path: Path) -> None:
-    with collecting("hangs") as silent:
-        with running(tmp_path, otlp_endpoint=silent.endpoint) as server:
-            server.fixate(FLAT)
-            silent.wait_for_request()
-            assert server.fixate(FLAT)["state"] == "verged"
-            began_s = time.monotonic()
-        assert time.monotonic() - began_s < LONGEST_END_S
+def test_a_collector_that_answers_no_more_neither_delays_a_click_nor_the_end(
+    server: Running, collector: Collector, until_end: ExitStack
+) -> None:
+    collector.behaviour = "hangs"
+    collector.paths.clear()
+    server.fixate(FLAT)
+    collector.wait_for_request()
+    assert server.fixate(FLAT)["state"] == "verged"
+    began_s = time.monotonic()
+    until_end.close()
+    assert time.monotonic() - began_s < LONGEST_END_S

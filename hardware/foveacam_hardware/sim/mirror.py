@@ -4,7 +4,7 @@ Codes -> volts -> low-pass and resonance (`low_pass`, linear and exact) -> stati
 The law is a balance of torques, not a polynomial; the effect of a tilt on the image is in `optics`.
 """
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,14 +112,20 @@ class MirrorPair:
 
     def tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         """Return the mechanical tilts (x, y) of one mirror at `t_ns`."""
-        volts_v = self._history.output_v(t_ns)
+        x_rad, y_rad = self.tilts_rad(role, (t_ns,))[0].tolist()
+        return x_rad, y_rad
+
+    def tilts_rad(self, role: Role, times_ns: Sequence[int]) -> NDArray[np.float64]:
+        """Return the mechanical tilts (n, 2) of one mirror at several times."""
+        volts_v = [self._history.output_v(t_ns) for t_ns in times_ns]
         if self.dead_axes or self._dead_axis_v:
-            volts_v = self._hold_dead_axes(volts_v)
-        return self._rest_tilt(role, volts_v[_axes(role)])
+            volts_v = [self._hold_dead_axes(each_v) for each_v in volts_v]
+        return self.laws[role].tilt_rad(np.stack(volts_v)[:, _axes(role)])
 
     def rest_tilt_rad(self, role: Role, volts: MirrorVolts) -> tuple[float, float]:
         """Return the tilts (x, y) at which a mirror rests under differential volts (truth)."""
-        return self._rest_tilt(role, np.array([volts.x_v, volts.y_v]))
+        x_rad, y_rad = self.laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0].tolist()
+        return x_rad, y_rad
 
     def _hold_dead_axes(self, volts_v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the volts (4,), those of dead axes as they were when these failed."""
@@ -130,10 +136,6 @@ class MirrorPair:
             else:
                 self._dead_axis_v.pop(axis, None)
         return held_v
-
-    def _rest_tilt(self, role: Role, volts_v: NDArray[np.float64]) -> tuple[float, float]:
-        x_rad, y_rad = self.laws[role].tilt_rad(volts_v[None, :])[0].tolist()
-        return x_rad, y_rad
 
     def _apply(self, t_ns: int) -> None:
         channels_v = np.array(self._codes, dtype=np.float64) * (FULL_SCALE_V / FULL_SCALE_CODE)

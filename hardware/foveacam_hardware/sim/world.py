@@ -6,7 +6,7 @@ machine lowers the frame rate and never changes the physics. Cameras are in `cam
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,10 +174,15 @@ class World:
         return self.pedestal.rig_from_world(*bearing_deg, slide_mm)
 
     def _tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
+        tilt_x_rad, tilt_y_rad = self._tilts_rad(role, (t_ns,))[0].tolist()
+        return tilt_x_rad, tilt_y_rad
+
+    def _tilts_rad(self, role: Role, times_ns: Sequence[int]) -> NDArray[np.float64]:
+        """Return a mirror's tilts (n, 2) at several times, rounded."""
         with self._mirror_lock:
             self.mirrors.dead_axes = self.faults.dead_axes
-            tilt_x_rad, tilt_y_rad = self.mirrors.tilt_rad(role, t_ns)
-        return _quantised_tilt_rad(tilt_x_rad), _quantised_tilt_rad(tilt_y_rad)
+            tilts_rad = self.mirrors.tilts_rad(role, times_ns)
+        return np.asarray(np.round(tilts_rad / TILT_STEP_RAD) * TILT_STEP_RAD, dtype=np.float64)
 
     def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> EyeProjection:
         turn_rad = np.array(self.faults.drift_step_rad.get(role, (0.0, 0.0, 0.0)))
@@ -198,7 +203,7 @@ class World:
         return min(STEPS_MAX, steps)
 
     def _swing_px(self, role: Role, interval: ExposureInterval) -> float:
-        tilts = np.array([self._tilt_rad(role, t_ns) for t_ns in interval.middles_ns(MOTION_SAMPLES)])
+        tilts = self._tilts_rad(role, interval.middles_ns(MOTION_SAMPLES))
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
 
 
@@ -213,7 +218,3 @@ def _tell_nobody(t_ns: int, codes: DacCodes) -> None:
 def renderer_projection(view: EyeProjection) -> Projection:
     """Return an eye's projection for the renderer."""
     return Projection(M=view.matrix, C=view.centre_m, width=FOVEA_WIDTH, height=FOVEA_HEIGHT, rays=None)
-
-
-def _quantised_tilt_rad(angle_rad: float) -> float:
-    return float(np.round(angle_rad / TILT_STEP_RAD) * TILT_STEP_RAD)

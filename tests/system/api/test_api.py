@@ -14,7 +14,7 @@ from foveacam_hardware.contract import Role
 from foveacam_server.foundation.schema import ResponseModel
 from tests.system.conftest import CENTRE, Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 
 @pytest.fixture(scope="module")
@@ -109,15 +109,13 @@ def test_without_prefer_a_fixation_is_a_job_that_leads_to_its_result(server: Run
     assert server.http.get(job["result_url"]).json()["id"] == done["id"]
 
 
-def test_same_idempotency_key_is_the_same_job(server: Running) -> None:
-    first = server.post("/fixations", {**CENTRE, "depth": False}, Idempotency_Key="twice")
-    again = server.post("/fixations", {**CENTRE, "depth": False}, Idempotency_Key="twice")
-    assert again.json()["id"] == first.json()["id"]
-
-
-def test_idempotency_key_of_another_request_is_refused(server: Running) -> None:
-    server.post("/fixations", {**CENTRE, "depth": False}, Idempotency_Key="mine")
+def test_an_idempotency_key_is_of_one_request_which_is_the_same_job(server: Running) -> None:
+    flat = {**CENTRE, "depth": False}
+    first = server.post("/fixations", flat, Idempotency_Key="mine").json()
+    again = server.post("/fixations", flat, Idempotency_Key="mine")
     other = server.post("/fixations", {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}}, Idempotency_Key="mine")
+    server.post(f"/jobs/{first['id']}/cancel")
+    assert again.json()["id"] == first["id"]
     assert other.status_code == 422
     assert "already used" in other.json()["found"]
 

@@ -11,7 +11,7 @@ from foveacam_server.resources.fixations import service
 from foveacam_server.resources.fixations.schema import FixationDocument
 from tests.system.conftest import Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 POSTER = {"pixel": {"x_px": 812.0, "y_px": 420.0}, "depth": False}
 

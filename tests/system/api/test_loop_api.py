@@ -11,7 +11,7 @@ from foveacam_server.foundation.store import Document
 from tests.system import server_state
 from tests.system.conftest import API, CENTRE, Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 PNG = b"\x89PNG"
 X_PX, Y_PX = CENTRE["pixel"]["x_px"], CENTRE["pixel"]["y_px"]
 
@@ -74,6 +74,8 @@ def test_what_needs_a_running_loop_says_so(server: Running, no_loop: None) -> No
     assert server.post("/loop", {}).status_code == 422
     assert server.post("/loop", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
     assert not server.get("/loop").json()["running"]
+    assert server.get("/loop/match.png").status_code == 404
+    assert server.get("/loop/history").json() == []
 
 
 def test_settings_are_bounded_kept_and_put_back_by_group(server: Running, no_loop: None) -> None:
@@ -96,8 +98,7 @@ def test_settings_are_bounded_kept_and_put_back_by_group(server: Running, no_loo
     assert server.http.delete(f"{API}/loop/settings", params={"group": "eyes"}).status_code == 422
 
 
-def test_the_loop_keeps_both_foveae_on_a_target_until_it_is_ended(server: Running, no_loop: None) -> None:
-    before = server.last_event
+def test_the_loop_keeps_both_foveae_on_a_target(server: Running) -> None:
     loop = tracking(server)
     truth = server.truth.depth_at(X_PX, Y_PX, server.rig.clock.now_ns())
     assert truth is not None
@@ -109,15 +110,8 @@ def test_the_loop_keeps_both_foveae_on_a_target_until_it_is_ended(server: Runnin
     assert overlay is not None
     assert [(mark.id, mark.state) for mark in overlay.follows] == [("loop", "followed")]
 
-    assert server.http.delete(f"{API}/loop").status_code == 204
-    ended = server.wait_for_event("loop.ended", after=before)
-    assert ended["status"] == "off"
-    assert server.poll("/loop", lambda now: not now["running"])["status"] == "off"
 
-
-def test_history_and_picture_tell_what_the_loop_saw(server: Running, no_loop: None) -> None:
-    assert server.get("/loop/match.png").status_code == 404
-    assert server.get("/loop/history").json() == []
+def test_history_and_picture_tell_what_the_loop_saw(server: Running) -> None:
     tracking(server)
     samples = server.get("/loop/history").json()
     assert [one["look"] for one in samples] == list(range(1, len(samples) + 1))
@@ -191,6 +185,9 @@ def test_a_fixation_comes_between_and_the_loop_goes_on(server: Running) -> None:
 
 def test_each_eye_follows_a_place_of_its_own_until_the_eyes_are_united(server: Running) -> None:
     tracking(server)
+    beyond = server.http.put(f"{API}/loop/eyes/left", json={"x_px": 2000.0, "y_px": 10.0})
+    assert (beyond.status_code, "outside the fovea" in beyond.json()["detail"]) == (422, True)
+    assert server.get("/loop").json()["eyes"] == []
     answer = server.http.put(f"{API}/loop/eyes/left", json={"x_px": 820.0, "y_px": 480.0})
     assert answer.status_code == 200, answer.text
     apart = server.poll("/loop", lambda loop: loop["status"] == "split" and loop["eyes"][0]["score"])
@@ -198,17 +195,29 @@ def test_each_eye_follows_a_place_of_its_own_until_the_eyes_are_united(server: R
     assert apart["distance_m"] is None
     server.poll("/loop", lambda loop: abs(loop["eyes"][0]["x_px"] - 719.5) < 20.0)
     assert server.post("/loop/tune", {}).status_code == 409
+    survives_a_failure(server, Role.LEFT, Role.RIGHT, goes_on="split")
 
     assert server.http.delete(f"{API}/loop/eyes").status_code == 200
     assert server.poll("/loop", lambda loop: loop["status"] == "tracking")["eyes"] == []
 
 
-def test_a_place_outside_the_fovea_is_refused_and_the_loop_goes_on(server: Running) -> None:
+def test_a_failure_that_passes_is_survived_without_a_reset(server: Running) -> None:
     tracking(server)
-    answer = server.http.put(f"{API}/loop/eyes/left", json={"x_px": 2000.0, "y_px": 10.0})
-    assert answer.status_code == 422
-    assert "outside the fovea" in answer.json()["detail"]
-    assert server.get("/loop").json()["eyes"] == []
+    survives_a_failure(server, Role.LEFT, goes_on="tracking")
+
+
+def survives_a_failure(server: Running, *eyes: Role, goes_on: str) -> None:
+    """Let strobes fail once, and the loop go on by itself."""
+    failures = server.get("/loop").json()["trigger"]["failures"]
+    faults = server.truth.world.faults
+    faults.no_strobe.update(eyes)
+    try:
+        server.poll("/loop", lambda loop: loop["trigger"]["failures"] > failures)
+    finally:
+        faults.no_strobe.clear()
+    loop = server.poll("/loop", lambda loop: loop["status"] == goes_on and loop["trigger"]["in_a_row"] == 0)
+    assert not loop["trigger"]["latched"]
+    assert loop["running"]
 
 
 def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_reset(server: Running) -> None:
@@ -226,30 +235,14 @@ def test_equal_failures_of_the_exposure_latch_the_loop_until_the_trigger_is_rese
     assert server.poll("/loop", lambda loop: loop["status"] == "tracking")["trigger"]["in_a_row"] == 0
 
 
-@pytest.mark.parametrize("apart", [False, True])
-def test_a_failure_that_passes_is_survived_without_a_reset(server: Running, apart: bool) -> None:
-    failures = tracking(server)["trigger"]["failures"]
-    if apart:
-        answer = server.http.put(f"{API}/loop/eyes/right", json={"x_px": 700.0, "y_px": 500.0})
-        assert answer.status_code == 200, answer.text
-    faults = server.truth.world.faults
-    faults.no_strobe.update((Role.LEFT, Role.RIGHT) if apart else (Role.LEFT,))
-    try:
-        server.poll("/loop", lambda loop: loop["trigger"]["failures"] > failures)
-    finally:
-        faults.no_strobe.clear()
-    goes_on = "split" if apart else "tracking"
-    loop = server.poll("/loop", lambda loop: loop["status"] == goes_on and loop["trigger"]["in_a_row"] == 0)
-    assert not loop["trigger"]["latched"]
-    assert loop["running"]
-
-
-def test_the_loop_and_following_exclude_each_other(server: Running) -> None:
+def test_the_loop_is_ended_and_it_and_following_exclude_each_other(server: Running) -> None:
     tracking(server)
+    before = server.last_event
     refused = server.post("/follows", CENTRE)
     assert (refused.status_code, "loop" in refused.json()["detail"]) == (409, True)
-    server.http.delete(f"{API}/loop")
-    server.poll("/loop", lambda loop: not loop["running"])
+    assert server.http.delete(f"{API}/loop").status_code == 204
+    assert server.wait_for_event("loop.ended", after=before)["status"] == "off"
+    assert server.poll("/loop", lambda now: not now["running"])["status"] == "off"
     assert server.post("/follows", CENTRE).status_code == 201
     refused = server.post("/loop", CENTRE)
     assert (refused.status_code, "follow targets" in refused.json()["detail"]) == (409, True)

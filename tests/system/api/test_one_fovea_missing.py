@@ -6,7 +6,7 @@ import pytest
 
 from tests.system.conftest import API, Running
 
-pytestmark = pytest.mark.timeout(120)
+pytestmark = [pytest.mark.timeout(120), pytest.mark.usefixtures("grey")]
 
 FAULTS = f"{API}/simulation/faults"
 POSTER_PX = {"pixel": {"x_px": 812.0, "y_px": 420.0}}

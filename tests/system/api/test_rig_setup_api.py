@@ -7,7 +7,7 @@ import pytest
 
 from foveacam_hardware.rig_config import load_rig_config
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running
+from tests.system.conftest import API, CENTRE, Running
 
 pytestmark = pytest.mark.timeout(180)
 
@@ -91,7 +91,7 @@ def test_rig_is_set_up_from_nothing_saved_undone_and_opened(setup: Running) -> N
     undone = setup.post("/rig/setup/undo", {"hash": saved["hash"]}).json()
     assert path.read_text(encoding="utf-8") == by_hand
     assert undone["versions"] == 0
-    fixated = setup.fixate()
+    fixated = setup.fixate({**CENTRE, "depth": False})
     assert fixated["distance_m"] is not None
     assert setup.post("/rig/setup/open", {"path": None}).json()["simulated"]
 

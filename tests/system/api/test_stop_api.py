@@ -7,7 +7,7 @@ import pytest
 from foveacam_hardware.contract import PARKED
 from tests.system.conftest import API, CENTRE, PATIENCE_S, Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 
 def test_stop_parks_at_once_however_much_is_queued(server: Running) -> None:

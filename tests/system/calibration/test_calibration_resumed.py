@@ -8,6 +8,7 @@ import pytest
 
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
+from foveacam_server.resources.calibration_sessions import fit_step
 from foveacam_server.rig.settle_times import SettleTime
 from tests.system.conftest import API
 
@@ -19,11 +20,17 @@ pytestmark = pytest.mark.timeout(300)
 SOON_S = 5.0
 """Of computing: the fit is loaded and begun, and a cancel takes effect within a second."""
 SIDE = 6
+STORED = 6
+"""Poses of nine that a sweep held before."""
 
 
 @pytest.fixture(scope="module")
 def calibrating(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationServer]:
-    with calibration_server(tmp_path_factory.mktemp("calibrating"), plain=False) as found:
+    with (
+        calibration_server(tmp_path_factory.mktemp("calibrating"), plain=False) as found,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setattr(fit_step, "draw_png", lambda _session, name, _make: name.encode())
         yield found
 
 
@@ -69,6 +76,7 @@ def test_whole_calibration_goes_on_after_a_cancel_with_what_is_missing(
     whole = calibrating.done(swept_session, "all", **everything)
 
     assert whole["fit"] == fitted["fit"]
+    assert {"loo", "quiver_left", "warp_right"} < {picture["name"] for picture in whole["pictures"]}
     assert whole["check"]["calibration_id"] == whole["calibrations"][-1]
     assert whole["check"]["epipolar_rms_px"] < 5.0  # few poses decide
     current = calibrating.server.get("/calibrations/current").json()
@@ -103,7 +111,7 @@ def test_cancelled_settle_step_exposes_as_before_and_changes_nothing(calibrating
 def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_path: Path) -> None:
     with calibration_server(tmp_path) as calibrating:
         far = calibrating.stations[0]
-        session = store_session(calibrating.data, stations=[far], field_deg=6.0, poses=7)
+        session = store_session(calibrating.data, stations=[far], field_deg=6.0, poses=STORED)
         before = calibrating.server.last_event
         with calibrating.held_at("calibration.pose"):
             calibrating.begin(session.id, "mirrors", stations=[far.name])
@@ -111,7 +119,7 @@ def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_pa
             assert calibrating.server.get("/rig").json()["trigger"]["settle_source"] == "rig file"
             calibrating.server.services.settling.apply(SETTLED, calibrating.server.services.hardware)
     kept = load_sweep(session.folder / sweep_filename(far))
-    assert len(kept.poses) > 7
+    assert STORED < len(kept.poses) < 9
     with calibration_server(tmp_path) as calibrating:
         trigger = calibrating.server.get("/rig").json()["trigger"]
         assert (trigger["settle_us"], trigger["settle_source"]) == (12_000, "measured 2026-02-01")
@@ -119,8 +127,11 @@ def test_half_a_sweep_goes_on_after_a_restart_and_so_does_the_settle_time(tmp_pa
         assert trigger["interval_ms"] == pytest.approx(20.5, abs=0.01)
         assert trigger["rate_hz"] == pytest.approx(1e3 / 20.5, abs=0.05)
         assert calibrating.server.http.get(f"{API}/jobs").json()[0]["state"] in ("cancelled", "failed")
-        sweep = calibrating.done(session.id, "mirrors", stations=[far.name])["sweeps"][0]
-        assert (sweep["done"], sweep["nodes"]) == (9, 9)
+        calibrating.cancelled(session.id, "mirrors", "calibration.pose", stations=[far.name])
+        sweep = calibrating.session(session.id)["sweeps"][0]
+        assert (sweep["done"] > len(kept.poses), sweep["nodes"]) == (True, 9)
+    times_ns = [pose.t_ns for pose in load_sweep(session.folder / sweep_filename(far)).poses]
+    assert times_ns[: len(kept.poses)] == [pose.t_ns for pose in kept.poses]
 
 
 SETTLED = SettleTime(

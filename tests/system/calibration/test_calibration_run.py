@@ -13,8 +13,8 @@ from .stored_session import store_sweep
 
 pytestmark = pytest.mark.timeout(300)
 
-VIEWS, STORED = 6, 7
-"""Views of the board to take; poses of nine that a sweep held before."""
+VIEWS, LENS_VIEWS, STORED = 6, 4, 7
+"""Views of the board to take by the wide camera and by a fovea; poses of nine that a sweep held before."""
 
 
 @pytest.fixture(scope="module")
@@ -151,3 +151,62 @@ def test_sweep_before_the_wide_camera_is_known_says_what_comes_first(
     answer = server.post(f"/calibration_sessions/{session_id}/runs", {"step": "mirrors"}, Prefer="wait=60")
     assert (answer.status_code, answer.json()["type"]) == (409, "/problems/not-calibrated")
     assert "step wide first" in answer.json()["detail"]
+
+
+@pytest.fixture(scope="module")
+def lens_session(calibrating: CalibrationServer) -> str:
+    """A session in which the left fovea's lens was found; its id."""
+    session_id: str = new_session(calibrating.server, "lens")["id"]
+    calibrating.done(session_id, "lens", camera="left", views=LENS_VIEWS)
+    return session_id
+
+
+def lens_of(calibrating: CalibrationServer, session_id: str) -> dict[str, Any]:
+    (lens,) = calibrating.session(session_id)["lenses"]
+    found: dict[str, Any] = lens
+    return found
+
+
+def test_step_lens_finds_the_lens_of_a_fovea_and_changes_no_calibration(
+    calibrating: CalibrationServer, lens_session: str
+) -> None:
+    session, lens = calibrating.session(lens_session), lens_of(calibrating, lens_session)
+    parameters = {each["name"]: each for each in lens["fit"]["parameters"]}
+    assert lens["camera"] == "left"
+    assert lens["board"]["square_mm"] == 12.0
+    assert len(lens["samples"]) == LENS_VIEWS
+    assert abs(parameters["fx_px"]["value"] - 28_760.0) < max(3.0 * parameters["fx_px"]["sigma"], 60.0)
+    assert lens["fit"]["fov_x_deg"] == pytest.approx(2.868, abs=0.01)
+    assert parameters["k3"]["assumed"]
+    assert "assumed: " in lens["reason"]
+    assert (session["wide"], session["calibrations"], session["problems"]) == (None, [], [])
+
+
+def test_views_of_a_fovea_can_be_looked_at_and_taken_out(
+    calibrating: CalibrationServer, lens_session: str
+) -> None:
+    server: Running = calibrating.server
+    before = lens_of(calibrating, lens_session)["samples"]
+    pictures = {picture["name"]: picture["url"] for picture in calibrating.session(lens_session)["pictures"]}
+    assert server.http.get(before[0]["thumbnail_url"]).content.startswith(b"\xff\xd8")
+    assert server.http.get(pictures["lens_left"]).content.startswith(b"\x89PNG")
+
+    url = f"{API}/calibration_sessions/{lens_session}/lenses/left/samples/{before[0]['id']}"
+    left = server.http.delete(url)
+    assert left.status_code == 200, left.text
+    assert len(left.json()["lenses"][0]["samples"]) == LENS_VIEWS - 1
+    assert left.json()["lenses"][0]["fit"] is not None
+    assert server.http.delete(url).status_code == 404
+    assert server.http.delete(url.replace("/left/", "/right/")).status_code == 404
+    assert server.http.delete(url.replace("/left/", "/wide/")).status_code == 422
+
+    second = left.json()["lenses"][0]["samples"][0]["id"]
+    few = server.http.delete(url.replace(before[0]["id"], second)).json()["lenses"][0]
+    assert few["fit"] is None
+    assert "at least 3 are needed" in few["reason"]
+
+
+def test_a_step_without_camera_is_refused(calibrating: CalibrationServer, lens_session: str) -> None:
+    path = f"/calibration_sessions/{lens_session}/runs"
+    for options in ({}, {"camera": "wide"}):
+        assert calibrating.server.post(path, {"step": "lens", "options": options}).status_code == 422

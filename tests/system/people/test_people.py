@@ -20,9 +20,12 @@ import foveacam_client
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
 from foveacam_server.rig.chosen_rig import ChosenRig
 from tests.certificates import written_certificate
-from tests.system.conftest import API, CENTRE, PATIENCE_S, Running, read_until, running, slow_views
+from tests.system.conftest import API, CENTRE, PATIENCE_S, Running, missing_rig, read_until, running
+from tests.unit.dataset_scenes import written
 
 PASSWORD = "correct horse battery"  # noqa: S105  # a password of these tests alone
+JOB = f"{API}/captures/test/archive"
+"""A job that needs no rig: it sends the capture that `written` writes to the archive."""
 EVERYWHERE = "0.0.0.0"  # noqa: S104  # the address that is guarded
 
 
@@ -89,7 +92,7 @@ def test_each_role_does_what_it_may(lab: Lab, ada: httpx.Client) -> None:
     assert refused.status_code == 403
     assert refused.json()["type"] == "/problems/forbidden"
     assert "you are vera, a viewer" in refused.json()["detail"]
-    look = otto.post(f"{API}/fixations", json=CENTRE, headers={"Prefer": "wait=60"})
+    look = otto.post(f"{API}/fixations", json={**CENTRE, "depth": False}, headers={"Prefer": "wait=60"})
     assert look.status_code == 200 and look.json()["state"] == "verged"
     assert otto.get(f"{API}/users").status_code == otto.delete(f"{API}/captures/trash").status_code == 403
     assert otto.post(f"{API}/drift_checks", json={"apply": True}).status_code == 403
@@ -235,7 +238,7 @@ def test_every_change_is_in_the_audit_log(lab: Lab, ada: httpx.Client) -> None:
 
 
 def test_the_first_user_of_this_machine_closes_it(tmp_path: Path) -> None:
-    with running(tmp_path) as server, ExitStack() as stack:
+    with running(tmp_path, rig=missing_rig(tmp_path)) as server, ExitStack() as stack:
         assert server.get("/session").json()["mode"] == "open"
         body = {"name": "ada", "role": "admin", "password": PASSWORD}
         assert server.post("/users", body | {"role": "operator"}).status_code == 422
@@ -247,18 +250,23 @@ def test_the_first_user_of_this_machine_closes_it(tmp_path: Path) -> None:
         assert stranger.get("/healthz").status_code == 200
 
 
+def program_environment(folder: Path) -> dict[str, str]:
+    """Return the environment of a program whose rig is missing: who may come in is asked here, no rig."""
+    found = {"COLUMNS": "200", "FOVEACAM_DATA": str(folder), "FOVEACAM_VIEWER": "false"}
+    found |= {"FOVEACAM_RIG": missing_rig(folder), "FOVEACAM_ARCHIVE": f"file://{folder}/archive"}
+    return os.environ | found
+
+
 def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_path: Path) -> None:
     certificate, key = written_certificate(tmp_path, "127.0.0.1")
     command = [sys.executable, "-m", "foveacam_server", "serve", "--host", EVERYWHERE, "--port", "0"]
     command += ["--tls-cert", str(certificate), "--tls-key", str(key)]
-    environment = {
-        **slow_views(),
-        "COLUMNS": "200",
-        "FOVEACAM_DATA": str(tmp_path),
-        "FOVEACAM_VIEWER": "false",
-    }
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=os.environ | environment
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=program_environment(tmp_path),
     )
     try:
         link = read_until(process, r"(https://127\.0\.0\.1:\d+/join\?code=\S+)")
@@ -286,18 +294,12 @@ def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_pat
 def test_the_log_of_a_whole_visit_holds_no_secret(tmp_path: Path) -> None:
     secret_token = "the-token-of-the-lab"  # noqa: S105  # of this test alone
     command = [sys.executable, "-m", "foveacam_server", "serve", "--port", "0", "--log-format", "json"]
-    environment = {
-        **slow_views(),
-        "COLUMNS": "200",
-        "FOVEACAM_DATA": str(tmp_path),
-        "FOVEACAM_VIEWER": "false",
-    }
-    environment |= {"FOVEACAM_LOG": "debug", "FOVEACAM_TOKEN": secret_token, "FOVEACAM_HOST": EVERYWHERE}
+    secret = {"FOVEACAM_LOG": "debug", "FOVEACAM_TOKEN": secret_token, "FOVEACAM_HOST": EVERYWHERE}
+    environment = {**program_environment(tmp_path), **secret}
+    written(tmp_path / "captures" / "small", 1)
     log = tmp_path / "log"
     with log.open("w") as errors:
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=errors, text=True, env=os.environ | environment
-        )
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
     try:
         url = read_until(process, r"(http://127\.0\.0\.1:\d+/)")
         secrets = [secret_token, *_visit(url, token=secret_token)]
@@ -305,7 +307,7 @@ def test_the_log_of_a_whole_visit_holds_no_secret(tmp_path: Path) -> None:
         process.terminate()
         process.wait(20)
     lines = [json.loads(line) for line in log.read_text().splitlines()]
-    asked = [line for line in lines if line["message"].startswith("POST /api/v1/fixations: 200")]
+    asked = [line for line in lines if line["message"].startswith(f"POST {JOB}: 200")]
     assert asked[0]["request_id"] == "visit-1"
     of_job = [line["job_id"] for line in lines if line["request_id"] == "visit-1" and line["job_id"]]
     assert of_job and set(of_job) == {of_job[0]} and of_job[0].startswith("job-")
@@ -324,10 +326,8 @@ def _visit(url: str, *, token: str) -> list[str]:
         made = browser.post(f"{API}/service_tokens", json={"name": "logger", "scopes": ["view", "operate"]})
         service = made.json()["token"]
         headers = {"Authorization": f"Bearer {service}", "X-Request-ID": "visit-1", "Prefer": "wait=60"}
-        assert (
-            browser.post(f"{API}/fixations", json={**CENTRE, "depth": False}, headers=headers).status_code
-            == 200
-        )
+        archived = browser.post(JOB, json={}, headers=headers)
+        assert archived.status_code == 200, archived.text
         wrong = {"name": "ada", "password": "a wrong guess"}
         assert browser.post("/sign_in", data=wrong).status_code == 401
         cookies = [value for _, value in browser.cookies.items()]

@@ -13,6 +13,8 @@ from foveacam_server import cli
 from foveacam_server.foundation.progress_bar import ProgressBar
 from tests.system.conftest import EVENT_PATIENCE_S, Running
 
+pytestmark = pytest.mark.usefixtures("grey")
+
 FOUR = (
     "--columns",
     "2",
@@ -87,7 +89,7 @@ def press_ctrl_c_once_it_listens(server: Running, name: str) -> None:
 def test_a_capture_is_taken_by_the_server_and_printed(server: Running, run: Run) -> None:
     status, printed, _ = run("--name", "from afar", "--label", "by command", *FOUR)
     assert status == 0
-    assert printed.strip().endswith("complete, 4 of 4 points, 56 MB")
+    assert printed.strip().endswith("complete, 4 of 4 points, 19 MB")
     kept = server.get("/captures", text="from afar").json()[0]
     assert (kept["label"], kept["points"]["taken"]) == ("by command", 4)
     assert check_dataset(kept["folder"]) == []

@@ -12,7 +12,7 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.foundation.store import Document
 from tests.system.conftest import API, Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 URL = "/recordings"
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.system.conftest import Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 LOOKED_AT_LEAST_CELLS = 60
 """A fovea's field covers some 300 cells of 8 x 8 wide px; texture is needed."""
 

@@ -12,7 +12,7 @@ import foveacam_client
 from foveacam_client import InvalidRequest, LeaseLost, NotFound, Rig, TargetOutOfRange, models
 from tests.system.conftest import Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 PLAN = models.RasterPlan(
     points=models.GridPoints(columns=2, rows=1, half_width_deg=2.0, half_height_deg=2.0),

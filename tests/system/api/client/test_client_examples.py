@@ -4,6 +4,7 @@ import base64
 import json
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -21,7 +22,7 @@ import foveacam_client
 from foveacam_client import Rig, models
 from tests.system.conftest import Running
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 PLACE = Path(foveacam_client.__file__).parent
 EXAMPLES = PLACE / "examples"
@@ -33,6 +34,25 @@ def environment(server: Running) -> dict[str, str]:
     folder = PLACE.parent
     search = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
     return {**os.environ, "FOVEACAM_URL": f"http://127.0.0.1:{server.port}", "PYTHONPATH": search}
+
+
+@pytest.fixture
+def run_python(
+    environment: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> Callable[..., str]:
+    """Run an example of Python in an empty folder and in this process; return what it prints."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FOVEACAM_URL", environment["FOVEACAM_URL"])
+
+    def start(name: str, *words: str | Path) -> str:
+        monkeypatch.setattr("sys.argv", [name, *map(str, words)])
+        runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+        return capsys.readouterr().out
+
+    return start
 
 
 @pytest.fixture
@@ -53,16 +73,16 @@ def rig(server: Running) -> Iterator[Rig]:
         yield found
 
 
-def test_the_synchronous_example(run: Callable[..., str], tmp_path: Path) -> None:
-    printed = run(sys.executable, EXAMPLES / "fixate.py", "720", "540", tmp_path)
+def test_the_synchronous_example(run_python: Callable[..., str], tmp_path: Path) -> None:
+    printed = run_python("fixate.py", "720", "540", tmp_path)
 
     assert re.match(r"\d+\.\d{4} m ± \d+\.\d{4} m by both_foveae", printed)
     assert (tmp_path / "cloud.ply").read_bytes().startswith(b"ply\n")
     assert (tmp_path / "left.jpg").read_bytes().startswith(b"\xff\xd8")
 
 
-def test_the_asynchronous_example(run: Callable[..., str]) -> None:
-    printed = run(sys.executable, EXAMPLES / "fixate_async.py", "720", "540")
+def test_the_asynchronous_example(run_python: Callable[..., str]) -> None:
+    printed = run_python("fixate_async.py", "720", "540")
 
     assert printed.startswith("720.0 540.0 both_foveae")
 
@@ -85,13 +105,13 @@ def test_the_example_of_curl(run: Callable[..., str], tmp_path: Path) -> None:
 
 
 def test_a_recording_becomes_images_and_clouds_that_foxglove_knows(
-    run: Callable[..., str], rig: Rig, tmp_path: Path
+    run_python: Callable[..., str], rig: Rig, tmp_path: Path
 ) -> None:
-    fixation = rig.fixate(720, 540)
-    cloud = rig.cloud(fixation)
-    recording = rig.wait(rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=1.0)))
+    seen = next((one for one in rig.api.fixations.list() if one.cloud_id), None)  # of an example before
+    cloud = rig.cloud(seen or rig.fixate(720, 540))
+    recording = rig.wait(rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=1.5)))
 
-    run(sys.executable, EXAMPLES / "foxglove_mcap.py", recording.id, "fox.mcap")
+    run_python("foxglove_mcap.py", recording.id, "fox.mcap")
 
     with (tmp_path / "fox.mcap").open("rb") as file:
         read = [

@@ -14,7 +14,7 @@ from tests.system.conftest import Running
 
 from .ros_stand_ins import Goal, Node, modules
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
 PACKAGE = Path(foveacam_client.__file__).parent / "examples" / "ros2" / "foveacam_node" / "foveacam_node"
 
