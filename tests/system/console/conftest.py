@@ -11,7 +11,17 @@ from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
 from tests.system.console.calibration import calibration_documents
 
-from .console_page import BROWSER, DESKTOP, Console, OpenConsole, OpenWizard, Tabs
+from .console_page import (
+    BROWSER,
+    DESKTOP,
+    PLAIN,
+    Console,
+    OpenConsole,
+    OpenShared,
+    OpenWizard,
+    SharedPages,
+    Tabs,
+)
 from .server_process import Server, server_of
 from .stub_server import StubServer, serving_stub
 
@@ -75,11 +85,32 @@ def measured(stub: StubServer) -> None:
 
 
 @pytest.fixture
-def open_wizard(stub: StubServer, open_console: OpenConsole) -> OpenWizard:
-    """Open the calibration at a step, once it knows the rig and hears of events."""
+def open_stub(stub: StubServer, shared_pages: SharedPages, open_shared: OpenShared) -> OpenShared:
+    """Open the page that the tests of a file share at a part of it, once it has read what the stub says."""
 
-    def open_(step: str) -> Console:
-        console = open_console(f"{stub.url}#/calibration/{step}")
+    def open_(part: str) -> Console:
+        known = stub.url in shared_pages.opened
+        console = open_shared(stub.url)
+        page = console.page
+        if known:
+            with page.expect_response("**/api/v1/faults"):  # the last of all that it reads
+                stub.leave_pages()
+        page.evaluate("part => { location.hash = part }", part)
+        return console
+
+    return open_
+
+
+@pytest.fixture
+def open_wizard(stub: StubServer, open_stub: OpenShared, open_console: OpenConsole) -> OpenWizard:
+    """Open the calibration at a step, once it knows the rig and hears of events.
+
+    `fresh`: in a page that remembers nothing of the tests before.
+    """
+
+    def open_(step: str, *, fresh: bool = False) -> Console:
+        part = f"#/calibration/{step}"
+        console = open_console(stub.url + part) if fresh else open_stub(part)
         console.page.locator("#wizard-title").wait_for()
         console.page.locator(".wizard-side .inside p").first.wait_for()
         stub.wait_for_listener()
@@ -108,7 +139,7 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
     ) -> Console:
         name, console = tabs.open_tab(
             url,
-            {"scene": False, "hints": False, **(settings or {})},
+            {**PLAIN, **(settings or {})},
             {"viewport": DESKTOP, **(options or {})},
         )
         opened.append((name, console))
@@ -122,3 +153,17 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
     for name, console in opened:
         tabs.release_tab(name, console)
     assert errors == []
+
+
+@pytest.fixture(scope="module")
+def shared_pages(tabs: Tabs) -> Iterator[SharedPages]:
+    found = SharedPages(tabs)
+    yield found
+    found.release()
+
+
+@pytest.fixture
+def open_shared(shared_pages: SharedPages) -> Iterator[OpenShared]:
+    """Open a page that the tests of a file share; each must end without an error in the browser's console."""
+    yield shared_pages.open
+    assert shared_pages.take_errors() == []

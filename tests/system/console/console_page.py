@@ -35,6 +35,15 @@ PHONE = {"width": 360, "height": 740}
 NO_STORAGE = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('off'); } })"
 CHANGEABLE = {"viewport", "color_scheme"}
 """Options of a browser profile that a tab can change."""
+PLAIN = {"scene": False, "hints": False}
+"""Settings of a page without its dearest part, and without what goes away by itself."""
+LEAVE = """() => {
+  for (const dialog of document.querySelectorAll("dialog[open]")) dialog.close();
+  for (const button of document.querySelectorAll(".toast [aria-label=Dismiss]")) button.click();
+  document.activeElement?.blur();
+  window.scrollTo(0, 0);
+  location.hash = "#/";
+}"""
 EMPTY = "/favicon.ico"
 """A page of a server on which nothing runs."""
 IDLE_TABS = 2
@@ -121,7 +130,8 @@ class Console:
 
 
 OpenConsole = Callable[..., Console]
-OpenWizard = Callable[[str], Console]
+OpenShared = Callable[[str], Console]
+OpenWizard = Callable[..., Console]
 
 
 def is_fixation(request: Request) -> bool:
@@ -194,6 +204,38 @@ class Tabs:
                 other.close()
         console.errors.clear()
         self.idle[name].append(console)
+
+
+@dataclass
+class SharedPages:
+    """Pages that the tests of a file take turns with: each is loaded once."""
+
+    tabs: Tabs
+    opened: dict[str, tuple[str, Console]] = field(default_factory=dict)
+
+    def open(self, url: str) -> Console:
+        """Load the page at an address, or return it as the test before left it, without its messages."""
+        base, _, part = url.partition("#")
+        if base not in self.opened:
+            self.opened[base] = _, console = self.tabs.open_tab(url, PLAIN, {"viewport": DESKTOP})
+            console.page.goto(url)
+            return console
+        console = self.opened[base][1]
+        console.page.evaluate(LEAVE)
+        if part:
+            console.page.evaluate("part => { location.hash = part }", part)
+        return console
+
+    def take_errors(self) -> list[str]:
+        """Return what went wrong in the pages since this was asked before."""
+        errors = [error for _, console in self.opened.values() for error in console.errors]
+        for _, console in self.opened.values():
+            console.errors.clear()
+        return errors
+
+    def release(self) -> None:
+        for name, console in self.opened.values():
+            self.tabs.release_tab(name, console)
 
 
 def _origin(url: str) -> str:

@@ -58,6 +58,7 @@ class StubServer:
     _ids: int = 0
     _loop: asyncio.AbstractEventLoop | None = None
     _listeners: list[asyncio.Queue[str]] = field(default_factory=list)
+    _former: list[asyncio.Queue[str]] = field(default_factory=list)
 
     def reset(self, session: Document | None = None) -> None:
         """Begin anew: a calibrated rig with a pan-tilt, and this session or none."""
@@ -68,7 +69,8 @@ class StubServer:
         self.follow_marks = None
         self.steering = StubSteering()
         self.people = StubPeople()
-        self._listeners.clear()  # pages of the test before
+        self._former += self._listeners  # pages of the tests before
+        self._listeners.clear()
         records = [
             documents.record("a" * 32, "Bench, spring", current=True),
             documents.record("b" * 32, "As delivered", origin="factory", age_s=9e6),
@@ -164,10 +166,16 @@ class StubServer:
     def sign_out(self) -> None:
         """Know the browser no more, and end its streams."""
         self.people.signed_out = True
-        loop = self._loop
-        if loop is not None:
-            for queue in list(self._listeners):
-                loop.call_soon_threadsafe(queue.put_nowait, END)
+        self._end(self._listeners)
+
+    def leave_pages(self) -> None:
+        """End the streams of pages that tests before this one left open: they read everything anew."""
+        self._end(self._former)
+
+    def _end(self, streams: list[asyncio.Queue[str]]) -> None:
+        if self._loop is not None:
+            for queue in list(streams):
+                self._loop.call_soon_threadsafe(queue.put_nowait, END)
 
     async def events(self) -> AsyncIterator[str]:
         self._loop = asyncio.get_running_loop()
@@ -178,8 +186,9 @@ class StubServer:
             while (text := await queue.get()) != END:
                 yield text
         finally:
-            if queue in self._listeners:
-                self._listeners.remove(queue)
+            for streams in (self._listeners, self._former):
+                if queue in streams:
+                    streams.remove(queue)
 
     def answer(self, method: str, path: str, body: Json) -> tuple[int, Json]:
         """Return status and document; an order that nobody has put in gets what its kind usually gets."""

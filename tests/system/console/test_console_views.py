@@ -8,9 +8,9 @@ import httpx
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import WebSocket, expect
+from playwright.sync_api import CDPSession, WebSocket, expect
 
-from .console_page import TOUCH, Console, OpenConsole, is_fixation, posted
+from .console_page import TOUCH, Console, OpenConsole, OpenShared, is_fixation, posted
 from .server_process import PATIENCE_S, Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -20,9 +20,10 @@ PICTURE_TOLERANCE_PX = 0.1  # sub-pixel registration of a bilinear picture with 
 
 
 @pytest.fixture
-def console(open_console: OpenConsole, server: Server) -> Console:
+def console(open_shared: OpenShared, server: Server) -> Console:
     server.be_idle()
-    found = open_console(server.url)
+    found = open_shared(server.url)
+    found.page.keyboard.press("0")  # the whole picture
     found.wait_for_frames("wide", "left", "right")
     return found
 
@@ -149,7 +150,9 @@ def direction_of(console: Console, server: Server, x_px: float, y_px: float) -> 
     return dict(console.page.evaluate(script, [server.get("/rig")["calibration"]["wide"], x_px, y_px]))
 
 
-def test_keyboard_moves_a_crosshair_and_fixates_there(console: Console) -> None:
+def test_keyboard_moves_a_crosshair_and_fixates_there(open_console: OpenConsole, server: Server) -> None:
+    console = open_console(server.url)
+    console.wait_for_frames("wide")
     surface = console.page.locator(".pane-wide .surface")
     surface.focus()
     console.page.keyboard.press("Shift+ArrowRight")
@@ -163,42 +166,43 @@ def test_keyboard_moves_a_crosshair_and_fixates_there(console: Console) -> None:
     assert asked["y_px"] == pytest.approx(539.5 - step_px)
 
 
-def test_tap_fixates_and_long_press_draws_a_rectangle(open_console: OpenConsole, server: Server) -> None:
+def test_tap_fixates_long_press_draws_a_rectangle_and_two_fingers_zoom_and_ask_for_nothing(
+    open_console: OpenConsole, server: Server
+) -> None:
     phone = open_console(server.url, options={**TOUCH, "device_scale_factor": 2})
     phone.wait_for_frames("wide")
     with phone.page.expect_request(is_fixation) as tap:
         phone.page.touchscreen.tap(*phone.page_position(800.0, 500.0))
     assert posted(tap.value)["pixel"]["x_px"] == pytest.approx(800.0, abs=CLICK_TOLERANCE_PX)
     session = phone.page.context.new_cdp_session(phone.page)
-
-    def touch(kind: str, *places: tuple[float, float]) -> None:
-        points = [{"x": x, "y": y} for x, y in places]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-
-    touch("touchStart", phone.page_position(600.0, 400.0))
-    phone.wait_until("document.querySelector('.overlay .rectangle') !== null")
-    touch("touchMove", phone.page_position(700.0, 500.0))
-    with phone.page.expect_request(is_fixation) as drag:
-        touch("touchEnd")
-    assert posted(drag.value)["rectangle"]["width_px"] == pytest.approx(100.0, abs=CLICK_TOLERANCE_PX)
-
-
-def test_two_fingers_zoom_and_ask_for_nothing(open_console: OpenConsole, server: Server) -> None:
-    phone = open_console(server.url, options=TOUCH)
-    phone.wait_for_frames("wide")
+    check_long_press(phone, session)
     orders: list[str] = []
     phone.page.on("request", lambda request: orders.append(request.url) if is_fixation(request) else None)
-    session = phone.page.context.new_cdp_session(phone.page)
     _, _, width = phone.wide_box()
     for kind, spread in (("touchStart", 40), ("touchMove", 60), ("touchMove", 80)):
-        points = [{"x": 180 - spread / 2, "y": 250}, {"x": 180 + spread / 2, "y": 250}]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        touch(session, kind, (180 - spread / 2, 250), (180 + spread / 2, 250))
+    touch(session, "touchEnd")
     assert phone.wide_box()[2] == pytest.approx(2 * width, rel=0.02)
     assert orders == []
 
 
+def check_long_press(phone: Console, session: CDPSession) -> None:
+    """Check that a finger that stays draws a rectangle."""
+    touch(session, "touchStart", phone.page_position(600.0, 400.0))
+    phone.wait_until("document.querySelector('.overlay .rectangle') !== null")
+    touch(session, "touchMove", phone.page_position(700.0, 500.0))
+    with phone.page.expect_request(is_fixation) as drag:
+        touch(session, "touchEnd")
+    assert posted(drag.value)["rectangle"]["width_px"] == pytest.approx(100.0, abs=CLICK_TOLERANCE_PX)
+
+
+def touch(session: CDPSession, kind: str, *places: tuple[float, float]) -> None:
+    points = [{"x": x, "y": y} for x, y in places]
+    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
 def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(console: Console, server: Server) -> None:
+    console.page.locator("#tab-anaglyph").click()
     pane = console.page.locator(".pane-anaglyph")
     colours = pane.get_by_label("Colours of the left and the right glass")
     expect(colours).to_have_value("red_cyan")

@@ -9,7 +9,17 @@ from playwright.sync_api import Browser, Locator, Playwright, expect
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import running
 
-from .console_page import BROWSER, DESKTOP, PHONE, TOUCH, Console, OpenConsole, console_of, contexts
+from .console_page import (
+    BROWSER,
+    DESKTOP,
+    PHONE,
+    TOUCH,
+    Console,
+    OpenConsole,
+    OpenShared,
+    console_of,
+    contexts,
+)
 from .server_process import Server, server_of
 from .stub_server import StubServer
 
@@ -20,9 +30,9 @@ LONG = "A name as long as the rig takes: the third bolt from the left on the fla
 
 
 @pytest.fixture
-def console(open_console: OpenConsole, server: Server) -> Console:
+def console(open_shared: OpenShared, server: Server) -> Console:
     server.be_idle()
-    found = open_console(server.url)
+    found = open_shared(server.url)
     found.wait_for_frames("wide")
     return found
 

@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 from foveacam_server.resources.depth_backends.networks import NetworkFolder
 from tests.unit.network_graphs import constant, matcher, write_card
 
-from .console_page import Console, OpenConsole
+from .console_page import Console, OpenShared
 from .server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -19,9 +19,9 @@ LIST = "What computes the depth of a look"
 
 
 @pytest.fixture
-def console(open_console: OpenConsole, server: Server) -> Console:
+def console(open_shared: OpenShared, server: Server) -> Console:
     server.be_idle()
-    found = open_console(server.url)
+    found = open_shared(server.url)
     found.wait_for_frames("wide")
     return found
 

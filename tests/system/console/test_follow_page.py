@@ -8,7 +8,7 @@ from playwright.sync_api import Download, Locator, Page, Request, Response, expe
 
 from tests.system.console.calibration.calibration_documents import Document
 
-from .console_page import PHONE, Console, OpenConsole, posted
+from .console_page import PHONE, Console, OpenConsole, OpenShared, posted
 from .server_process import Server
 from .stub_server import StubServer, problem
 
@@ -128,11 +128,11 @@ def test_a_result_is_followed_until_the_stop_which_says_so(open_console: OpenCon
         server.send("DELETE", "/stop")
 
 
-def test_a_rectangle_and_a_known_target_are_followed(open_console: OpenConsole, stub: StubServer) -> None:
+def test_a_rectangle_and_a_known_target_are_followed(open_stub: OpenShared, stub: StubServer) -> None:
     stub.follow_marks = []
     stub.answers["/targets"] = [target()]
     stub.answers_after["POST /follows"] = {"/follows": [followed(1, "finding")]}
-    console = watching(open_console(stub.url), stub)
+    console = watching(open_stub("#/"), stub)
     page = console.page
     page.keyboard.press("t")
     box = page.locator(".pane-wide .surface").bounding_box()
@@ -155,11 +155,11 @@ def test_a_rectangle_and_a_known_target_are_followed(open_console: OpenConsole, 
 
 
 def test_marks_follow_every_wide_picture_in_the_colour_of_their_state(
-    open_console: OpenConsole, stub: StubServer
+    open_stub: OpenShared, stub: StubServer
 ) -> None:
     put(stub, [followed(number + 1, state, x_px=150.0 * number + 100) for number, state in enumerate(STATES)])
     stub.follow_marks = [mark_of(each | {"y_px": 200.0}) for each in stub.answers["/follows"]]
-    console = watching(open_console(stub.url), stub)
+    console = watching(open_stub("#/"), stub)
     page = console.page
     for state in STATES:
         expect(page.locator(f".pane-wide .follow.{state}")).to_have_count(1)
@@ -176,9 +176,9 @@ def test_marks_follow_every_wide_picture_in_the_colour_of_their_state(
     expect(page.locator(".pane-wide .follow")).to_have_count(0)
 
 
-def test_what_cannot_be_done_and_what_ends_is_told(open_console: OpenConsole, stub: StubServer) -> None:
+def test_what_cannot_be_done_and_what_ends_is_told(open_stub: OpenShared, stub: StubServer) -> None:
     put(stub, [followed(1), followed(2, "lost")])
-    console = watching(open_console(stub.url), stub)
+    console = watching(open_stub("#/"), stub)
     page = console.page
     page.locator("#tab-followed").click()
     lost = page.locator('.follow-card[data-state="lost"]')

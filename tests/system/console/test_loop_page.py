@@ -9,7 +9,7 @@ from playwright.sync_api import Locator, Page, Request, Response, expect
 
 from tests.system.console.calibration.calibration_documents import Document, job
 
-from .console_page import PHONE, Console, OpenConsole, posted
+from .console_page import PHONE, Console, OpenConsole, OpenShared, posted
 from .server_process import Server
 from .stub_server import StubServer, problem
 
@@ -43,9 +43,9 @@ TUNED = {
 
 
 @pytest.fixture
-def loop_page(open_console: OpenConsole, server: Server) -> Iterator[Console]:
+def loop_page(open_shared: OpenShared, server: Server) -> Iterator[Console]:
     """The page on the simulated rig; the loop has ended and its settings are the defaults afterwards."""
-    console = open_console(f"{server.url}#/loop")
+    console = open_shared(f"{server.url}#/loop")
     console.wait_for_frames("wide")
     yield console
     server.send("DELETE", "/loop")

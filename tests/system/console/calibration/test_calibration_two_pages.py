@@ -63,7 +63,7 @@ def test_unfinished_measurement_is_gone_on_with_unless_told_otherwise(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     stub.session = stub.session | {"fit": None, "check": None}
-    console = open_wizard("overview")
+    console = open_wizard("overview", fresh=True)
     console.page.get_by_role("button", name="Calibrate everything").click()
     sheet = console.page.locator("dialog[open]")
     expect(
@@ -103,6 +103,7 @@ def test_file_of_the_authors_is_imported_with_the_distance_of_its_markers(
     sheet.get_by_label("From the wide camera to the markers").fill("2.5")
     with console.page.expect_request(re.compile(r"/import\?distance_m=2\.5$")):
         sheet.get_by_role("button", name="Import").click()
+    expect(console.page.locator(".toast.good")).to_contain_text("Imported")
 
 
 def test_export_that_is_refused_is_told_and_saves_nothing(stub: StubServer, open_wizard: OpenWizard) -> None:

@@ -76,7 +76,7 @@ def test_page_goes_along_with_the_steps_while_everything_is_calibrated(
 ) -> None:
     stub.session = stub.session | {"sweeps": [documents.sweep("markers", 5.0, done=81)]}
     stub.set_job(documents.job("job-7", kind="calibration.all"))
-    console = open_wizard("overview")
+    console = open_wizard("overview", fresh=True)
     expect(console.page.locator(".job")).to_contain_text("Everything")
     progress = {"session_id": documents.SESSION_ID, "step": "mirrors", "done": 0, "total": 81, "note": ""}
     stub.send_event("calibration.progress", progress)
@@ -98,7 +98,7 @@ def test_running_step_tells_how_far_it_is_and_can_be_cancelled(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     stub.set_job(documents.job("job-7"))
-    console = open_wizard("mirrors")
+    console = open_wizard("mirrors", fresh=True)
     bar = console.page.locator(".job")
     expect(bar).to_contain_text("34 of 81, 2 min left")
     expect(bar.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "42")
@@ -206,7 +206,7 @@ def test_check_of_an_older_fit_is_told_from_one_of_the_newest(
     expect(step(console, "check").locator(".goals")).to_contain_text("0.21 px")
     expect(step(console, "check")).not_to_contain_text("Fitted anew since")
     stub.session = stub.session | {"calibrations": ["a" * 32, "b" * 32]}
-    stub.set_job(documents.job("job-7", state="succeeded"))
+    stub.send_event("calibration.fitted", {"session_id": documents.SESSION_ID})
     expect(step(console, "check")).to_contain_text(
         "Fitted anew since: this check is of the calibration before"
     )
@@ -259,7 +259,7 @@ def test_step_that_lacks_an_earlier_one_is_off_and_names_it(
 def test_options_of_the_sweep_are_sent_as_typed_and_left_out_where_empty(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
-    console = open_wizard("mirrors")
+    console = open_wizard("mirrors", fresh=True)
     mirrors = step(console, "mirrors")
     mirrors.get_by_text("Grid and options").click()
     mirrors.get_by_label("Nodes across").fill("5")

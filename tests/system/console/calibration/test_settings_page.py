@@ -3,14 +3,14 @@
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.console_page import TOUCH, Console, OpenConsole
+from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 
-def opened(server: Server, open_console: OpenConsole) -> Console:
-    console = open_console(f"{server.url}#/settings")
+def opened(server: Server, open_shared: OpenShared) -> Console:
+    console = open_shared(f"{server.url}#/settings")
     expect(console.page.get_by_text("None is saved yet.")).to_be_visible()
     return console
 
@@ -20,9 +20,9 @@ def part(console: Console, title: str) -> Locator:
 
 
 def test_cameras_are_saved_under_a_name_and_applied_after_a_change(
-    server: Server, open_console: OpenConsole
+    server: Server, open_shared: OpenShared
 ) -> None:
-    console = opened(server, open_console)
+    console = opened(server, open_shared)
     cameras = part(console, "Cameras by name")
     before = server.get("/cameras/wide")["settings"]["gain_db"]
     cameras.get_by_label("Save the cameras as").fill("Bright room")
@@ -36,10 +36,8 @@ def test_cameras_are_saved_under_a_name_and_applied_after_a_change(
     expect(cameras.get_by_text("None is saved yet.")).to_be_visible()
 
 
-def test_recordings_are_named_and_packed_as_the_settings_say(
-    server: Server, open_console: OpenConsole
-) -> None:
-    console = opened(server, open_console)
+def test_recordings_are_named_and_packed_as_the_settings_say(server: Server, open_shared: OpenShared) -> None:
+    console = opened(server, open_shared)
     recordings = part(console, "Recordings")
     recordings.get_by_label("Name, before its number").fill("desk")
     expect(recordings.get_by_text("The next one is named “desk 0001”.")).to_be_visible()
@@ -48,8 +46,8 @@ def test_recordings_are_named_and_packed_as_the_settings_say(
     assert (kept["prefix"], kept["compress"]) == ("desk", True)
 
 
-def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_console: OpenConsole) -> None:
-    console = opened(server, open_console)
+def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_shared: OpenShared) -> None:
+    console = opened(server, open_shared)
     layout = "row-600(wide,column-500(left,right))"
     console.page.evaluate(f"localStorage.setItem('foveacam.layout', '{layout}')")
     console.page.reload()
@@ -61,8 +59,8 @@ def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_co
     expect(windows.get_by_role("link", name="Open")).to_have_count(0)
 
 
-def test_colours_and_theme_are_changed_in_one_place(server: Server, open_console: OpenConsole) -> None:
-    console = opened(server, open_console)
+def test_colours_and_theme_are_changed_in_one_place(server: Server, open_shared: OpenShared) -> None:
+    console = opened(server, open_shared)
     page, glasses = console.page, part(console, "All viewers").get_by_role("combobox")
     glasses.select_option("red_blue")
     part(console, "This browser").get_by_role("combobox").first.select_option("dark")

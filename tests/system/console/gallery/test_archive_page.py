@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.system.conftest import Running, running
-from tests.system.console.console_page import OpenConsole
+from tests.system.console.console_page import OpenShared
 from tests.unit.dataset_scenes import written
 from tests.unit.recordings import record
 
@@ -43,28 +43,28 @@ def send_and_fetch(page: Page) -> None:
     expect(page.get_by_text("All of it is here as well.")).to_be_visible()
 
 
-def test_a_dataset_is_archived_and_fetched(archived: Running, open_console: OpenConsole) -> None:
-    console = open_console(address(archived, "gallery/datasets/test"))
+def test_a_dataset_is_archived_and_fetched(archived: Running, open_shared: OpenShared) -> None:
+    console = open_shared(address(archived, "gallery/datasets/test"))
     send_and_fetch(console.page)
     assert len(list((archived.captures / "small" / "images").iterdir())) == 6
 
 
-def test_a_recording_is_archived_and_fetched(archived: Running, open_console: OpenConsole) -> None:
+def test_a_recording_is_archived_and_fetched(archived: Running, open_shared: OpenShared) -> None:
     (recording,) = archived.get("/recordings").json()
-    console = open_console(address(archived, f"gallery/recordings/{recording['id']}"))
+    console = open_shared(address(archived, f"gallery/recordings/{recording['id']}"))
     send_and_fetch(console.page)
     assert Path(archived.services.settings.data, "recordings", "looks.fcap").is_file()
 
 
-def test_a_still_is_archived_and_fetched(archived: Running, open_console: OpenConsole) -> None:
-    console = open_console(address(archived, "gallery/stills/test"))
+def test_a_still_is_archived_and_fetched(archived: Running, open_shared: OpenShared) -> None:
+    console = open_shared(address(archived, "gallery/stills/test"))
     send_and_fetch(console.page)
     assert len(list((archived.captures.parent / "stills" / "desk" / "images").iterdir())) == 3
 
 
-def test_what_the_rules_name_goes_to_the_trash(archived: Running, open_console: OpenConsole) -> None:
+def test_what_the_rules_name_goes_to_the_trash(archived: Running, open_shared: OpenShared) -> None:
     archived.services.recordings.opened.close()
-    console = open_console(address(archived, "settings"))
+    console = open_shared(address(archived, "settings"))
     retention = console.page.get_by_role("region", name="Retention", exact=True)
     expect(retention.get_by_text("Recordings: kept for 30 days")).to_be_visible()
     expect(retention.get_by_text("older than 30 days")).to_be_visible()

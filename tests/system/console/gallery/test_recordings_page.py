@@ -6,7 +6,7 @@ import shutil
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
-from tests.system.console.console_page import TOUCH, Console, OpenConsole
+from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.server_process import Server
 from tests.unit.recorded_looks import PERIOD_S, Z_M, look
 
@@ -45,10 +45,8 @@ def shows(console: Console, role: str, index: int) -> None:
     )
 
 
-def test_a_recording_is_stepped_scrubbed_played_and_measured(
-    server: Server, open_console: OpenConsole
-) -> None:
-    console = open_console(f"{server.url}#/gallery/recordings")
+def test_a_recording_is_stepped_scrubbed_played_and_measured(server: Server, open_shared: OpenShared) -> None:
+    console = open_shared(f"{server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     step, line = page.locator(".player .step"), page.get_by_role("slider", name="Moment")
@@ -107,9 +105,9 @@ def test_one_that_was_cut_off_says_so_is_removed_and_comes_back(
 
 
 def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_left(
-    server: Server, open_console: OpenConsole
+    server: Server, open_shared: OpenShared
 ) -> None:
-    console = open_console(f"{server.url}#/gallery/recordings")
+    console = open_shared(f"{server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     track = page.locator(".replay-timeline .track")
@@ -151,9 +149,9 @@ def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_
 
 
 def test_panes_stand_in_a_window_of_their_own_and_follow_the_player(
-    server: Server, open_console: OpenConsole
+    server: Server, open_shared: OpenShared
 ) -> None:
-    console = open_console(f"{server.url}#/gallery/recordings")
+    console = open_shared(f"{server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     shows(console, "wide", 0)
@@ -176,11 +174,11 @@ def test_panes_stand_in_a_window_of_their_own_and_follow_the_player(
 
 
 def test_an_arrangement_that_cannot_be_used_asks_before_it_is_overwritten(
-    server: Server, open_console: OpenConsole
+    server: Server, open_shared: OpenShared
 ) -> None:
     sidecar = server.data / "recordings" / "plane.fcap.ui.json"
     sidecar.write_text("{")
-    console = open_console(f"{server.url}#/gallery/recordings")
+    console = open_shared(f"{server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     warning = page.locator(".arrangement")
@@ -251,9 +249,9 @@ def test_the_button_in_the_bar_records_until_it_is_pressed_again(
 
 
 def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(
-    server: Server, open_console: OpenConsole
+    server: Server, open_shared: OpenShared
 ) -> None:
-    page = open_console(f"{server.url}#/gallery/recordings").page
+    page = open_shared(f"{server.url}#/gallery/recordings").page
     page.get_by_role("button", name="Record", exact=True).click()
     live = page.locator(".card").filter(has_text="Being recorded")
     expect(live).to_have_count(1)
@@ -283,8 +281,8 @@ def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(
     expect(live).to_have_count(0)
 
 
-def test_a_key_records_under_the_next_number_of_the_prefix(server: Server, open_console: OpenConsole) -> None:
-    console = open_console(f"{server.url}#/gallery/recordings")
+def test_a_key_records_under_the_next_number_of_the_prefix(server: Server, open_shared: OpenShared) -> None:
+    console = open_shared(f"{server.url}#/gallery/recordings")
     page = console.page
     page.get_by_role("button", name="How to record").click()
     prefix = page.get_by_label("Name, before its number")

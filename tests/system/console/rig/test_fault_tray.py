@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.system.console.calibration.calibration_documents import Document
-from tests.system.console.console_page import TOUCH, OpenConsole
+from tests.system.console.console_page import TOUCH, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -39,10 +39,10 @@ def rows(page: Page) -> Locator:
     return page.locator(".fault-tray li")
 
 
-def test_the_button_counts_and_the_tray_lists_what_to_do(stub: StubServer, open_console: OpenConsole) -> None:
+def test_the_button_counts_and_the_tray_lists_what_to_do(stub: StubServer, open_stub: OpenShared) -> None:
     warning = over("health", level="warning", scope="calibration", what="rows are 2.4 px apart", remedy=None)
     stub.answers["/faults"] = [fault("left"), over("right"), warning]
-    page = open_console(stub.url).page
+    page = open_stub("#/").page
     expect(button(page)).to_have_text("3")
     expect(button(page)).to_have_attribute(
         "aria-label", "Faults and warnings: 2 errors, 1 warning; 1 present"
@@ -61,12 +61,12 @@ def test_the_button_counts_and_the_tray_lists_what_to_do(stub: StubServer, open_
 
 
 def test_faults_are_dismissed_one_by_one_and_all_that_are_over(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
     stub.answers["/faults"] = [fault("left"), over("right"), over("wide")]
     stub.answers_after["DELETE /faults/fault-wide"] = {"/faults": [fault("left"), over("right")]}
     stub.answers_after["DELETE /faults"] = {"/faults": [fault("left")]}
-    page = open_console(stub.url).page
+    page = open_stub("#/").page
     button(page).click()
     rows(page).nth(2).get_by_role("button", name="Dismiss: Device: wide").press("Enter")
     expect(rows(page)).to_have_count(2)
@@ -78,9 +78,9 @@ def test_faults_are_dismissed_one_by_one_and_all_that_are_over(
 
 
 def test_a_fault_that_comes_and_goes_is_shown_without_a_reload(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    page = open_console(stub.url).page
+    page = open_stub("#/").page
     expect(button(page)).to_have_attribute("aria-label", "Faults and warnings: none")
     expect(button(page)).to_have_text("")
     stub.wait_for_listener()
@@ -96,10 +96,8 @@ def test_a_fault_that_comes_and_goes_is_shown_without_a_reload(
     expect(page.locator(".fault-tray")).to_contain_text("No faults and no warnings.")
 
 
-def test_errors_of_the_page_are_listed_and_dismissed_in_it(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
-    page = open_console(stub.url).page
+def test_errors_of_the_page_are_listed_and_dismissed_in_it(stub: StubServer, open_stub: OpenShared) -> None:
+    page = open_stub("#/").page
     expect(button(page)).to_be_visible()
     throw = "window.dispatchEvent(new ErrorEvent('error', { message: 'x is not a function', lineno: 7 }))"
     page.evaluate(f"{throw}; {throw}")

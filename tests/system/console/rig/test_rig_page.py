@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.console_page import TOUCH, Console, OpenConsole
+from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer, problem
 
 from . import rig_documents as documents
@@ -20,9 +20,9 @@ REFUSAL = "camera left: exposure 5000 ms is outside 0.03 to 1000 ms; choose one 
 
 
 @pytest.fixture
-def open_rig(stub: StubServer, open_console: OpenConsole) -> OpenRig:
+def open_rig(stub: StubServer, open_console: OpenConsole, open_stub: OpenShared) -> OpenRig:
     def open_(options: dict[str, Any] | None = None) -> Console:  # Any: Playwright's
-        console = open_console(f"{stub.url}#/rig", options=options)
+        console = open_console(f"{stub.url}#/rig", options=options) if options else open_stub("#/rig")
         expect(console.page.locator(".camera .phase")).to_have_count(3)
         return console
 

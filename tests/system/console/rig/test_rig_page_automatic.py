@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.console_page import Console, OpenConsole
+from tests.system.console.console_page import Console, OpenShared
 from tests.system.console.stub_server import StubServer, problem
 
 from . import rig_documents as documents
@@ -18,8 +18,8 @@ READ_BACK = "Set by the camera, read back once a second."
 
 
 @pytest.fixture
-def console(stub: StubServer, open_console: OpenConsole) -> Console:
-    opened = open_console(f"{stub.url}#/rig")
+def console(stub: StubServer, open_stub: OpenShared) -> Console:
+    opened = open_stub("#/rig")
     expect(opened.page.locator(".camera .phase")).to_have_count(3)
     return opened
 

@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.console_page import OpenConsole
+from tests.system.console.console_page import OpenShared
 from tests.system.console.stub_server import StubServer
 
 from . import rig_documents as documents
@@ -13,22 +13,20 @@ from . import rig_documents as documents
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 
-def panel(name: str, stub: StubServer, open_console: OpenConsole) -> Locator:
+def panel(name: str, open_stub: OpenShared) -> Locator:
     """Open the rig's page; return one of its panels."""
-    return open_console(f"{stub.url}#/rig").page.get_by_role("region", name=name, exact=True)
+    return open_stub("#/rig").page.get_by_role("region", name=name, exact=True)
 
 
-def test_trigger_budget_says_where_the_settle_time_is_from(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
-    trigger = panel("Trigger", stub, open_console)
+def test_trigger_budget_says_where_the_settle_time_is_from(stub: StubServer, open_stub: OpenShared) -> None:
+    trigger = panel("Trigger", open_stub)
     expect(trigger.locator(".budget")).to_contain_text("44.4 Hz")
     expect(trigger.locator(".budget")).to_contain_text("every 22.50 ms")
     expect(trigger).to_contain_text("measured 2026-03-02")
 
 
 def test_self_test_is_followed_and_its_verdicts_are_explained(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
     job = {
         "id": "job-7",
@@ -40,7 +38,7 @@ def test_self_test_is_followed_and_its_verdicts_are_explained(
     job |= {"ended_utc": None, "result_url": None, "problem": None}
     progress = {"done": 1, "total": 3, "eta_s": None, "note": "a command to the right camera"}
     stub.answers["/cameras/self_tests"] = stub.answers["/jobs/job-7"] = job | {"progress": progress}
-    trigger = panel("Trigger", stub, open_console)
+    trigger = panel("Trigger", open_stub)
     expect(trigger.locator(".verdicts .badge")).to_have_text(["Untested", "Untested"])
     trigger.get_by_role("button", name="Test both triggers").click()
     expect(trigger.locator(".state.running")).to_contain_text("A command to the right camera. 1 of 3")
@@ -53,10 +51,8 @@ def test_self_test_is_followed_and_its_verdicts_are_explained(
     expect(trigger.locator(".meanings")).to_contain_text("Look at the trigger and strobe cables")
 
 
-def test_controller_shows_its_line_its_clock_and_who_watches(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
-    controller = panel("Controller", stub, open_console)
+def test_controller_shows_its_line_its_clock_and_who_watches(stub: StubServer, open_stub: OpenShared) -> None:
+    controller = panel("Controller", open_stub)
     for text in (
         "Connected, mirrors on",
         "11820340",
@@ -76,12 +72,12 @@ def test_controller_shows_its_line_its_clock_and_who_watches(
 
 
 def test_rail_without_switches_asks_for_its_zero_until_it_is_confirmed(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
     fault = "rail: it restarted by itself; bring it to its zero, then confirm that it stands there"
     lost = {"homed": False, "position_mm": None, "fault": fault, "awaits_zero": True}
     stub.answers["/rail"] = documents.rail() | lost
-    rail = panel("Rail", stub, open_console)
+    rail = panel("Rail", open_stub)
     expect(rail).to_contain_text("confirm that it stands there")
     expect(rail.get_by_role("button", name="Home the rail")).to_be_hidden()
     stub.answers_after["POST /rail/zero_confirmations"] = {"/rail": documents.rail()}
@@ -90,11 +86,9 @@ def test_rail_without_switches_asks_for_its_zero_until_it_is_confirmed(
     expect(rail.get_by_role("button", name="The rail stands at its zero")).to_be_hidden()
 
 
-def test_rail_moves_to_places_and_positions_once_it_is_homed(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
+def test_rail_moves_to_places_and_positions_once_it_is_homed(stub: StubServer, open_stub: OpenShared) -> None:
     stub.answers["/rail"] = documents.rail() | {"homed": False, "position_mm": None}
-    rail = panel("Rail", stub, open_console)
+    rail = panel("Rail", open_stub)
     expect(rail).to_contain_text("Home it first: nobody knows where it stands.")
     expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
     stub.answers_after["POST /rail/homings"] = {"/rail": documents.rail()}

@@ -9,7 +9,7 @@ from playwright.sync_api import Locator, expect
 
 from foveacam_hardware.contract import AutoMode, Role
 from tests.system.conftest import API, Running
-from tests.system.console.console_page import Console, OpenConsole
+from tests.system.console.console_page import Console, OpenShared
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
@@ -17,9 +17,9 @@ PATIENCE_MS = 60_000
 
 
 @pytest.fixture
-def console(rig: Running, open_console: OpenConsole) -> Iterator[Console]:
+def console(rig: Running, open_shared: OpenShared) -> Iterator[Console]:
     """The page, once all three cameras stream."""
-    opened = open_console(f"http://127.0.0.1:{rig.port}/#/rig")
+    opened = open_shared(f"http://127.0.0.1:{rig.port}/#/rig")
     expect(opened.page.locator(".camera .phase.good")).to_have_count(3, timeout=PATIENCE_MS)
     yield opened
     for role in Role:

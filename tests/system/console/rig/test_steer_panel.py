@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, Page, expect
 from foveacam_hardware.contract import PARKED
 from foveacam_server.rig import hand_steering
 from tests.system.conftest import Running
-from tests.system.console.console_page import PHONE, Console, OpenConsole
+from tests.system.console.console_page import PHONE, Console, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer
 
 from .stub_steering import Document
@@ -52,9 +52,9 @@ def eyes(rig: Running) -> Document:
 
 
 @pytest.fixture
-def steered(rig: Running, open_console: OpenConsole) -> Iterator[Page]:
+def steered(rig: Running, open_shared: OpenShared) -> Iterator[Page]:
     """The rig's page on the simulated rig, once it may steer; mirrors at rest afterwards."""
-    page = open_console(f"http://127.0.0.1:{rig.port}/#/rig").page
+    page = open_shared(f"http://127.0.0.1:{rig.port}/#/rig").page
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
     yield page
     rig.http.delete("/api/v1/stop")

@@ -138,9 +138,10 @@ export class Views {
     const store = this.#store;
     if (report.type === "hello") {
       for (const info of report.hello.views) this.#panes.get(info.name)?.describe(info);
+      const known = store.state.boot_id;
       store.set({ stream: "open", views: report.hello.views, boot_id: report.hello.server });
       this.#subscribe();
-      onBoot(report.hello.server);
+      if (known && known !== report.hello.server) onBoot(report.hello.server);
     } else if (report.type === "down") store.set({ stream: "down" });
     else if (report.type === "overlay") store.set({ overlay: report.overlay });
     else if (report.type === "stats") store.set({ server_stats: report.stats.views });
