@@ -27,6 +27,7 @@ from foveacam_hardware.contract import (
     TriggerSource,
     VirtualClock,
 )
+from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.cameras import SimCamera
@@ -166,6 +167,29 @@ def test_the_mirror_has_settled_when_the_exposure_begins(rig: Rig) -> None:
         far = at_rest.centre_m + 10.0 * at_rest.direction(719.5, 539.5)
         seen = world.projection(role, sighting.left.t_ns - sighting.left.exposure_ns // 2).project(far)[0]
         assert np.linalg.norm(seen - [719.5, 539.5]) < 1.0
+
+
+@pytest.mark.parametrize("slow_answers", [1, 100])
+def test_a_clock_that_was_asked_slowly_after_a_long_pause_loses_no_frame(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, slow_answers: int
+) -> None:
+    """A busy machine hears the controller's time late: 18 ms at one ping, or at all of them."""
+    rig.head.look(both(10.0, 0.0))
+    late, add = [True] * slow_answers, ClockMap.add
+
+    def add_late(clock: ClockMap, *, sent_ns: int, received_ns: int, controller_us: int) -> bool:
+        late_ns = 18_000_000 if late and late.pop() else 0
+        return add(clock, sent_ns=sent_ns, received_ns=received_ns + late_ns, controller_us=controller_us)
+
+    monkeypatch.setattr(ClockMap, "add", add_late)
+    rig.clock.sleep_until_ns(rig.clock.now_ns() + 200_000_000_000)
+    before_ns = rig.clock.now_ns()
+    sighting = rig.head.look(both(-20.0, 5.0))
+
+    assert sighting.left.t_ns > before_ns
+    drive = sighting.left.volts
+    assert drive is not None and drive.x_v == pytest.approx(-20.0, abs=0.004)
+    assert len(late) < slow_answers
 
 
 def commanded(rig: Rig) -> Rig:

@@ -100,12 +100,14 @@ class ExposureReceipt:
 
     `t_trigger_ns` is the rising edge of the trigger lines. `t_exposure_start_ns` is the first rising edge of
     a strobe, which is the start of the exposure; the controller knows neither its middle nor its end.
+    `clock_uncertainty_ns`: by how much both may be wrong, as the host's clock is known from the controller's.
     """
 
     frame_id: int
     t_trigger_ns: int
     t_exposure_start_ns: int
     volts: StereoVolts
+    clock_uncertainty_ns: int = 0
 
     def middle_ns(self, *, exposure_ns: int) -> int:
         """Return the middle of an exposure of length `exposure_ns`, comparable with `Frame.t_ns`."""

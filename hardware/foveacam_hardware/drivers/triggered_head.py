@@ -34,6 +34,8 @@ logger = logging.getLogger(__name__)
 READ_TIMEOUT_MS = 1000.0
 CLOCK_TOLERANCE_NS = 2_000_000
 """Error of the controller's clock mapped over a serial port: well below this, which is far below a frame."""
+MOST_UNCERTAINTY_NS = 10_000_000
+"""Allowed for beyond that where the clock is known to be uncertain: less than from exposure to exposure."""
 PULSE_DIVISOR = 2
 """The trigger pulse ends by the middle of the exposure, as it must never outlast one."""
 LONGEST_AFTER_PULSE_US = 4000
@@ -186,18 +188,14 @@ class TriggeredHead:
 
     def _frame(self, camera: Camera, receipt: ExposureReceipt, volts: MirrorVolts) -> Frame:
         """Return the camera's frame of this trigger; frames of earlier triggers are dropped."""
-        early_ns = camera.settings.exposure_ns // 2 + CLOCK_TOLERANCE_NS
+        clock_ns = CLOCK_TOLERANCE_NS + min(receipt.clock_uncertainty_ns, MOST_UNCERTAINTY_NS)
+        early_ns, before_ns = camera.settings.exposure_ns // 2 + clock_ns, None
         late_by_ns = early_ns + (COMMAND_NS if by_command([camera]) else 0)
         while True:
             try:
                 frame = camera.read(timeout_ms=READ_TIMEOUT_MS)
             except Timeout as silence:
-                counted = camera.counters
-                raise DeviceFault(
-                    f"camera {camera.role}: exposure {receipt.frame_id} was triggered and no frame came"
-                    f" ({silence}; since its start {counted.delivered} frames came and {counted.dropped} were"
-                    " lost); check its cables and its trigger setting"
-                ) from silence
+                raise _no_frame(camera, receipt, silence, before_ns=before_ns) from silence
             late_ns = frame.t_ns - receipt.middle_ns(exposure_ns=frame.exposure_ns)
             if -early_ns <= late_ns <= late_by_ns:
                 return frame.with_volts(volts, frame_id=receipt.frame_id)
@@ -207,6 +205,20 @@ class TriggeredHead:
                     f" came {late_ns / 1e6:.1f} ms after it; check for a second trigger source or lost frames"
                 )
             logger.debug("camera %s: dropped a frame %.1f ms old", camera.role, -late_ns / 1e6)
+            before_ns = -late_ns
+
+
+def _no_frame(
+    camera: Camera, receipt: ExposureReceipt, silence: Timeout, *, before_ns: int | None
+) -> DeviceFault:
+    """Return the fault; `before_ns`: how much older the last frame was that was dropped, None without one."""
+    counted = camera.counters
+    older = "" if before_ns is None else f"; the one before is {before_ns / 1e6:.1f} ms older"
+    return DeviceFault(
+        f"camera {camera.role}: exposure {receipt.frame_id} was triggered and no frame came"
+        f" ({silence}; since its start {counted.delivered} frames came and {counted.dropped} were lost"
+        f"{older}); check its cables and its trigger setting"
+    )
 
 
 def _black(other: Frame, role: Role, volts: MirrorVolts) -> Frame:

@@ -44,6 +44,11 @@ class ClockMap:
         with self._lock:
             return t_ns - self._pings[-1].middle_ns if self._pings else None
 
+    def uncertainty_ns(self, t_ns: int) -> int | None:
+        """Return by how much `host_ns` may be wrong at `t_ns`, ns; None before the first ping."""
+        with self._lock:
+            return round(self._best(t_ns).uncertainty_at(t_ns)) if self._pings else None
+
     @property
     def drift_ppm(self) -> float | None:
         """How much faster the controller's clock runs, ppm; None until the pings span `DRIFT_SPAN_NS`."""

@@ -57,10 +57,12 @@ def timeout_s(*, settle_us: int, pulse_us: int) -> float:
 
 def make_receipt(report: FrameReport, clock_map: ClockMap) -> ExposureReceipt:
     """Return a report as the contract's receipt, with times on the host's clock."""
+    start_ns = clock_map.host_ns(report.t_exposure_start_us)
     return ExposureReceipt(
         frame_id=report.frame_id,
         t_trigger_ns=clock_map.host_ns(report.t_trigger_us),
-        t_exposure_start_ns=clock_map.host_ns(report.t_exposure_start_us),
+        t_exposure_start_ns=start_ns,
+        clock_uncertainty_ns=clock_map.uncertainty_ns(start_ns) or 0,
         volts=StereoVolts(left=mirror_volts(report.left), right=mirror_volts(report.right)),
     )
 

@@ -43,6 +43,9 @@ logger = logging.getLogger(__name__)
 
 CLOCK_PINGS = 10
 CLOCK_MAX_AGE_NS = 2_000_000_000
+CLOCK_GOOD_NS = 1_000_000
+"""Before an exposure the clocks are compared while they are known less well, `CLOCK_TRIES` times at most."""
+CLOCK_TRIES = 3
 LOG_INFO = 3
 CLOSE_TRIES = 2
 """Attempts to switch the rail off when closing, as one packet may be lost."""
@@ -211,9 +214,7 @@ class ControllerMirrors:
             if clock_map is None or not self._controller.has_frames:
                 found = f"controller: firmware {self._info.version} has no triggered exposures"
                 raise DeviceFault(f"{found}; update it to 2.0")
-            age_ns = clock_map.age_ns(self._clock.now_ns())
-            if age_ns is None or age_ns > CLOCK_MAX_AGE_NS:
-                self._ping(requests)
+            self._compare_clocks(requests, clock_map)
             if not self._position.stream_known:
                 # With the active stream unknown, it is unknown whether the controller waits for settling.
                 self.steer(volts)
@@ -341,6 +342,15 @@ class ControllerMirrors:
         self._guard.release()
         if requests is not None:
             requests.session.close()
+
+    def _compare_clocks(self, requests: ControllerRequests, clock_map: ClockMap) -> None:
+        """Ping where the last ping is old or was slow; after a long pause one slow ping would mislead."""
+        for _ in range(CLOCK_TRIES):
+            now_ns = self._clock.now_ns()
+            age_ns, uncertainty_ns = clock_map.age_ns(now_ns), clock_map.uncertainty_ns(now_ns)
+            if age_ns is not None and age_ns <= CLOCK_MAX_AGE_NS and (uncertainty_ns or 0) <= CLOCK_GOOD_NS:
+                return
+            self._ping(requests)
 
     def _ping(self, requests: ControllerRequests) -> float:
         rtt_ms, steady = self._recovery.run(requests, lambda: requests.ping(self._clock_map))
