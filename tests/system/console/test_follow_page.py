@@ -217,6 +217,7 @@ def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsol
         cards.first.get_by_role("button", name="CSV").click()
     assert saved.value.suggested_filename == "trail-Followed-1.csv"
     assert len(lines_of(saved.value)) == 41
+    console.wait_for_frames("wide")
     with page.expect_request(is_follow):
         page.mouse.click(*console.page_position(200, 100))
     with page.expect_request(lambda request: request.url.endswith("/follows/rounds")) as asked:

@@ -22,7 +22,7 @@ def test_views_are_asked_for_by_camera_and_the_panel_says_what_it_is_for(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     stub.session = documents.empty_session()
-    page = open_wizard("wide").page
+    page = open_wizard("wide", fresh=True).page
     expect(panel(page)).to_contain_text("Nothing here changes a calibration")
     panel(page).get_by_label("Camera").select_option("Right fovea")
     panel(page).get_by_text("Board and options").click()
@@ -42,7 +42,7 @@ def test_result_says_what_the_views_tell_and_views_are_taken_out(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     stub.session = documents.empty_session() | {"lenses": [documents.fovea_lens("left")]}
-    page = open_wizard("wide").page
+    page = open_wizard("wide", fresh=True).page
     table = panel(page).locator("table")
     expect(panel(page)).to_contain_text("2.869° × 2.152°")
     expect(table).to_contain_text("28758.9 ± 2.1 px")
@@ -62,7 +62,7 @@ def test_result_says_what_the_views_tell_and_views_are_taken_out(
 def test_too_few_views_say_so(stub: StubServer, open_wizard: OpenWizard) -> None:
     few = documents.fovea_lens("left", views=2, told=False)
     stub.session = documents.empty_session() | {"lenses": [few]}
-    page = open_wizard("wide").page
+    page = open_wizard("wide", fresh=True).page
     expect(panel(page)).to_contain_text("2 views of the board, at least 3 are needed")
 
 

@@ -90,6 +90,7 @@ const followReader = new FollowReader({ store, commands });
 const followOrders = new FollowOrders({ store, commands });
 const loopReader = new LoopReader({ store, commands });
 const loopOrders = new LoopOrders({ store, commands });
+loopOrders.changed = () => void loopReader.readAll();
 const steering = new Steering({ store });
 new GamepadSteering({ store, steering, commands });
 const wideDepth = new WideDepth({ store, commands });

@@ -23,6 +23,8 @@ export class LoopOrders {
   #commands;
   /** @type {LatestOrder<LoopDrag>} */
   #drags;
+  /** Called when settings have changed, of which no event tells: a read under way may have found those before. */
+  changed = () => {};
 
   /** @param {{store: Store, commands: Commands}} context */
   constructor({ store, commands }) {
@@ -136,6 +138,7 @@ export class LoopOrders {
     const { document, refusal } = await this.#tried(send);
     const { loop } = this.#store.state;
     if (document && loop) this.#store.set({ loop: { ...loop, settings: document } });
+    if (document) this.changed();
     return { settings: document, refusal };
   }
 
