@@ -20,7 +20,7 @@ from foveacam_server.commands.retention import app as retention_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import checked_settings, given_token
-from foveacam_server.foundation.watching.log_lines import configure_logging
+from foveacam_server.foundation.watching.log_lines import choose_format, configure_logging
 from foveacam_server.resources.archive.cli import app as archive_app
 from foveacam_server.resources.batches.cli import app as batch_app
 from foveacam_server.resources.captures.cli import capture
@@ -153,9 +153,6 @@ def serve(
     otlp_endpoint: OtlpOption = None,
 ) -> None:
     """Open the rig and serve the console, the 3D pane and the REST interface."""
-    with collection_paused():
-        from foveacam_server.serving import run_server  # not loaded for other commands
-
     chosen = {
         "rig": rig,
         "scene": scene,
@@ -179,7 +176,12 @@ def serve(
         "log_format": log_format,
         "otlp_endpoint": otlp_endpoint,
     }
-    run_server(checked_settings(chosen), console=Console())
+    settings = checked_settings(chosen)
+    choose_format(settings.log_format)  # before anything is loaded that logs
+    with collection_paused():
+        from foveacam_server.serving import run_server  # not loaded for other commands
+
+    run_server(settings, console=Console())
 
 
 @app.command()

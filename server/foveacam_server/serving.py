@@ -25,7 +25,6 @@ from foveacam_server.doors.process_limits import bound_arenas, keep_start_object
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.foundation.watching.log_lines import choose_format
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
@@ -146,7 +145,6 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
 
     `clock`: as for `create_app`.
     """
-    choose_format(settings.log_format)
     simulated = _checked_simulation(settings)
     token_path = None
     if settings.wants_token_made:

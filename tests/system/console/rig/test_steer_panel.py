@@ -190,11 +190,11 @@ def test_distance_and_shift_belong_to_the_gaze(stub: StubServer, stubbed: Page) 
     panel(stubbed).get_by_label("Vertical shift").fill("0.25")
     panel(stubbed).get_by_label("Distance for steering").fill("0.5")
     for _ in range(100):
-        gaze = stub.steering.orders()[-1]["gaze"]
-        if gaze["distance_m"] is not None:
+        gazes = [order["gaze"] for order in stub.steering.orders()]
+        if gazes and gazes[-1]["distance_m"] is not None:
             break
         stubbed.wait_for_timeout(100)  # the order is on its way
-    assert (gaze["distance_m"], gaze["vertical_shift_deg"]) == (1.0, 0.25)
+    assert (gazes[-1]["distance_m"], gazes[-1]["vertical_shift_deg"]) == (1.0, 0.25)
 
 
 def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
