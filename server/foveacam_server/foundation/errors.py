@@ -1,7 +1,7 @@
 """Maps every error to an HTTP status and problem type (RFC 9457); no other module does.
 
 The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets its slug and status.
-`error_handlers` answers requests with them. The commands need this module without a web framework.
+`doors.error_handlers` answers requests with them. The commands need this module without a web framework.
 """
 
 import math

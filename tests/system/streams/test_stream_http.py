@@ -12,7 +12,7 @@ import pytest
 from fastapi import FastAPI
 
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_server.foundation import error_handlers
+from foveacam_server.doors import error_handlers
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.stream import MJPEG_PER_ADDRESS, LiveStreams

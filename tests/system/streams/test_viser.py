@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
 from foveacam_server.console import security, viser_relay
-from foveacam_server.foundation import error_handlers
+from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol

@@ -9,8 +9,8 @@ from fastapi.responses import FileResponse, StreamingResponse
 from sse_starlette import EventSourceResponse
 from tests.local_server import serving
 
+from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import HeadRequests
-from foveacam_server.foundation import error_handlers
 
 PATIENCE_S = 10.0
 made: list[str] = []

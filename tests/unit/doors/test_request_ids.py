@@ -10,8 +10,8 @@ from tests.local_server import serving
 from websockets.sync.client import connect
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.doors import error_handlers
 from foveacam_server.doors.request_tracing import RequestIds
-from foveacam_server.foundation import error_handlers
 from foveacam_server.foundation.watching.work_ids import REQUEST_HEADER, REQUEST_ID
 
 

@@ -10,7 +10,7 @@ from fastapi import FastAPI
 from pydantic import BaseModel, Field, ValidationError, create_model
 
 from foveacam_hardware.contract import FoveaError, OutOfRange, Timeout, errors
-from foveacam_server.foundation.error_handlers import install
+from foveacam_server.doors.error_handlers import install
 from foveacam_server.foundation.errors import KINDS, problem_of
 from foveacam_server.foundation.plain_words import explain_validation
 

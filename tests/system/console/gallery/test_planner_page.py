@@ -17,7 +17,7 @@ import pytest
 from fastapi import FastAPI
 from playwright.sync_api import Locator, Page, Route, expect
 
-from foveacam_server.foundation import error_handlers
+from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from tests.local_server import serving
