@@ -35,7 +35,7 @@ READ_TIMEOUT_MS = 1000.0
 CLOCK_TOLERANCE_NS = 2_000_000
 """Error of the controller's clock mapped over a serial port: well below this, which is far below a frame."""
 MOST_UNCERTAINTY_NS = 10_000_000
-"""Allowed for beyond that where the clock is uncertain: less than half the time from one look to the next."""
+"""Allowed for beyond that where the clock is uncertain; 14 ms to settle and 8 of exposure part two looks."""
 PULSE_DIVISOR = 2
 """The trigger pulse ends by the middle of the exposure, as it must never outlast one."""
 LONGEST_AFTER_PULSE_US = 4000
