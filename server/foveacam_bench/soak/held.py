@@ -7,7 +7,7 @@ import numpy as np
 from foveacam_bench.soak.soaked_server import Resources
 
 
-def growth_figures(held: Sequence[Resources], *, after: int) -> dict[str, float]:
+def growth_figures(held: Sequence[Resources], *, after: int) -> dict[str, object]:
     """Return the growth from the sample `after` to the last; slopes are least squares through those."""
     settled = held[min(after, len(held) - 1) :]
     first, last = settled[0], settled[-1]
@@ -16,8 +16,9 @@ def growth_figures(held: Sequence[Resources], *, after: int) -> dict[str, float]
         "rss_slope_mb_per_h": _slope_per_h(settled, [found.rss_mb for found in settled]),
         "threads": last.threads,
         "threads_growth": last.threads - first.threads,
-        "fds": last.fds,
-        "fds_growth": last.fds - first.fds,
+        "fds": last.files.total(),
+        "fds_growth": last.files.total() - first.files.total(),
+        "files_more": dict(last.files - first.files),
         "database_mb": round(last.database_mb, 2),
         "database_slope_mb_per_h": _slope_per_h(settled, [found.database_mb for found in settled]),
     }

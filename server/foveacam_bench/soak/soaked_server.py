@@ -1,10 +1,15 @@
 """The server under test: its REST, its clock, its disk, and what the system says of its process."""
 
 import json
+import operator
+import re
 import socket
 import time
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -27,7 +32,8 @@ class Resources:
     t_s: float
     rss_mb: float
     threads: int
-    fds: int
+    files: Counter[str]
+    """How many descriptors are open by what each leads to, without the numbers of sockets and pipes."""
     database_mb: float
 
 
@@ -105,7 +111,7 @@ class SoakedServer:
         return replace(
             samples[-1],
             threads=min(sample.threads for sample in samples),
-            fds=min(sample.fds for sample in samples),
+            files=reduce(operator.and_, (sample.files for sample in samples)),
         )
 
     def _sample(self) -> Resources:
@@ -122,6 +128,12 @@ def process_resources(pid: int, data: Path, *, t_s: float) -> Resources:
         t_s=t_s,
         rss_mb=int(status["VmRSS"].split()[0]) / 1024,
         threads=int(status["Threads"]),
-        fds=len(list((process / "fd").iterdir())),
+        files=Counter(_open_files(process)),
         database_mb=database / 1e6,
     )
+
+
+def _open_files(process: Path) -> Iterator[str]:
+    for descriptor in (process / "fd").iterdir():
+        with suppress(FileNotFoundError):  # closed since
+            yield re.sub(r":\[\d+\]", "", str(descriptor.readlink()))
