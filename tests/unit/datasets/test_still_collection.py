@@ -5,11 +5,17 @@ from pathlib import Path
 import pytest
 from tests.unit.dataset_scenes import header, written
 
-from foveacam_hardware.contract import Busy, InvalidInput, NotConnected
+from foveacam_hardware.contract import Busy, InvalidInput, NotConnected, Role
 from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
+from foveacam_server.datasets.collection import point_of
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.stills.cli_run import StillOrder, take_on_server
-from foveacam_server.resources.stills.collection import MOST_HELD, StillCollection, StillState
+from foveacam_server.resources.stills.collection import (
+    MOST_HELD,
+    StillCollection,
+    StillState,
+    StoredStill,
+)
 from foveacam_server.resources.stills.schema import StillDocument, StillRequest
 
 
@@ -35,6 +41,23 @@ def test_a_still_is_held_until_it_is_kept(shelf: StillCollection) -> None:
     assert names(shelf, StillState.HELD) == []
     with pytest.raises(InvalidInput, match="kept already"):
         shelf.keep("test")
+
+
+def test_one_that_is_kept_while_it_is_read_is_read_again(shelf: StillCollection) -> None:
+    folders: list[Path] = []
+
+    def read(found: StoredStill) -> int:
+        folders.append(found.stored.folder)
+        if len(folders) == 1:
+            shelf.keep("test")
+        return len(point_of(found.stored, 0).stacked(Role.WIDE).image)
+
+    assert shelf.read("test", read) > 0
+    assert folders == [shelf.folder / ".held" / "one", shelf.folder / "one"]
+
+    (shelf.folder / "one" / "images").rename(shelf.folder / "elsewhere")
+    with pytest.raises(InvalidInput, match="cannot be read"):
+        shelf.read("test", read)
 
 
 def test_one_that_was_discarded_can_be_had_back(shelf: StillCollection) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
+from typing import TypeVar
 
 from foveacam_hardware.contract import Busy, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import DatasetPoint, ImageCodec, dataset_name
@@ -26,6 +27,8 @@ URL = "/api/v1/stills"
 MOST_HELD = 8
 """Most stills that wait for a decision; further ones are refused."""
 PREVIEW = "jpg"
+
+T = TypeVar("T")
 
 
 class StillState(StrEnum):
@@ -71,6 +74,17 @@ class StillCollection:
                 if found.stored.id == still_id:
                     return found
         raise NotFound(f"there is no still {still_id}; see {URL} for those there are", asked=still_id)
+
+    def read(self, still_id: str, read: Callable[[StoredStill], T]) -> T:
+        """Return what `read` returns of a still; read again where it was kept, and so moved, meanwhile."""
+        found = self.get(still_id)
+        try:
+            return read(found)
+        except (InvalidInput, FileNotFoundError):
+            moved = self.get(still_id)
+            if moved.stored.folder == found.stored.folder:
+                raise
+            return read(moved)
 
     def new_folder(self, name: str | None, *, waits: bool = True) -> Path:
         """Return the folder for a new still; None: named by the time. `waits`: it waits for a decision.

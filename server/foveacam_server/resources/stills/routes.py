@@ -1,6 +1,7 @@
 """Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
 
 import asyncio
+from pathlib import Path as FilePath
 from typing import Annotated, Literal, Protocol
 
 from fastapi import APIRouter, Depends, Path, Query
@@ -23,7 +24,7 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
-from foveacam_server.resources.stills.collection import StillState, still_picture
+from foveacam_server.resources.stills.collection import StillState, StoredStill, still_picture
 from foveacam_server.resources.stills.schema import (
     CameraName,
     StateName,
@@ -172,9 +173,10 @@ def picture(
     """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
     collection = services.stills.collection
     number = None if frame is None else int(frame)
-    found = collection.get(still_id)
-    path = still_picture(collection, found, Role(camera), form=form, frame=number)
-    name = f"{found.stored.id}-{camera}.{form}"
+    path = collection.read(
+        still_id, lambda found: still_picture(collection, found, Role(camera), form=form, frame=number)
+    )
+    name = f"{still_id}-{camera}.{form}"
     return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
 
 
@@ -192,9 +194,10 @@ def drawing_of(
 ) -> FileResponse:
     """Draw a small wide view with both outlines, a large one, or the rectified pair."""
     collection = services.stills.collection
-    kept = collection.get(still_id).stored
-    if drawn == "anaglyph":
-        path = anaglyph_picture(collection.drawn, kept, index=0, bracket=0, form=form)
-    else:
-        path = capture_picture(collection.drawn, kept, drawn, form=form)
-    return FileResponse(path, media_type=_MEDIA[form])
+
+    def draw(found: StoredStill) -> FilePath:
+        if drawn == "anaglyph":
+            return anaglyph_picture(collection.drawn, found.stored, index=0, bracket=0, form=form)
+        return capture_picture(collection.drawn, found.stored, drawn, form=form)
+
+    return FileResponse(collection.read(still_id, draw), media_type=_MEDIA[form])
