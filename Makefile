@@ -13,7 +13,7 @@ PORT ?= 8000
 NAME ?= render
 TESTS ?=
 
-.PHONY: setup packages renderer run test test-fast coverage lint bench clean
+.PHONY: setup packages renderer run test test-fast coverage lint lint-python lint-page bench clean
 
 setup: $(DEV)
 
@@ -58,13 +58,17 @@ test-fast: $(DEV)
 coverage: $(DEV) packages
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --cov --cov-report=term:skip-covered $(TESTS)
 
-lint: $(DEV)
+lint: lint-python lint-page
+
+lint-python: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python .ci/dead_code.py
 	$(BIN)/python .ci/generate_client.py --check
+
+lint-page: $(DEV)
 	$(BIN)/hadolint docker/Dockerfile
 	sh web/check-types.sh
 

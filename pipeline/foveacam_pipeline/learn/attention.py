@@ -5,8 +5,7 @@ several runs: other load can lengthen a time but not shorten it.
 """
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from types import ModuleType
@@ -53,12 +52,14 @@ QUICK = Timing(tokens=(512, 1024, 2048), split_total=2048)
 def measure(timing: Timing = FULL, *, watch: ProgressWatcher = SILENT) -> TokenTimes:
     """Return the measured times. Raise InvalidInput without torch, Cancelled when the watcher asks."""
     torch = _torch()
+    from foveacam_pipeline.learn.device import one_thread
+
     steps = ProgressSteps(
         watch,
         2 * timing.repeats * (len(timing.tokens) + len(timing.streams) + 1),
         ended="timing of attention was cancelled; nothing was kept, start it again",
     )
-    with _one_thread(torch), torch.inference_mode():
+    with one_thread(), torch.inference_mode():
         runs = (_attention(torch, timing), _layer(torch, timing))
         series = [_series(run, timing, steps) for run in runs]
         ratios = [_ratios(run, timing, steps) for run in runs]
@@ -143,17 +144,6 @@ def _layer(torch: ModuleType, timing: Timing) -> Run:
         x = x + narrow(nn.functional.gelu(widen(after(x))))
 
     return run
-
-
-@contextmanager
-def _one_thread(torch: ModuleType) -> Iterator[None]:
-    """Restrict torch to the calling thread within the context."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
 
 
 def _torch() -> ModuleType:

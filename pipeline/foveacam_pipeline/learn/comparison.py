@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Cancelled
 from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.learn.checkpoint import load_checkpoint
+from foveacam_pipeline.learn.device import one_thread
 from foveacam_pipeline.learn.evaluation import (
     PairErrors,
     method_figures,
@@ -186,17 +187,6 @@ def _stop_file(path: Path, cancelled: Callable[[], bool]) -> Iterator[None]:
         path.unlink(missing_ok=True)
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Compute by one thread, on which the last bits of the weights depend."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
-
-
 def _judge_others(
     plan: ComparisonPlan, _seed: int, _method: Method | None, _stopped: Callable[[], bool]
 ) -> _Judged:
@@ -220,7 +210,7 @@ def _judge_prior(
     folder.mkdir(exist_ok=True)
     prior_plan = PriorPlan(steps=budget.prior_steps, batch=budget.batch, crop_px=budget.crop_px, seed=seed)
     before_s = time.process_time()
-    with _one_thread():
+    with one_thread():
         facts = train_prior([_load(plan.train, budget.pairs)], folder, prior_plan, _watcher(stopped))
     _check_complete(facts.steps, budget.prior_steps)
     prior = CheckpointPrior(folder / CHECKPOINT)
@@ -251,7 +241,7 @@ def _judge_network(
     before_s = time.process_time()
     dataset = _without_truth(_load(plan.train, budget.pairs))
     dataset = shifted_dataset(dataset, SHIFT_PX) if variant.shifted else dataset
-    with _one_thread():
+    with one_thread():
         facts = train([dataset], folder, training_plan, _watcher(stopped), prior=prior)
     _check_complete(facts.steps, budget.steps)
     network = load_checkpoint(folder / CHECKPOINT).network()
@@ -293,7 +283,7 @@ def _prior_answers(prior: CheckpointPrior, sample: PairSample) -> dict[Method, M
 def _judge(plan: ComparisonPlan, answers: Callable[[PairSample], Mapping[Method, MethodAnswer]]) -> _Judged:
     errors: dict[Method, list[PairErrors]] = {}
     drawn: dict[Method, list[NDArray[np.float32]]] = {}
-    with _one_thread():
+    with one_thread():
         for sample in _load(plan.held_out, plan.budget.held_out).pairs:
             if sample.truth is None:
                 raise ValueError("methods are judged by pairs with truth")

@@ -1,5 +1,7 @@
-"""What a training computes on: a processor in float32, or a GPU whose features are in bfloat16."""
+"""What a network computes on: a processor in float32, or a GPU whose features are in bfloat16."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import Literal, TypeAlias, get_args
 
@@ -56,3 +58,14 @@ def choose_device(name: str = "auto", precision: str = "auto") -> TrainingDevice
     chosen = torch.device("cuda" if there and name != "cpu" else "cpu")
     reduced = precision == "bfloat16" or (precision == "auto" and chosen.type == "cuda")
     return TrainingDevice(device=chosen, reduced=reduced)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Restrict torch to the calling thread within the context: sums depend on how many threads share them."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)

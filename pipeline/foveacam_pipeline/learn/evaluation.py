@@ -13,6 +13,7 @@ from torch.nn import functional
 
 from foveacam_hardware.contract import Cancelled
 from foveacam_pipeline.batches.pool import HereAndNow, WorkPool, results_in_order
+from foveacam_pipeline.learn.device import one_thread
 from foveacam_pipeline.learn.losses import laplace_scale, photometric_error, warped
 from foveacam_pipeline.learn.network.correlation import consistent
 from foveacam_pipeline.learn.network.geometry import view_geometry
@@ -91,11 +92,12 @@ def evaluate(
 
 
 def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairErrors"]:
-    """Return the errors of one pair by method."""
-    answer, agreed = network_answer(network, sample.pair)
-    seen = agreed if sample.truth is None else sample.truth.both
-    answers = other_answers(sample) | {"network": answer}
-    return {method: pair_errors(sample, found, seen) for method, found in answers.items()}
+    """Return the errors of one pair by method, the same to the last bit on every machine of a cluster."""
+    with one_thread():
+        answer, agreed = network_answer(network, sample.pair)
+        seen = agreed if sample.truth is None else sample.truth.both
+        answers = other_answers(sample) | {"network": answer}
+        return {method: pair_errors(sample, found, seen) for method, found in answers.items()}
 
 
 def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[MethodAnswer, NDArray[np.bool_]]:

@@ -62,6 +62,11 @@ def test_a_cluster_judges_as_this_process_does() -> None:
             stopped=lambda: False,
             pool=pool,
         )
-    here = evaluate(network, dataset, on_pair=lambda _done, _total: None, stopped=lambda: False)
+    torch.set_num_threads(2)
+    try:
+        here = evaluate(network, dataset, on_pair=lambda _done, _total: None, stopped=lambda: False)
+        assert torch.get_num_threads() == 2
+    finally:
+        torch.set_num_threads(1)
     assert counts == [1, 2, 3]
     assert there == here
