@@ -179,14 +179,11 @@ export class CalibrationReader {
     if (event.kind === "calibration.pose") this.#pose(data);
     if (event.kind === "calibration.fitted") void this.readAll();
     if (/^rig\.(settle_time|state)$/.test(event.kind)) void this.readSettleTime();
-    if (
-      data["session_id"] === this.#store.state.session?.id &&
-      /^calibration\.(pose|sample|progress)$/.test(event.kind)
-    ) {
+    const open = this.#wanted; // also while it is being read
+    if (open && data["session_id"] === open && /^calibration\.(pose|sample|progress)$/.test(event.kind)) {
       this.#later ??= setTimeout(() => {
         this.#later = undefined;
-        const id = this.#store.state.session?.id;
-        if (id) void this.openSession(id);
+        if (this.#wanted) void this.openSession(this.#wanted);
       }, SESSION_MS);
     }
   }
