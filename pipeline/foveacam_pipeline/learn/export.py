@@ -1,5 +1,6 @@
 """Exports a trained network as ONNX with its card, so that it can be chosen as a depth backend."""
 
+import copy
 import hashlib
 import math
 import warnings
@@ -49,6 +50,42 @@ class DisparityWithSigma(nn.Module):
         """Return disparity and sigma, both (n, 1, h, w), px: sqrt(2) times the scale of a Laplace error."""
         prediction = self.network(left, right)
         return prediction.disparity, math.sqrt(2.0) * laplace_scale(prediction)
+
+
+class NormByRows(nn.Module):
+    """A group normalisation that sums row by row; its weights keep their names.
+
+    onnxruntime's own adds up whole planes in one float32 and is off by 1e-4 of the values, which the matching
+    of alike places turns into pixels; this one takes the same time.
+    """
+
+    def __init__(self, norm: nn.GroupNorm) -> None:
+        super().__init__()
+        self.groups, self.eps = norm.num_groups, norm.eps
+        self.weight, self.bias = norm.weight, norm.bias
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return (n, c, h, w) as the group normalisation does."""
+        n, c, h, w = x.shape
+        grouped = x.reshape(n, self.groups, c // self.groups, h, w)
+        mean, mean_square = (_group_mean(values) for values in (grouped, grouped * grouped))
+        weight, bias = (part.reshape(1, self.groups, -1, 1, 1) for part in (self.weight, self.bias))
+        factor = weight / (mean_square - mean * mean + self.eps).sqrt()
+        return (grouped * factor + (bias - mean * factor)).reshape(n, c, h, w)
+
+
+def _group_mean(grouped: Tensor) -> Tensor:
+    """Return the mean of each group of (n, groups, c, h, w), (n, groups, 1, 1, 1)."""
+    return grouped.mean(dim=4, keepdim=True).mean(dim=3, keepdim=True).mean(dim=2, keepdim=True)
+
+
+def _with_norms_by_rows(network: FoveatedStereo) -> FoveatedStereo:
+    found = copy.deepcopy(network)
+    norms = {name: norm for name, norm in found.named_modules() if isinstance(norm, nn.GroupNorm)}
+    for name, norm in norms.items():
+        parent, _, own = name.rpartition(".")
+        setattr(found.get_submodule(parent), own, NormByRows(norm))
+    return found
 
 
 def export_network(
@@ -104,7 +141,7 @@ def _graph(network: FoveatedStereo) -> bytes:
         path = Path(folder) / "graph.onnx"
         warnings.simplefilter("ignore")  # the exporter by tracing is called old; it needs no further package
         torch.onnx.export(
-            DisparityWithSigma(network).eval(),
+            DisparityWithSigma(_with_norms_by_rows(network)).eval(),
             example,
             path,
             input_names=["left", "right"],
