@@ -92,7 +92,7 @@ def evaluate(
 
 
 def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairErrors"]:
-    """Return the errors of one pair by method, the same to the last bit on every machine of a cluster."""
+    """Return the errors of one pair by method, the same to the last bit however many cores a machine has."""
     with one_thread():
         answer, agreed = network_answer(network, sample.pair)
         seen = agreed if sample.truth is None else sample.truth.both
