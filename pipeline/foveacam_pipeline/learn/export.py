@@ -70,7 +70,8 @@ class NormByRows(nn.Module):
         grouped = x.reshape(n, self.groups, c // self.groups, h, w)
         mean, mean_square = (_group_mean(values) for values in (grouped, grouped * grouped))
         weight, bias = (part.reshape(1, self.groups, -1, 1, 1) for part in (self.weight, self.bias))
-        factor = weight / (mean_square - mean * mean + self.eps).sqrt()
+        variance = (mean_square - mean * mean).clamp_min(0.0)
+        factor = weight / (variance + self.eps).sqrt()
         return (grouped * factor + (bias - mean * factor)).reshape(n, c, h, w)
 
 
@@ -91,7 +92,7 @@ def _with_norms_by_rows(network: FoveatedStereo) -> FoveatedStereo:
 def export_network(
     checkpoint: Checkpoint, folder: Path, *, name: str, licence: str, curve: SigmaCurve = LAPLACE
 ) -> Path:
-    """Write `NAME.onnx` and `NAME.yaml` into a folder; return the path of the card."""
+    """Write `NAME.onnx` and `NAME.yaml`, which asks for both ways, into a folder; return the card's path."""
     network = checkpoint.network()
     graph = _graph(network)
     card = {
@@ -101,6 +102,7 @@ def export_network(
         "file": f"{name}.onnx",
         "sha256": hashlib.sha256(graph).hexdigest(),
         "licence": licence,
+        "both_ways": True,
         "inputs": {"scaling": "0..1", "divisor": DIVISOR},
         "output": {
             "name": "disp",

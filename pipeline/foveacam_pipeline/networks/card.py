@@ -67,6 +67,8 @@ class NetworkCard(_CardPart):
     sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
     licence: Annotated[str, StringConstraints(min_length=1, max_length=200)]
     research_only: bool = False
+    both_ways: bool = False
+    """Run on the mirrored pair with exchanged eyes too, and average: twice the time, and symmetric."""
     inputs: NetworkInputs = NetworkInputs()
     output: NetworkOutput = NetworkOutput()
 
@@ -180,6 +182,7 @@ file: my-network.onnx       # beside this card
 sha256: "0000000000000000000000000000000000000000000000000000000000000000"  # sha256sum my-network.onnx
 licence: MIT                # shown wherever the network is chosen
 research_only: false        # true: whoever chooses it must confirm that the use is research
+both_ways: false            # true: run on the mirrored pair too and averaged: twice the time
 inputs:
   left: left                # names of the graph's inputs
   right: right

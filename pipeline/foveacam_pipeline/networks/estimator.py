@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.networks.both_ways import exchanged, mean_of_eyes, surer_of_eyes
 from foveacam_pipeline.networks.card import NetworkCard, StereoNetwork
 from foveacam_pipeline.networks.feeding import (
     Picture,
@@ -103,7 +104,18 @@ class NetworkEstimator:
         """Return what the network says of every pixel, right or wrong: signed disparity (h, w), px.
 
         With it comes the standard deviation of its error that it states, px; None where its card names none.
+        A card may ask for both ways: the network then runs twice.
         """
+        left_px, deviation_px = self.answer_once(pair)
+        if not self.card.both_ways:
+            return left_px, deviation_px
+        mirrored_px, mirrored_deviation_px = self.answer_once(exchanged(pair))
+        if deviation_px is None or mirrored_deviation_px is None:
+            return mean_of_eyes(left_px, mirrored_px), None
+        return surer_of_eyes((left_px, deviation_px), (mirrored_px, mirrored_deviation_px))
+
+    def answer_once(self, pair: RectifiedPair) -> tuple[FloatImage, FloatImage | None]:
+        """Return what `answer` does, of one run of the network."""
         output = self.card.output
         shift_px = self._shift_px(pair)
         left, right = pair.left, shifted_left(pair.right, shift_px)

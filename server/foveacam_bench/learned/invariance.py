@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.learn.pair_folder import PairSample
+from foveacam_pipeline.networks.both_ways import exchanged
 from foveacam_pipeline.networks.card import StereoNetwork
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.networks.feeding import shifted_left
@@ -39,15 +40,8 @@ def flip_errors(estimator: NetworkEstimator, sample: PairSample) -> Floats:
 
     The right eye's comes from the mirrored pictures with the eyes exchanged, which have the same disparities.
     """
-    pair = sample.pair
-    exchanged = replace(
-        pair,
-        left=np.ascontiguousarray(pair.right[:, ::-1]),
-        right=np.ascontiguousarray(pair.left[:, ::-1]),
-        valid_left=np.ascontiguousarray(pair.valid_right[:, ::-1]),
-        valid_right=np.ascontiguousarray(pair.valid_left[:, ::-1]),
-    )
-    left, right = estimator.answer(pair)[0], estimator.answer(exchanged)[0][:, ::-1]
+    left = estimator.answer(sample.pair)[0]
+    right = estimator.answer(exchanged(sample.pair))[0][:, ::-1]
     rows, columns = np.nonzero(_judged(sample))
     at = np.rint(columns - left[rows, columns]).astype(np.intp)
     inside = (at >= 0) & (at < left.shape[1])
@@ -78,7 +72,7 @@ def torch_agreement(
     if by_torch is None:
         return {"torch_onnx_skipped": f"the weights of {network.card.file} fit no size of the network"}
     pair = samples[0].pair
-    off_px = np.abs(by_torch(pair) - estimator.answer(pair)[0])
+    off_px = np.abs(by_torch(pair) - estimator.answer_once(pair)[0])
     return {"torch_onnx_max_px": float(off_px.max()), "torch_onnx_median_px": float(np.median(off_px))}
 
 

@@ -194,7 +194,7 @@ def test_the_exported_network_is_a_depth_backend_with_the_same_disparities(tmp_p
     pair = varied_pair(3, width=157, height=91)  # sides that are padded
     answer, seen = network_answer(trained.network(), pair)
     expected = answer.disparity_px
-    found, deviation = NetworkEstimator.open(load_network(card)).answer(pair)
+    found, deviation = NetworkEstimator.open(load_network(card)).answer_once(pair)
     assert np.abs(found - expected).max() <= 0.02
     assert answer.sigma_px is not None and deviation is not None
     assert np.allclose(deviation, answer.sigma_px, rtol=0.01)

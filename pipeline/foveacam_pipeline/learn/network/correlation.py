@@ -33,11 +33,12 @@ def row_scores(left: Tensor, right: Tensor, *, reach: int, signed: bool = True) 
     Not `signed`: also where the disparity would be negative.
     """
     width, columns = left.shape[1], left.shape[3]
-    scores: Tensor = torch.einsum("nchx,nchy->nhxy", left, right) / width**0.5
+    rows_left, rows_right = (left / width**0.5).transpose(1, 2), right.transpose(1, 2)
     place = torch.arange(columns, device=left.device)
     disparity = place[:, None] - place[None, :]
     beyond = (disparity.abs() > reach) if signed else (disparity < 0) | (disparity > reach)
-    return scores.masked_fill(beyond, FAR_BELOW)
+    scores: Tensor = rows_left.transpose(2, 3) @ rows_right + beyond * FAR_BELOW
+    return scores
 
 
 def match_rows(scores: Tensor) -> RowMatches:

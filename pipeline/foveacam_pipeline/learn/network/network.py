@@ -62,8 +62,8 @@ class FoveatedStereo(nn.Module):
         features = self._reduced_features if self.reduced else self._features
         (cells_left, near_left), (_cells, near_right) = features(left, right, geometry)
         config = self.config
-        scores = row_scores(near_left, near_right, reach=config.reach_cells, signed=config.signed)
-        scores = scores * self.sharpness.exp()
+        sharp = near_left * self.sharpness.exp()
+        scores = row_scores(sharp, near_right, reach=config.reach_cells, signed=config.signed)
         matches = match_rows(scores)
         start = self.start(torch.cat([cells_left, near_left], dim=1))
         state, context = start.chunk(2, dim=1)

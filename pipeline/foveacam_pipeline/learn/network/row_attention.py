@@ -7,7 +7,6 @@ import math
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
 from foveacam_pipeline.learn.network.encoder import norm
 
@@ -25,21 +24,27 @@ class RowAttention(nn.Module):
     def forward(self, queries: Tensor, keys: Tensor, *, neighbours: bool) -> Tensor:
         """Return what queries (n, c, h, w) read of keys (n, c, h, w); `neighbours`: of three rows each."""
         n, c, h, w = queries.shape
-        query = self._rows(self.query(queries))
-        key, value = (self._rows(part, three=neighbours) for part in self.key_value(keys).chunk(2, dim=1))
-        read = functional.scaled_dot_product_attention(query, key, value)
-        rows = read.reshape(n, h, self.heads, w, c // self.heads).permute(0, 2, 4, 1, 3)
-        found: Tensor = self.out(rows.reshape(n, c, h, w))
+        query = self._rows(self.query(queries)) * (c // self.heads) ** -0.5
+        key, value = (self._rows(part) for part in self.key_value(keys).chunk(2, dim=1))
+        if neighbours:
+            key, value = (_three_rows(part, h) for part in (key, value))
+        share = (query.transpose(2, 3) @ key).softmax(dim=3)
+        read = (value @ share.transpose(2, 3)).reshape(n, h, c, w)
+        found: Tensor = self.out(read.transpose(1, 2))
         return found
 
-    def _rows(self, x: Tensor, *, three: bool = False) -> Tensor:
-        """Return (n * h, heads, w or 3 w, c / heads)."""
-        n, c, h, _ = x.shape
-        if three:
-            padded = functional.pad(x, (0, 0, 1, 1), mode="replicate")
-            x = torch.cat([padded[:, :, 0:h], x, padded[:, :, 2 : h + 2]], dim=3)
-        split = x.reshape(n, self.heads, c // self.heads, h, -1)
-        return split.permute(0, 3, 1, 4, 2).reshape(n * h, self.heads, -1, c // self.heads)
+    def _rows(self, x: Tensor) -> Tensor:
+        """Return (n * h, heads, c / heads, w): columns stay last, so that whole rows are moved."""
+        n, c, h, w = x.shape
+        return x.transpose(1, 2).reshape(n * h, self.heads, c // self.heads, w)
+
+
+def _three_rows(rows: Tensor, count: int) -> Tensor:
+    """Return (n * h, heads, d, 3 w): each of `count` rows with the one above and the one below."""
+    split = rows.reshape(-1, count, *rows.shape[1:])
+    above = torch.cat([split[:, :1], split[:, :-1]], dim=1)
+    below = torch.cat([split[:, 1:], split[:, -1:]], dim=1)
+    return torch.cat([above, split, below], dim=4).flatten(0, 1)
 
 
 class AttentionBlock(nn.Module):
