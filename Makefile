@@ -13,7 +13,7 @@ PORT ?= 8000
 NAME ?= render
 TESTS ?=
 
-.PHONY: setup packages renderer run test test-fast coverage lint lint-python lint-page bench clean
+.PHONY: setup packages kernels run test test-fast coverage lint lint-python lint-page bench clean
 
 setup: $(DEV)
 
@@ -44,10 +44,10 @@ packages:
 	@sh tests/system/install-aravis.sh
 	@sh tests/system/install-compiler.sh
 
-renderer: $(DEV)
-	@PYTHONDONTWRITEBYTECODE= $(BIN)/python -c "from foveacam_hardware.sim.render import warm_up; warm_up()"
+kernels: $(DEV)
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/python .ci/compile_kernels.py
 
-test: $(DEV) packages
+test: $(DEV) packages kernels
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 # Unit and wire tests, which open no simulated rig, without those marked slow: at most 90 s on two quiet cores.

@@ -134,17 +134,15 @@ class Users:
         with self._change() as session:
             return _invite(_row(session, name))
 
+    def check_invitation(self, code: str) -> None:
+        """Raise `WrongCredentials` for a code that is no invitation any more."""
+        with self._store.session() as session:
+            _invited(session, code)
+
     def join(self, code: str, password: str) -> User:
         """Set the password of the user whose invitation this is; raise `WrongCredentials`."""
         with self._change() as session:
-            row = session.scalar(select(UserRow).where(UserRow.invitation_hash == secret_hash(code)))
-            if row is None or row.disabled or (row.invitation_until_utc or "") < utc_now():
-                raise WrongCredentials(
-                    "this link is not good: it was used, has expired, or a newer one was made; "
-                    "ask an admin for a new one",
-                    found="a link that is not good",
-                    remedy="ask an admin for a new link",
-                )
+            row = _invited(session, code)
             check_password(password, name=row.name)
             row.password_hash = hash_password(password)
             row.invitation_hash = row.invitation_until_utc = None
@@ -262,6 +260,19 @@ def _check_admin_left(session: Session, asked: str) -> None:
         found="no other admin",
         remedy="make another admin first",
     )
+
+
+def _invited(session: Session, code: str) -> UserRow:
+    """Return the row of the user whose invitation this is; raise `WrongCredentials`."""
+    row = session.scalar(select(UserRow).where(UserRow.invitation_hash == secret_hash(code)))
+    if row is None or row.disabled or (row.invitation_until_utc or "") < utc_now():
+        raise WrongCredentials(
+            "this link is not good: it was used, has expired, or a newer one was made; "
+            "ask an admin for a new one",
+            found="a link that is not good",
+            remedy="ask an admin for a new link",
+        )
+    return row
 
 
 def _invite(row: UserRow) -> Invitation:

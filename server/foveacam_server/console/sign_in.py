@@ -20,9 +20,10 @@ from foveacam_server.accounts.rights import NOBODY
 from foveacam_server.accounts.users import User
 from foveacam_server.console.access_rules import OPENID_PATH, AccessRules
 from foveacam_server.console.refusals import too_many_tries
-from foveacam_server.foundation.errors import UNAUTHORIZED, problem_of
+from foveacam_server.foundation.errors import UNAUTHORIZED, WrongCredentials, problem_of
 
 FORM_BYTES = 4096
+_NO_USERS = "This server has no users."
 _FORM_TYPE = "application/x-www-form-urlencoded"
 
 # Their forms may name their origin, which `no-referrer` would make `null`, which the access rules refuse.
@@ -154,15 +155,22 @@ class _SignInForms:
         return self._page("This is not the token of this server.", status=UNAUTHORIZED.status)
 
     async def show_join(self, request: Request) -> Response:
-        code = request.query_params.get("code", "")
-        first = self._gate.accounts is not None and self._gate.accounts.is_first_admin_code(code)
+        code, accounts = request.query_params.get("code", ""), self._gate.accounts
+        if accounts is None:
+            return self._page(_NO_USERS, status=UNAUTHORIZED.status)
+        first = accounts.is_first_admin_code(code)
+        try:
+            if not first:
+                await asyncio.to_thread(accounts.users.check_invitation, code)
+        except WrongCredentials as error:
+            return self._page(str(error), status=UNAUTHORIZED.status)
         return _html(_join_page(code, first=first), status=200)
 
     async def join(self, request: Request) -> Response:
         form, accounts = await read_form(request), self._gate.accounts
         code, name = form.get("code", ""), form.get("name", "").strip().lower() or None
         if accounts is None:
-            return self._page("This server has no users.", status=UNAUTHORIZED.status)
+            return self._page(_NO_USERS, status=UNAUTHORIZED.status)
         first = accounts.is_first_admin_code(code)
         if form.get("password") != form.get("again"):
             page = _join_page(code, first=first, problem="The two passwords differ.", name=name or "")

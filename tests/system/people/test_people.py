@@ -71,6 +71,8 @@ def ada(lab: Lab) -> httpx.Client:
     joined = browser.post("/join", data=form | {"again": PASSWORD})
     assert (joined.status_code, joined.headers["location"]) == (303, "/")
     assert browser.post("/join", data=form | {"again": PASSWORD, "name": "eve"}).status_code == 401
+    used = lab.browser().get("/join", params={"code": code})
+    assert used.status_code == 401 and "this link is not good" in used.text and "/sign_in" in used.text
     return browser
 
 
