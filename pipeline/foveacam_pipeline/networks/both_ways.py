@@ -15,6 +15,9 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 AGREE_PX = 2.0
 """Answers that are farther apart are of two surfaces, or one of them is wrong: no mean is taken."""
 
+LEAST_VARIANCE_PX2 = np.float32(1e-12)
+"""Of both eyes together: a network may state no error at all."""
+
 
 def exchanged(pair: RectifiedPair) -> RectifiedPair:
     """Return the mirrored pair with the eyes exchanged: what the right eye sees, at the same disparities."""
@@ -48,15 +51,13 @@ def surer_of_eyes(
     Where both agree their mean is weighted by the variances that they state; half their difference is added
     to the deviation in any case. Where the right window ends, the left eye's stay as they are.
     """
-    (left_px, left_sigma_px), (other_px, other_sigma_px) = (
-        left,
-        (_at_left(part, left[0]) for part in mirrored),
-    )
+    left_px, left_sigma_px = left
+    other_px, other_sigma_px = (_at_left(part, left_px) for part in mirrored)
     known = np.isfinite(other_px)
     apart_px = np.where(known, np.abs(left_px - other_px), np.float32(0.0))
     near = known & (apart_px <= AGREE_PX)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(near, left_sigma_px**2 / (left_sigma_px**2 + other_sigma_px**2), np.float32(0.0))
+    both_px2 = np.maximum(left_sigma_px**2 + other_sigma_px**2, LEAST_VARIANCE_PX2)
+    share = np.where(near, left_sigma_px**2 / both_px2, np.float32(0.0))
     mean_px = left_px + share * np.where(near, other_px - left_px, np.float32(0.0))
     other_part = share * np.where(near, other_sigma_px, np.float32(0.0))
     sigma_px = np.sqrt(((1.0 - share) * left_sigma_px) ** 2 + other_part**2 + (apart_px / 2) ** 2)

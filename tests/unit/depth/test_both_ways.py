@@ -47,6 +47,13 @@ def test_the_surer_eye_counts_more_and_disagreement_widens_the_deviation() -> No
     assert sigma_px[0, 2] == pytest.approx(np.hypot(np.hypot(0.03, 0.09), 0.5), rel=1e-5)
 
 
+def test_eyes_that_state_no_error_are_not_divided_by_it() -> None:
+    none = rows(0.0, 0.0, 0.0)
+    found_px, sigma_px = surer_of_eyes((rows(1.0, 1.0, 1.0), none), (rows(2.0, 2.0, 2.0), none))
+    assert np.isfinite(found_px).all()
+    assert sigma_px[0].tolist() == [0.0, 0.5, 0.5]
+
+
 def test_where_the_right_window_ends_the_left_eyes_answer_stays() -> None:
     beyond = rows(3.0, 3.0, 3.0), rows(0.2, 0.2, 0.2)
     found_px, sigma_px = surer_of_eyes(beyond, (rows(3.5, 3.5, 3.5), rows(0.1, 0.1, 0.1)))
