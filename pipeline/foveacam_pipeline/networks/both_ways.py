@@ -4,13 +4,10 @@ Both runs see the same surfaces at the same disparities. A network is not symmet
 both answers is: a point has one disparity whichever eye it is told for, and errors of one run alone show.
 """
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 
 from foveacam_pipeline.stereo.refine import FloatImage
-from foveacam_pipeline.stereo.values import RectifiedPair
 
 AGREE_PX = 2.0
 """Answers that are farther apart are of two surfaces, or one of them is wrong: no mean is taken."""
@@ -19,24 +16,10 @@ LEAST_VARIANCE_PX2 = np.float32(1e-12)
 """Of both eyes together: a network may state no error at all."""
 
 
-def exchanged(pair: RectifiedPair) -> RectifiedPair:
-    """Return the mirrored pair with the eyes exchanged: what the right eye sees, at the same disparities."""
-    last_px = pair.left.shape[1] - 1
-    return replace(
-        pair,
-        left=np.ascontiguousarray(pair.right[:, ::-1]),
-        right=np.ascontiguousarray(pair.left[:, ::-1]),
-        valid_left=np.ascontiguousarray(pair.valid_right[:, ::-1]),
-        valid_right=np.ascontiguousarray(pair.valid_left[:, ::-1]),
-        u0_left_px=-pair.u0_right_px - last_px,
-        u0_right_px=-pair.u0_left_px - last_px,
-    )
-
-
 def mean_of_eyes(left_px: FloatImage, mirrored_px: FloatImage) -> FloatImage:
     """Return the left eye's disparities (h, w), px, averaged with the right eye's where the two agree.
 
-    `mirrored_px`: the answer to the exchanged pair, mirrored as that is.
+    `mirrored_px`: the answer to `RectifiedPair.mirrored`, as it is.
     """
     other_px = _at_left(mirrored_px, left_px)
     near = np.abs(left_px - other_px) <= AGREE_PX
@@ -46,7 +29,7 @@ def mean_of_eyes(left_px: FloatImage, mirrored_px: FloatImage) -> FloatImage:
 def surer_of_eyes(
     left: tuple[FloatImage, FloatImage], mirrored: tuple[FloatImage, FloatImage]
 ) -> tuple[FloatImage, FloatImage]:
-    """Return disparity and standard deviation, px, from those of the left eye and of the exchanged pair.
+    """Return disparity and standard deviation, px, from those of the pair and of the mirrored one.
 
     Where both agree their mean is weighted by the variances that they state; half their difference is added
     to the deviation in any case. Where the right window ends, the left eye's stay as they are.
@@ -65,7 +48,7 @@ def surer_of_eyes(
 
 
 def _at_left(mirrored: FloatImage, left_px: FloatImage) -> FloatImage:
-    """Return the exchanged pair's answer at each pixel of the left window; NaN beyond the right one."""
+    """Return the mirrored pair's answer at each pixel of the left window; NaN beyond the right one."""
     height, width = left_px.shape
     columns = np.float32(width - 1) - (np.arange(width, dtype=np.float32)[None, :] - left_px)
     rows = np.repeat(np.arange(height, dtype=np.float32)[:, None], width, axis=1)

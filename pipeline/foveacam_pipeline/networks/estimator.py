@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.networks.both_ways import exchanged, mean_of_eyes, surer_of_eyes
+from foveacam_pipeline.networks.both_ways import mean_of_eyes, surer_of_eyes
 from foveacam_pipeline.networks.card import NetworkCard, StereoNetwork
 from foveacam_pipeline.networks.feeding import (
     Picture,
@@ -109,7 +109,7 @@ class NetworkEstimator:
         left_px, deviation_px = self.answer_once(pair)
         if not self.card.both_ways:
             return left_px, deviation_px
-        mirrored_px, mirrored_deviation_px = self.answer_once(exchanged(pair))
+        mirrored_px, mirrored_deviation_px = self.answer_once(pair.mirrored())
         if deviation_px is None or mirrored_deviation_px is None:
             return mean_of_eyes(left_px, mirrored_px), None
         return surer_of_eyes((left_px, deviation_px), (mirrored_px, mirrored_deviation_px))

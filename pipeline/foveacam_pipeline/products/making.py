@@ -4,7 +4,7 @@ On pairs without truth a method is judged by its agreement between left and righ
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -205,7 +205,7 @@ class AgreementSums:
 def agreement_sums(pair: RectifiedPair, found: DisparityMap, estimator: DepthEstimator) -> AgreementSums:
     """Return the sums of a pair; `estimator` computes the disparities of the right window as well."""
     disparity_px = found.residual_px
-    right_px = estimator.estimate(mirrored(pair)).residual_px[:, ::-1]
+    right_px = estimator.estimate(pair.mirrored()).residual_px[:, ::-1]
     rows, columns = np.nonzero(np.isfinite(disparity_px) & pair.valid_left)
     matched_px = (columns - disparity_px[rows, columns]).astype(np.float32)
     nearest = np.rint(matched_px).astype(np.intp)
@@ -221,20 +221,6 @@ def agreement_sums(pair: RectifiedPair, found: DisparityMap, estimator: DepthEst
         photometric=float(difference.sum(dtype=np.float64)),
         judged=int(np.isfinite(off_px).sum()),
         agreed=int((off_px <= AGREED_PX).sum()),
-    )
-
-
-def mirrored(pair: RectifiedPair) -> RectifiedPair:
-    """Return the pair in a mirror: eyes exchanged, columns reversed, so that disparities keep their sign."""
-    last = pair.left.shape[1] - 1
-    return replace(
-        pair,
-        left=np.ascontiguousarray(pair.right[:, ::-1]),
-        right=np.ascontiguousarray(pair.left[:, ::-1]),
-        valid_left=np.ascontiguousarray(pair.valid_right[:, ::-1]),
-        valid_right=np.ascontiguousarray(pair.valid_left[:, ::-1]),
-        u0_left_px=-(last + pair.u0_right_px),
-        u0_right_px=-(last + pair.u0_left_px),
     )
 
 

@@ -1,6 +1,6 @@
 """Value types of stereo: rectified pair, disparity map, depth map, point cloud and mesh."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,19 @@ class RectifiedPair:
         if self.offset_px <= 0.0:
             return float("inf")
         return self.f_px * self.baseline_m / self.offset_px
+
+    def mirrored(self) -> "RectifiedPair":
+        """Return the pair in a mirror: eyes exchanged, columns reversed, so that disparities keep their sign."""
+        last = self.left.shape[1] - 1
+        return replace(
+            self,
+            left=np.ascontiguousarray(self.right[:, ::-1]),
+            right=np.ascontiguousarray(self.left[:, ::-1]),
+            valid_left=np.ascontiguousarray(self.valid_right[:, ::-1]),
+            valid_right=np.ascontiguousarray(self.valid_left[:, ::-1]),
+            u0_left_px=-(last + self.u0_right_px),
+            u0_right_px=-(last + self.u0_left_px),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.learn.pair_folder import PairSample
-from foveacam_pipeline.networks.both_ways import exchanged
 from foveacam_pipeline.networks.card import StereoNetwork
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.networks.feeding import shifted_left
@@ -41,7 +40,7 @@ def flip_errors(estimator: NetworkEstimator, sample: PairSample) -> Floats:
     The right eye's comes from the mirrored pictures with the eyes exchanged, which have the same disparities.
     """
     left = estimator.answer(sample.pair)[0]
-    right = estimator.answer(exchanged(sample.pair))[0][:, ::-1]
+    right = estimator.answer(sample.pair.mirrored())[0][:, ::-1]
     rows, columns = np.nonzero(_judged(sample))
     at = np.rint(columns - left[rows, columns]).astype(np.intp)
     inside = (at >= 0) & (at < left.shape[1])

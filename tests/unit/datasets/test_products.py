@@ -22,7 +22,7 @@ from foveacam_pipeline.capture.dataset.lock import FolderLock
 from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.products import making
 from foveacam_pipeline.products.batch import BatchCounts, datasets_in, plan_batch, run_batch
-from foveacam_pipeline.products.making import agreement_sums, make_product, mirrored
+from foveacam_pipeline.products.making import agreement_sums, make_product
 from foveacam_pipeline.products.results import ProductFolder
 from foveacam_pipeline.products.summary import write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings, plan_products
@@ -160,9 +160,9 @@ def test_an_evaluation_judges_pairs_with_truth_by_it(tmp_path: Path) -> None:
 
 def test_a_mirrored_pair_has_the_same_offset_and_mirrored_disparities() -> None:
     pair = varied_sample(3).pair
-    turned = mirrored(pair)
+    turned = pair.mirrored()
     assert turned.offset_px == pytest.approx(pair.offset_px)
-    again = mirrored(turned)
+    again = turned.mirrored()
     np.testing.assert_array_equal(again.left, pair.left)
     estimator = BACKENDS["sgbm"]
     found = estimator.estimate(pair)

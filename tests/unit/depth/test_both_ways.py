@@ -1,4 +1,4 @@
-"""Both eyes' answers made one: the exchanged pair, the means, and a card that asks for them."""
+"""Both eyes' answers made one: the means, and a card that asks for them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tests.unit.network_graphs import matcher, write_card
 from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
-from foveacam_pipeline.networks.both_ways import exchanged, mean_of_eyes, surer_of_eyes
+from foveacam_pipeline.networks.both_ways import mean_of_eyes, surer_of_eyes
 from foveacam_pipeline.networks.card import load_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.networks.session import GraphPort
@@ -19,15 +19,6 @@ from foveacam_pipeline.stereo.refine import FloatImage
 
 def rows(*values: float) -> FloatImage:
     return np.tile(np.array(values, dtype=np.float32), (3, 1))
-
-
-def test_a_pair_exchanged_twice_is_the_pair_and_keeps_its_offset() -> None:
-    pair = pair_of(flat(4.0))
-    once, twice = exchanged(pair), exchanged(exchanged(pair))
-    assert once.offset_px == pytest.approx(pair.offset_px)
-    assert np.array_equal(once.left, pair.right[:, ::-1])
-    assert np.array_equal(twice.left, pair.left) and np.array_equal(twice.valid_right, pair.valid_right)
-    assert (twice.u0_left_px, twice.u0_right_px) == pytest.approx((pair.u0_left_px, pair.u0_right_px))
 
 
 def test_answers_are_averaged_where_they_agree_and_the_left_eyes_stay_where_they_do_not() -> None:
