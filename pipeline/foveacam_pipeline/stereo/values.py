@@ -42,7 +42,7 @@ class RectifiedPair:
         return self.f_px * self.baseline_m / self.offset_px
 
     def mirrored(self) -> "RectifiedPair":
-        """Return the pair in a mirror: eyes exchanged, columns reversed, so that disparities keep their sign."""
+        """Return the pair in a mirror: eyes exchanged and columns reversed; disparities keep their sign."""
         last = self.left.shape[1] - 1
         return replace(
             self,
