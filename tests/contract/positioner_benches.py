@@ -65,6 +65,8 @@ class PositionerBench:
     step: float = 0.0
     """Resolution of its motors, deg or mm."""
     slow_down: Callable[[], object] = field(default=lambda: None)
+    deliver: Callable[[], object] = field(default=lambda: None)
+    """Waits until the rig has received every movement so far."""
 
     def move_to(self, position: Position) -> None:
         if isinstance(self.device, ManualRail | GrblRail):
@@ -83,6 +85,7 @@ class PositionerBench:
 
     @property
     def true_position(self) -> Position:
+        self.deliver()
         t_ns = self.clock.now_ns()
         if isinstance(self.device, ManualRail | GrblRail):
             return (self.rig.slide_mm(t_ns)[0],)
@@ -98,7 +101,7 @@ class PositionerBench:
     def home(self) -> "PositionerBench":
         self.device.connect()
         self.device.home()
-        self.wait_for_rest()
+        assert self.wait_for_rest().fault is None
         return self
 
 

@@ -30,6 +30,20 @@ def test_a_hold_breaks_homing_off_without_a_fault() -> None:
     assert bench.rest().homed
 
 
+@pytest.mark.parametrize("slow_ms", [0, 290, 310, 700])
+def test_a_board_that_answers_late_is_homed_too(slow_ms: int) -> None:
+    bench = grbl_bench()
+    bench.driver.connect()
+    bench.board.set_faults(slow_ns=slow_ms * 1_000_000)  # 310: a report is asked for twice
+
+    bench.driver.home()
+
+    state = bench.rest()
+    assert state.fault is None
+    assert state.homed
+    assert bench.stands_at(0.0, 0.0)
+
+
 def test_a_hold_at_the_very_end_of_homing_is_no_fault_either() -> None:
     bench = grbl_bench()
     bench.driver.connect()

@@ -319,8 +319,7 @@ class GrblBoard:
     def _clear_alarm(self, session: GrblSession) -> None:
         """Clear an alarm by a reset, which some alarms require."""
         if session.alarm is not None or session.report().state == "Alarm":
-            session.alarm = None
-            session.realtime(RESET)
+            session.reset()
             session.report()
             self._restarts = session.restarts
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from foveacam_hardware.contract import Clock, DeviceFault, NotConnected, Timeout
 from foveacam_hardware.wire.grbl import (
+    RESET,
     STATUS,
     BadGrblLine,
     GrblAlarm,
@@ -81,6 +82,13 @@ class GrblSession:
     def realtime(self, byte: bytes) -> None:
         """Send a real-time byte, without waiting."""
         self._link.write(byte)
+
+    def reset(self) -> None:
+        """Reset the board, which clears its alarm, and wait for its greeting, which voids earlier lines."""
+        with self._lock:
+            before, self.alarm = self.restarts, None
+            self.realtime(RESET)
+            self._listen_until(lambda: self.restarts != before, LINE_S)
 
     def report(self, *, tries: int = REPORT_TRIES) -> GrblStatusReport:
         """Request a status report and return it; raise `NotConnected` when none comes."""

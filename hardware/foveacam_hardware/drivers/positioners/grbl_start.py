@@ -33,8 +33,11 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
     for _ in range(REST_TRIES):
         if report.state in READY:
             break
-        session.realtime(JOG_CANCEL if report.state in MOVING else RESET)
-        session.listen(0.1)
+        if report.state in MOVING:
+            session.realtime(JOG_CANCEL)
+            session.listen(0.1)
+        else:
+            session.reset()
         report = session.report()
     else:
         raise DeviceFault(f"{name}: it stays in state {report.state}; release it at the board, connect again")
