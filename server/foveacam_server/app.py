@@ -43,7 +43,7 @@ from foveacam_server.resources.lease import routes as lease
 from foveacam_server.resources.loop import routes as loop
 from foveacam_server.resources.measurements import routes as measurements
 from foveacam_server.resources.mirrors import routes as mirrors
-from foveacam_server.resources.mirrors import steering_routes as steering
+from foveacam_server.resources.mirrors import steering
 from foveacam_server.resources.mosaics import routes as mosaics
 from foveacam_server.resources.people import audit_routes as audit
 from foveacam_server.resources.people import session_routes as session

@@ -26,7 +26,7 @@ from foveacam_hardware.drivers.triggered_head import TriggeredHead
 from foveacam_hardware.rig import Rig, RigName
 from foveacam_hardware.rig_config import SerialRigConfig
 from foveacam_hardware.wire.link import SerialLink
-from foveacam_server import program
+from foveacam_server import __main__ as program
 from foveacam_server.assembly import first_services
 
 HOLD = "HOLD_AT_MOVE"

@@ -1,9 +1,12 @@
-"""One client's steering session: its messages become targets, and it is told what came of them."""
+"""The steering socket and one client's session on it: its messages become targets; it is told the state."""
 
 import asyncio
 import math
 
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, StereoVolts
+from foveacam_server.foundation.answers import opened_services
 from foveacam_server.resources.mirrors import steering_messages as messages
 from foveacam_server.resources.mirrors.routes import MirrorRouteServices
 from foveacam_server.resources.mirrors.targets import gaze_volts, volts_of
@@ -14,6 +17,9 @@ from foveacam_server.rig.stream import MessageStream
 TOLD_S, TOLD_AT_REST_S = 0.1, 0.5
 """Periods of the state: while the mirrors are steered, and otherwise."""
 FIRST_MESSAGE_S = 10.0
+_POLICY_VIOLATION = 1008
+
+router = APIRouter(tags=["rig"])
 
 
 class SteeringSession:
@@ -179,3 +185,19 @@ class SteeringSession:
             return None
         (left_x, left_y), (right_x, right_y) = calibration.gaze_rad(pose)
         return 0.5 * (left_x + right_x), 0.5 * (left_y + right_y)
+
+
+@router.websocket("/mirrors/steering")
+async def steering_socket(websocket: WebSocket) -> None:
+    """Let one client steer both mirrors by hand."""
+    services: MirrorRouteServices = await opened_services(websocket)  # type: ignore[assignment]  # app.state is untyped
+    await websocket.accept()
+    try:
+        await SteeringSession(services, websocket).run()
+    except FoveaError as error:
+        await websocket.send_text(messages.problem(error))
+        await websocket.close(_POLICY_VIOLATION, "the first message was refused")
+    except TimeoutError:
+        await websocket.close(_POLICY_VIOLATION, "no first message came")
+    except WebSocketDisconnect:
+        return  # the client has left
