@@ -75,7 +75,7 @@ def type_of(schema: Schema) -> str:
     if schema.get("format") == "binary":
         return "bytes"
     names = {"string": "str", "integer": "int", "number": "float", "boolean": "bool", "null": "None"}
-    return names.get(schema.get("type", ""), "dict[str, Any]")
+    return names.get(schema.get("type", ""), "JsonObject")
 
 
 def identifier(name: str) -> str:
@@ -282,10 +282,11 @@ def operations_source(document: Schema) -> str:
         '"""Every operation of the API: a class a noun, a method an operation."""',
         "import builtins",
         "from collections.abc import AsyncGenerator",
-        "from typing import Any, Literal",
+        "from typing import Literal",
         "",
         "from foveacam_client.async_transport import AsyncDownload, AsyncTransport",
         "from foveacam_client.call import Call, StartedJob",
+        "from foveacam_client.document import JsonObject",
         "from foveacam_client.generated import models",
     ]
     for group, members in groups.items():

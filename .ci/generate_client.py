@@ -107,7 +107,13 @@ def models_source(document: Schema) -> str:
         source, made = Path(folder) / "openapi.json", Path(folder) / "models.py"
         source.write_text(json.dumps({**document, "paths": {}, "components": {"schemas": schemas}}))
         run("datamodel-codegen", f"--input={source}", f"--output={made}", *MODEL_OPTIONS)
-        return made.read_text()
+        return with_open_objects(made.read_text())
+
+
+def with_open_objects(source: str) -> str:
+    """Return a module that names the type of an object whose names the API leaves open."""
+    base = "from foveacam_client.document import Document"
+    return source.replace("dict[str, Any]", "JsonObject").replace(base, f"{base}, JsonObject")
 
 
 def formatted(source: str, name: str) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import InvalidInput
 
 BENCHES: Mapping[str, str] = {
@@ -49,7 +50,7 @@ def bench_names() -> list[str]:
 
 def run_bench(
     name: str, *, quick: bool, silent: bool, data: Path | None = None, pairs: Path | None = None
-) -> dict[str, object]:
+) -> Figures:
     """Run one bench and return its figures; show a spinner unless `silent`.
 
     `data`: folder of pictures, if any; `pairs`: folder of held-out pairs, if any. Raise InvalidInput for an

@@ -8,10 +8,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import httpx
 
+from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
 
 SERVE = ("foveacam_server", "serve", "--port", "{port}", "--data", "{data}")
@@ -66,12 +67,12 @@ class ServerProcess:
             method, url, json=body, headers=headers, timeout=_PATIENCE_S, trust_env=False
         ).raise_for_status()
 
-    def fixate(self, x_px: float, y_px: float) -> dict[str, Any]:  # Any: a JSON document
+    def fixate(self, x_px: float, y_px: float) -> JsonObject:
         """Look at a wide pixel and return the fixation."""
         body = {"pixel": {"x_px": x_px, "y_px": y_px}}
         return dict(self.send("POST", "/fixations", body, {"Prefer": "wait=60"}).json())
 
-    def clouds(self) -> list[dict[str, Any]]:  # Any: JSON documents
+    def clouds(self) -> list[JsonObject]:
         """Return the documents of all clouds."""
         return list(self.send("GET", "/clouds").json())
 

@@ -1,8 +1,11 @@
 """The base class of the documents that the API takes and answers."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model_serializer
+
+JsonObject: TypeAlias = dict[str, Any]
+"""An object whose names the API leaves open; Any: its values too."""
 
 
 class Document(BaseModel):
@@ -11,10 +14,8 @@ class Document(BaseModel):
     model_config = ConfigDict(protected_namespaces=())
 
     @model_serializer(mode="wrap")
-    def _without_unset_nulls(
-        self, serialize: SerializerFunctionWrapHandler
-    ) -> dict[str, Any]:  # Any: a JSON object
-        content: dict[str, Any] = serialize(self)
+    def _without_unset_nulls(self, serialize: SerializerFunctionWrapHandler) -> JsonObject:
+        content: JsonObject = serialize(self)
         return {
             name: value
             for name, value in content.items()

@@ -7,6 +7,7 @@ from itertools import cycle
 
 from foveacam_bench.access.guarded import PASSWORD, GuardedServer, served_routes
 from foveacam_bench.access.matrix import is_open
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.rights import Right, UserRole
@@ -18,7 +19,7 @@ _LONG_AGO = "2020-01-01T00:00:00.000Z"
 _EVIL = {"origin": "http://evil.example"}
 
 
-def foreign_figures(server: GuardedServer, store: Store, *, tried: int = TRIED) -> dict[str, object]:
+def foreign_figures(server: GuardedServer, store: Store, *, tried: int = TRIED) -> Figures:
     """Return how many requests with a bad credential were sent, and how many were let through."""
     routes = [route for route in served_routes() if not is_open(route)]
     unsafe = [route for route in routes if route.method not in ("GET", "HEAD")]

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from foveacam_bench.access.credentials import foreign_figures
 from foveacam_bench.access.guarded import PASSWORD, GuardedServer, guarded_server, scopes_token
 from foveacam_bench.access.matrix import matrix_figures
+from foveacam_bench.figures import Figures
 from foveacam_server.accounts.rights import Right
 from foveacam_server.foundation.store import Store
 
@@ -15,7 +16,7 @@ SIGN_INS, QUICK_SIGN_INS = 40, 10
 CHECKS = 5000
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Measure and return the figures; half a minute."""
     with TemporaryDirectory() as folder, Store(Path(folder)) as store, guarded_server(store) as server:
         figures = matrix_figures(server)
@@ -24,7 +25,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
     return figures
 
 
-def _cost_figures(server: GuardedServer, *, count: int) -> dict[str, object]:
+def _cost_figures(server: GuardedServer, *, count: int) -> Figures:
     took_ms = []
     for _ in range(count):
         began_s = time.perf_counter()

@@ -1,6 +1,7 @@
 """Every route of the server by nobody, each role, and services: which reach it, beside what is declared."""
 
 from foveacam_bench.access.guarded import GuardedServer, ServedRoute, scopes_token, served_routes
+from foveacam_bench.figures import Figures
 from foveacam_server.accounts.rights import Right, UserRole, rights_of
 from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, WEBSOCKETS, declared_right
 from foveacam_server.console.access_rules import SIGN_IN_PATHS
@@ -20,7 +21,7 @@ def is_open(route: ServedRoute) -> bool:
     return route.path in OPEN_PATHS | SIGN_IN_PATHS or (route.method, route.path) in OPEN_CALLS
 
 
-def matrix_figures(server: GuardedServer) -> dict[str, object]:
+def matrix_figures(server: GuardedServer) -> Figures:
     """Return how many routes declare no right, and how many answers differ from what is declared."""
     routes = served_routes()
     asking: dict[str, tuple[dict[str, str], frozenset[Right]]] = {"nobody": ({}, frozenset())}

@@ -16,6 +16,7 @@ import numpy as np
 
 from foveacam_bench.archive.storage_proxy import StorageProxy, storage_proxy
 from foveacam_bench.archive.storage_server import BUCKET, StorageServer
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import DeviceFault
 from foveacam_pipeline.capture.dataset.lock import LOCK
 from foveacam_pipeline.storage.archive import RECORD, fetch_item, find_item, open_store
@@ -64,7 +65,7 @@ def cut_figures(
     return {name: getattr(figures, name) for name in CutFigures.__slots__}
 
 
-def resent_figures(server: StorageServer, folder: Path, *, cuts: int, seed: int = 2) -> dict[str, object]:
+def resent_figures(server: StorageServer, folder: Path, *, cuts: int, seed: int = 2) -> Figures:
     """Cut the upload of one large file, by killing and by dropping, let it end, and return what was sent.
 
     `resent_ratio`: bytes sent, with those of HTTP, over the file's; `resent_parts_a_cut`: what more was sent.

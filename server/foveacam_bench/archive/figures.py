@@ -13,6 +13,7 @@ from foveacam_bench.archive.cuts import cut_figures, resent_figures
 from foveacam_bench.archive.storage_proxy import StorageProxy, storage_proxy
 from foveacam_bench.archive.storage_server import BUCKET, StorageServer, storage_server
 from foveacam_bench.capture.dataset_kills import KillPlan, write
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import MirrorVolts
 from foveacam_pipeline.capture.archiving import dataset_item, recording_item
 from foveacam_pipeline.capture.dataset import Dataset
@@ -30,7 +31,7 @@ UTC = "2026-01-01T00:00:00+00:00"
 _MB = 1e6
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Measure; `quick`: 12 cuts instead of 50, and less to upload."""
     kills, drops, large_cuts = (8, 4, 4) if quick else (25, 25, 10)
     with (
@@ -67,7 +68,7 @@ def _environment(variables: Mapping[str, str]) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _rates(server: StorageServer, folder: Path) -> dict[str, object]:
+def _rates(server: StorageServer, folder: Path) -> Figures:
     """Return the rate of an upload with its hashes and manifest, and of a plain client's, file after file."""
     files = [path for path in folder.rglob("*") if path.is_file()]
     size_mb = sum(path.stat().st_size for path in files) / _MB
@@ -89,7 +90,7 @@ def _rates(server: StorageServer, folder: Path) -> dict[str, object]:
     }
 
 
-def _amplification(proxy: StorageProxy, folder: Path, *, ticks: int) -> dict[str, object]:
+def _amplification(proxy: StorageProxy, folder: Path, *, ticks: int) -> Figures:
     """Return bytes read over bytes wanted: of one point of a dataset, and of one frame of a recording."""
     dataset = _dataset(folder / "points")
     remove_large_files(dataset, _upload(f"s3://{BUCKET}/points", dataset))

@@ -12,7 +12,6 @@ allows. The model of the times, and its terms, are those of `scaling.py`.
 import random
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -25,6 +24,7 @@ from foveacam_bench.batch.bare_processes import bare_times
 from foveacam_bench.batch.dask_processes import DaskProcesses
 from foveacam_bench.batch.scaling import WORKERS, Usage, scaling_figures, used_by
 from foveacam_bench.capture.mosaic import CERTIFICATE, SCENE, capture_raster, glb_of, plan_of
+from foveacam_bench.figures import Figures, Report
 from foveacam_hardware.contract import MonotonicClock, Role
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.batches.cluster import cluster_workers
@@ -41,7 +41,6 @@ from foveacam_pipeline.products.summary import write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings
 from foveacam_pipeline.stereo.match import match
 
-Report = Callable[[str], None]
 SIDE = 2
 SEED = 4
 SMALL_PX = 96, 64
@@ -73,7 +72,7 @@ WHOLE = Extent(datasets=8, runs=20, sleepers=16, naps=1000, small_tasks=1000)
 QUICK = Extent(datasets=2, runs=2, sleepers=2, naps=12, small_tasks=200)
 
 
-def run(*, quick: bool = False, report: Report) -> dict[str, object]:
+def run(*, quick: bool = False, report: Report) -> Figures:
     """Measure and return the figures; some ten minutes, quick one. `report` is told how far it is."""
     extent = QUICK if quick else WHOLE
     with TemporaryDirectory(prefix="foveacam-batch-") as name:
@@ -113,9 +112,9 @@ def simulated_rasters(folder: Path, *, count: int) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def equal_bytes(dataset: Path, folder: Path, cluster: str) -> dict[str, object]:
+def equal_bytes(dataset: Path, folder: Path, cluster: str) -> Figures:
     """Return for each kind whether it has the same bytes wherever it is made."""
-    figures: dict[str, object] = {}
+    figures: Figures = {}
     for settings in KINDS:
         plan, kind = plan_batch([dataset], settings), settings.kind.value
         make(plan, HereAndNow(), folder / "here")
@@ -128,9 +127,7 @@ def equal_bytes(dataset: Path, folder: Path, cluster: str) -> dict[str, object]:
     return figures
 
 
-def killed_workers(
-    datasets: list[Path], folder: Path, cluster: DaskProcesses, *, runs: int
-) -> dict[str, object]:
+def killed_workers(datasets: list[Path], folder: Path, cluster: DaskProcesses, *, runs: int) -> Figures:
     """Return how many products were lost or there twice when a worker was killed, over all runs."""
     plan, rng = plan_batch(datasets, DEPTH), random.Random(SEED)  # noqa: S311 - moments, not secrets
     whole_s = depth_usage(datasets, folder / "undisturbed", cluster).took_s
@@ -150,9 +147,7 @@ def killed_workers(
     return {"killed_runs": runs, "lost_tasks": lost, "double_results": double, "unlike_results": unlike}
 
 
-def scaling(
-    datasets: list[Path], folder: Path, cluster: DaskProcesses, *, empty_tasks: int
-) -> dict[str, object]:
+def scaling(datasets: list[Path], folder: Path, cluster: DaskProcesses, *, empty_tasks: int) -> Figures:
     """Return the time of 4, 2 and 1 workers for depth of all points, and the terms of the model."""
     runs: dict[str, Usage] = {}
     for word, workers in WORKERS.items():
@@ -183,7 +178,7 @@ def depth_usage(datasets: list[Path], out: Path, cluster: DaskProcesses) -> Usag
         return used_by(lambda: make(plan, pool, out), cluster)
 
 
-def overhead(cluster: str, *, workers: int, tasks: int) -> dict[str, object]:
+def overhead(cluster: str, *, workers: int, tasks: int) -> Figures:
     """Return how much longer tasks of 1 s take than they sleep."""
     with cluster_workers(cluster) as pool:
         list(run_tasks(pool, nap, range(workers), clock=MonotonicClock(), stopped=lambda: False))
@@ -194,7 +189,7 @@ def overhead(cluster: str, *, workers: int, tasks: int) -> dict[str, object]:
     return {"naps": tasks, "nap_workers": workers, "naps_s": took_s, "overhead_ratio": took_s / slept_s - 1.0}
 
 
-def memory_growth(cluster: str, *, tasks: int) -> dict[str, object]:
+def memory_growth(cluster: str, *, tasks: int) -> Figures:
     """Return the slope of a worker's resident memory over small tasks, without those at the start."""
     with cluster_workers(cluster) as pool:
         ends = run_tasks(pool, match_small, range(tasks), clock=MonotonicClock(), stopped=lambda: False)

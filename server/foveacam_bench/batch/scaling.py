@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_bench.batch.dask_processes import DaskProcesses
+from foveacam_bench.figures import Figures
 
 WORKERS = {"four": 4, "two": 2, "one": 1}
 """In this order; the last worker stays."""
@@ -63,9 +64,7 @@ def used_by(work: Callable[[], object], cluster: DaskProcesses) -> Usage:
     )
 
 
-def scaling_figures(
-    runs: dict[str, Usage], *, products: int, empty: Usage, empty_tasks: int
-) -> dict[str, object]:
+def scaling_figures(runs: dict[str, Usage], *, products: int, empty: Usage, empty_tasks: int) -> Figures:
     """Return the times of 4, 2 and 1 workers, beside those of the model, whose terms come from the last.
 
     `empty`: of tasks that do nothing. The model's rates of more workers, each with a core, are not measured.
@@ -78,7 +77,7 @@ def scaling_figures(
         scheduler_cpu_s=empty.scheduler_cpu_s / empty_tasks,
         waiting_cpu_s=empty.waiting_cpu_s / empty_tasks,
     )
-    figures: dict[str, object] = {"cpus": cores, "scaled_products": products}
+    figures: Figures = {"cpus": cores, "scaled_products": products}
     for word, count in WORKERS.items():
         run = runs[word]
         kind = "worker" if count == 1 else "workers"

@@ -25,6 +25,7 @@ from foveacam_bench.calibration.truth import (
     pointing_errors_px,
     random_poses,
 )
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms, truth_of
 from foveacam_hardware.contract import PARKED, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
@@ -93,7 +94,7 @@ class StageTimer:
         self.seconds[f"{stage}_wall_s"] = round(time.perf_counter() - wall_s, 1)
 
 
-def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> dict[str, object]:
+def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> Figures:
     """Calibrate a rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses."""
     nodes = QUICK_NODES if quick else None
     poses = QUICK_POSES if quick else POSES

@@ -20,6 +20,7 @@ from foveacam_bench.capture.dataset_kills import KillPlan, kill_figures
 from foveacam_bench.capture.mosaic import measure_mosaic
 from foveacam_bench.capture.recording import measure_recording
 from foveacam_bench.capture.stub_rig import MOST_HZ, StubRig
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import peak_memory_kib
 from foveacam_hardware.contract import FoveaError, Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_hardware.sim.presets import RIG120
@@ -69,7 +70,7 @@ class SilentCaptureWatcher:
         """Ignore it."""
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Measure; `quick`: 20 kills, one round of each, short recordings, a small mosaic."""
     load_before = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as scratch:
@@ -86,7 +87,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
     return {**figures, "load_1min_before": round(load_before, 2)}
 
 
-def pace_figures(*, rounds: int) -> dict[str, object]:
+def pace_figures(*, rounds: int) -> Figures:
     """Return the time of 81 points over the physical limit, median and worst of `rounds`."""
     ratios, seconds = [], []
     limit_s = 0.0
@@ -122,7 +123,7 @@ def capture_plan(folder: Path, plan: RasterPlan) -> tuple[float, float]:
     return took_s, rig_facts(rig).estimate(plan, calibration, codec=ImageCodec.TIFF).limit_s
 
 
-def write_figures(folder: Path, *, rounds: int) -> dict[str, object]:
+def write_figures(folder: Path, *, rounds: int) -> Figures:
     """Return MB/s of the dataset writer, and of a bare loop with the same encoder and the same syncs."""
     points = list(_points())
     size_mb = sum(shot.frame.image.nbytes for point in points for shot in point.shots) / 1e6
@@ -137,7 +138,7 @@ def write_figures(folder: Path, *, rounds: int) -> dict[str, object]:
     }
 
 
-def memory_figures(folder: Path, *, scans: int) -> dict[str, object]:
+def memory_figures(folder: Path, *, scans: int) -> Figures:
     """Return the growth of a process' memory from 9 points to many, each measured in its own process."""
     few = _peak_mb(folder / "few", FEW_POINTS, scans=1)
     many = _peak_mb(folder / "many", (9, 9), scans=scans)

@@ -24,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms, truth_of
 from foveacam_hardware.contract import FoveaError, Role
 from foveacam_hardware.rig import Rig
@@ -78,18 +79,18 @@ class JudgedMosaic:
     known: float
 
 
-def measure_mosaic(*, quick: bool = False) -> dict[str, object]:
+def measure_mosaic(*, quick: bool = False) -> Figures:
     """Return the figures, measured in a separate process for its memory. `quick`: 3 x 3 points."""
     side = QUICK_SIDE if quick else WHOLE
     command = [sys.executable, "-m", __name__, "--side", str(side)]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - this module
     if ended.returncode != 0:
         raise FoveaError(f"the mosaic of {side} x {side} points ended early: {ended.stderr.strip()[-500:]}")
-    found: dict[str, object] = json.loads(ended.stdout)
+    found: Figures = json.loads(ended.stdout)
     return found
 
 
-def mosaic_figures(folder: Path, *, side: int) -> dict[str, object]:
+def mosaic_figures(folder: Path, *, side: int) -> Figures:
     """Capture side x side points into `folder`/raster, build the mosaic in `folder`/mosaic, judge it."""
     with open_simulated(SCENE, inline=True) as rig:
         calibration = load_calibration(CERTIFICATE)
@@ -205,7 +206,7 @@ def seam_distances_px(
     return adjusted, unadjusted, one_depth
 
 
-def mosaic_figures_of(judged: JudgedMosaic) -> dict[str, object]:
+def mosaic_figures_of(judged: JudgedMosaic) -> Figures:
     """Return the figures of a mosaic."""
     own, shown = judged.depth_rel, ~judged.blank
     return {

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import MirrorVolts
 from foveacam_pipeline.capture.recording.pixels import stream_format
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
@@ -31,7 +32,7 @@ RATIO_FRAMES = 300
 """In each round; 470 MB."""
 
 
-def measure_recording(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
+def measure_recording(*, quick: bool = False, folder: Path | None = None) -> Figures:
     """Return the figures; `quick`: 2 s at the cameras' rate instead of 20, two rounds instead of nine."""
     pictures = _pictures()
     where = folder or (MEMORY if MEMORY.is_dir() else Path(tempfile.gettempdir()))

@@ -18,6 +18,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms, truth_of
 from foveacam_hardware.contract import DeviceFault, Rail, Role
 from foveacam_hardware.rig import Rig
@@ -68,7 +69,7 @@ QUICK = RailRaster(columns_deg=(0.0, 2.15, 4.3), rows_deg=(0.2,), stops_m=(-0.3,
 """A wall 8 m away, from three positions."""
 
 
-def reference_figures(*, quick: bool = False, folder: Path | None = None) -> dict[str, object]:
+def reference_figures(*, quick: bool = False, folder: Path | None = None) -> Figures:
     """Capture, triangulate, judge. `folder` keeps dataset and reference."""
     raster = QUICK if quick else FULL
     with TemporaryDirectory() as scratch, open_simulated(SCENE, inline=True) as rig:
@@ -114,7 +115,7 @@ def true_depths_m(truth: Truth, dataset: Dataset, rows: Sequence[ReferenceSample
     return true_m
 
 
-def judge_reference(reference: WideBaselineReference, true_m: Floats) -> dict[str, object]:
+def judge_reference(reference: WideBaselineReference, true_m: Floats) -> Figures:
     """Return the figures of a reference against the truth of its samples."""
     names = ("short_m", "reference_m", "sigma_m", "baseline_m")
     short, found, sigma, longest = (

@@ -38,6 +38,7 @@ from foveacam_bench.depth.matching import (
 )
 from foveacam_bench.depth.real_pairs import RealPair, real_pairs
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms
 from foveacam_pipeline.stereo.estimator import LiveEstimator, SemiGlobalEstimator
 from foveacam_pipeline.stereo.match import gray
@@ -95,7 +96,7 @@ class JudgedDepth:
         return float((np.abs(self.own_error_px) <= limit).mean())
 
 
-def run(*, quick: bool = False, data: Path | None = None) -> dict[str, object]:
+def run(*, quick: bool = False, data: Path | None = None) -> Figures:
     """Measure, and return the figures. `data`: folder of aloe/ and tsukuba/, if any."""
     looks = list(true_looks(QUICK_LOOKS if quick else LOOKS))
     pairs = {pair.name: pair for pair in real_pairs(data)}
@@ -110,11 +111,11 @@ def run(*, quick: bool = False, data: Path | None = None) -> dict[str, object]:
     }
 
 
-def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
+def rendered_figures(looks: list[RenderedLook]) -> Figures:
     """Return the default backend's figures on the rendered looks, of all and of each scene."""
     judged = [(look, _judge_look(look, SemiGlobalEstimator)) for look in looks]
     every = _merged([one for _, one in judged])
-    figures: dict[str, object] = {
+    figures: Figures = {
         **_rendered(every, looks[0].pair),
         "pose_within_1_sigma": float(np.mean(np.abs(every.shared) <= 1.0)),
         "gross_fraction": _gross_fraction(looks),
@@ -127,7 +128,7 @@ def rendered_figures(looks: list[RenderedLook]) -> dict[str, object]:
     return figures
 
 
-def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> dict[str, object]:
+def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> Figures:
     rel_per_px = AT_M / (pair.f_px * pair.baseline_m)
     return {
         "depth_rel_rms": rms(judged.error_px) * rel_per_px,
@@ -150,9 +151,9 @@ def _gross_fraction(looks: list[RenderedLook]) -> float:
     return gross / answers
 
 
-def real_figures(pairs: dict[str, RealPair]) -> dict[str, object]:
+def real_figures(pairs: dict[str, RealPair]) -> Figures:
     """Return the default backend's figures on real pairs, beside bare SGBM."""
-    figures: dict[str, object] = {f"{name}_within_1_sigma": None for name in REAL_PAIRS}
+    figures: Figures = {f"{name}_within_1_sigma": None for name in REAL_PAIRS}
     gaps, margin_gaps, ratios = [], [], []
     for name, pair in pairs.items():
         ours = _judge_real(pair, SemiGlobalEstimator)
@@ -182,12 +183,12 @@ def _rounding_px(pair: RealPair) -> float:
     return pair.truth_sigma_px * math.sqrt(12.0)
 
 
-def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[str, object]:
+def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> Figures:
     """Return the live backend's figures; `bad1_ratio`: the largest ratio of its wrong pixels to bare SGBM's.
 
     Pictures much smaller than the 720 x 540 px of its design are left out of `bad1_ratio`.
     """
-    figures: dict[str, object] = {}
+    figures: Figures = {}
     ratios = []
     for name, pair in pairs.items():
         live, bare = _judge_real(pair, LiveEstimator), _judge_bare(pair, margins=False)
@@ -208,7 +209,7 @@ def live_figures(looks: list[RenderedLook], pairs: dict[str, RealPair]) -> dict[
     return figures | {"bad1_ratio": max(*ratios, live.bad1 / bare.bad1)}
 
 
-def speed_figures(pairs: list[RectifiedPair], *, runs: int) -> dict[str, object]:
+def speed_figures(pairs: list[RectifiedPair], *, runs: int) -> Figures:
     """Return the rate of the live backend and its speed-up over bare SGBM, run alternately on all looks."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(CORES)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.depth.real_pairs import real_figures
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.sensor import PSF_SIGMA_PX, REFERENCE_S
@@ -47,7 +48,7 @@ SCENES, QUICK_SCENES = 6, 2
 PAIRS, QUICK_PAIRS = 200, 40
 
 
-def run(*, quick: bool = False, curve: Path | None = None, data: Path | None = None) -> dict[str, object]:
+def run(*, quick: bool = False, curve: Path | None = None, data: Path | None = None) -> Figures:
     """Return the figures; write the bias curve to `curve`. `data`: folder of aloe/ and tsukuba/, if any."""
     scenes = QUICK_SCENES if quick else SCENES
     noise_bias, optics_bias = (bias_curve(rendered, scenes=scenes) for rendered in (False, True))

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_hardware.contract import InvalidInput, Role, Sighting
 from foveacam_hardware.rig import Rig
@@ -77,7 +78,7 @@ class JudgedPlane:
     sigma_rad: float
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Look, measure, judge, and return the figures."""
     lengths: list[JudgedLength] = []
     planes: list[JudgedPlane] = []
@@ -188,7 +189,7 @@ def _true_normal(points_m: NDArray[np.float64], ids: NDArray[np.int64]) -> NDArr
     return np.asarray(axes[2], dtype=np.float64) if flat else None
 
 
-def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
+def length_figures(lengths: list[JudgedLength]) -> Figures:
     """Return the figures of lengths without those with an end beside an edge, of which the tool warns."""
     clear = [length for length in lengths if not length.at_edge]
     relative = np.array([abs(length.error_m) / length.true_m for length in clear])
@@ -203,7 +204,7 @@ def length_figures(lengths: list[JudgedLength]) -> dict[str, object]:
     }
 
 
-def plane_figures(planes: list[JudgedPlane]) -> dict[str, object]:
+def plane_figures(planes: list[JudgedPlane]) -> Figures:
     """Return the figures of planes; 63 % of two-dimensional normal errors are within their rms."""
     angles = np.degrees([plane.angle_rad for plane in planes])
     sigmas = np.array([plane.angle_rad / plane.sigma_rad for plane in planes])

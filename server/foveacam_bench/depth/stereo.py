@@ -16,6 +16,7 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_hardware.contract import InvalidInput, Role, Sighting, install_command
 from foveacam_hardware.rig import Rig
@@ -42,12 +43,12 @@ LOOKS: tuple[tuple[float, float, float], ...] = (
 """(ax_deg, ay_deg, distance_m) of the rendered looks. The first sees no texture, the last only texture."""
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Measure, and return the figures."""
     with open_simulated(scene="bench", inline=True) as rig:
         calibration = load_calibration(CERTIFICATE)
         sightings = [_look(rig, calibration, look) for look in LOOKS[-1 if quick else 0 :]]
-        found: dict[str, object] = dict(_overhead(sightings[0], calibration, runs=5 if quick else 25))
+        found: Figures = dict(_overhead(sightings[0], calibration, runs=5 if quick else 25))
         found |= motorcycle_figures()
         found |= _rendered(rig, calibration, sightings)
     return found

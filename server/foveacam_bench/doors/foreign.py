@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.stream.clients import upgrade
 
 EVIL = "evil.example"
@@ -13,7 +14,7 @@ _PATIENCE_S = 5.0
 _TAKEN = ("101", "200", "201", "202", "204")
 
 
-def foreign_figures(url: str, *, pid: int) -> dict[str, object]:
+def foreign_figures(url: str, *, pid: int) -> Figures:
     """Return the number of open ports of the server at `url`, and the foreign requests that it accepted."""
     ports = sorted(set(_ports(pid)))
     own = urlsplit(url).port

@@ -12,8 +12,9 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
+from foveacam_bench.figures import Figures
+from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 
 SEED = 15
@@ -57,7 +58,7 @@ def check_generator() -> None:
         )
 
 
-def generated_figures(url: str, folder: Path, *, token: str, quick: bool = False) -> dict[str, object]:
+def generated_figures(url: str, folder: Path, *, token: str, quick: bool = False) -> Figures:
     """Request every operation of the server at `url`; return the number of requests and of wrong answers.
 
     `folder`: where settings and report are written. `token`: the server's shared one, which keeps its rights
@@ -90,7 +91,7 @@ def generated_figures(url: str, folder: Path, *, token: str, quick: bool = False
     return count_failures(events)
 
 
-def count_failures(events: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, object]:  # Any: JSON documents
+def count_failures(events: Iterable[tuple[str, JsonObject]]) -> Figures:
     """Return the figures of Schemathesis' events, given as pairs of kind and event."""
     requests = 0
     failures = set[tuple[str, str, str]]()
@@ -111,14 +112,14 @@ def count_failures(events: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, ob
     }
 
 
-def _events(report: Path) -> Iterator[tuple[str, dict[str, Any]]]:  # Any: JSON documents
+def _events(report: Path) -> Iterator[tuple[str, JsonObject]]:
     with report.open(encoding="utf-8") as lines:
         for line in lines:
             (found,) = json.loads(line).items()
             yield found
 
 
-def _failures(record: dict[str, Any]) -> Iterator[tuple[str, str, str]]:  # Any: a JSON document
+def _failures(record: JsonObject) -> Iterator[tuple[str, str, str]]:
     """Yield figure, operation and message of every failed check."""
     for checks in record.get("checks", {}).values():
         for check in checks:

@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 
 from foveacam_bench.doors.foreign import foreign_figures
 from foveacam_bench.doors.generated import check_generator, generated_figures
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import peak_memory_kib, percentile
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_bench.stream.clients import upgrade
@@ -42,7 +43,7 @@ class TimedStop:
     controller_ms: float | None
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Measure and return the figures; about fifteen minutes, quick about five."""
     check_generator()
     count = QUICK_STOPS if quick else STOPS
@@ -108,7 +109,7 @@ def time_stop(url: str) -> TimedStop:
     )
 
 
-def _stop_figures(stops: list[TimedStop]) -> dict[str, object]:
+def _stop_figures(stops: list[TimedStop]) -> Figures:
     took_ms = sorted(stop.took_ms for stop in stops)
     controller_ms = [stop.controller_ms for stop in stops if stop.controller_ms is not None]
     return {

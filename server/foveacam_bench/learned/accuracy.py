@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_pipeline.learn.pair_folder import PairSample
 from foveacam_pipeline.learn.truth_figures import (
     BAD_PX,
@@ -67,7 +68,7 @@ def measure_accuracy(
     return Accuracy(**found, surest=surest, pairs=len(rows["sgbm"]))
 
 
-def accuracy_figures(found: Accuracy) -> dict[str, object]:
+def accuracy_figures(found: Accuracy) -> Figures:
     """Return the figures by name, ratios to matching first."""
     return {
         "foveal_epe_over_sgbm_equal_density": found.surest.epe_px / found.sgbm.epe_px,
@@ -108,7 +109,7 @@ def _surest(error_px: NDArray[np.float32], sigma_px: NDArray[np.float32], count:
     )
 
 
-def _named(name: str, found: TruthFigures) -> dict[str, object]:
+def _named(name: str, found: TruthFigures) -> Figures:
     return {
         f"{name}_epe_px": found.epe_px,
         f"{name}_bad1": found.bad_1,

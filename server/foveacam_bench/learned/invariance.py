@@ -7,6 +7,7 @@ from importlib.util import find_spec
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_pipeline.learn.pair_folder import PairSample
 from foveacam_pipeline.networks.card import StereoNetwork
 from foveacam_pipeline.networks.estimator import NetworkEstimator
@@ -20,7 +21,7 @@ CELLS_PX, PIXELS_PX = (4, 8, 16), (1, 2, 3, 5)
 
 def invariance_figures(
     estimator: NetworkEstimator, network: StereoNetwork, samples: Sequence[PairSample]
-) -> dict[str, object]:
+) -> Figures:
     """Return medians over the pixels that both eyes see, px, and how far torch and onnxruntime are apart."""
     return {
         "flip_symmetry_px": _median(flip_errors(estimator, sample) for sample in samples),
@@ -63,7 +64,7 @@ def shift_errors(estimator: NetworkEstimator, sample: PairSample, *, shifts_px: 
 
 def torch_agreement(
     estimator: NetworkEstimator, network: StereoNetwork, samples: Sequence[PairSample]
-) -> dict[str, object]:
+) -> Figures:
     """Return the largest and the median difference of both, px, over the first pair; or why there is none."""
     if find_spec("torch") is None or find_spec("onnx") is None:
         return {"torch_onnx_skipped": "torch and onnx are not installed (the extra `learn`)"}

@@ -11,6 +11,7 @@ import numpy as np
 
 from foveacam_bench.depth.dense import rectified_real
 from foveacam_bench.depth.real_pairs import RealPair, real_pairs
+from foveacam_bench.figures import Figures
 from foveacam_bench.learned.accuracy import Accuracy, measure_accuracy
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth
@@ -18,9 +19,9 @@ from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.stereo.search import MatchSettings
 
 
-def photograph_figures(estimator: NetworkEstimator, data: Path | None) -> dict[str, object]:
+def photograph_figures(estimator: NetworkEstimator, data: Path | None) -> Figures:
     """Return end-point errors and shares above 1 px of each pair; `data`: folder of aloe/ and tsukuba/."""
-    figures: dict[str, object] = {}
+    figures: Figures = {}
     for name, sample, settings in signed_photographs(data):
         found = measure_accuracy(estimator, [sample], settings=settings)
         figures |= {f"{name}_{key}": value for key, value in _figures(found).items()}
@@ -54,7 +55,7 @@ def _signed(real: RealPair) -> tuple[PairSample, MatchSettings]:
     return PairSample(pair=pair, truth=truth), settings
 
 
-def _figures(found: Accuracy) -> dict[str, object]:
+def _figures(found: Accuracy) -> Figures:
     return {
         "foveal_epe_px": found.network_all.epe_px,
         "sgbm_filled_epe_px": found.sgbm_filled.epe_px,

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.learned.accuracy import accuracy_figures, measure_accuracy
 from foveacam_bench.learned.held_out import PAIRS, QUICK_PAIRS, SEED, held_out_pairs
 from foveacam_bench.learned.invariance import invariance_figures
@@ -30,14 +31,12 @@ TIMED_FROM = 100_000
 """Index of the first of them: none of the pairs that errors are measured on."""
 
 
-def run(*, quick: bool = False, data: Path | None = None, pairs: Path | None = None) -> dict[str, object]:
+def run(*, quick: bool = False, data: Path | None = None, pairs: Path | None = None) -> Figures:
     """Measure, and return the figures. `data`: folder of aloe/ and tsukuba/; `pairs`: held-out pairs."""
     return network_figures(shipped_network(), quick=quick, data=data, pairs=pairs)
 
 
-def network_figures(
-    network: StereoNetwork, *, quick: bool, data: Path | None, pairs: Path | None
-) -> dict[str, object]:
+def network_figures(network: StereoNetwork, *, quick: bool, data: Path | None, pairs: Path | None) -> Figures:
     """Return the figures of a network."""
     estimator = NetworkEstimator.open(network)
     samples = held_out_pairs(pairs, count=QUICK_PAIRS if quick else PAIRS)
@@ -51,7 +50,7 @@ def network_figures(
     }
 
 
-def time_figures(estimator: NetworkEstimator, *, looks: int) -> dict[str, object]:
+def time_figures(estimator: NetworkEstimator, *, looks: int) -> Figures:
     """Return the time of a map, ms, at both sizes of windows; ratios also of processor time."""
     calibration = own_calibration()
     seeds = [scene_seed(SEED, Split.HELD_OUT, TIMED_FROM + number) for number in range(looks)]
@@ -59,7 +58,7 @@ def time_figures(estimator: NetworkEstimator, *, looks: int) -> dict[str, object
     return _times(estimator, large) | _times(estimator, [halved(pair) for pair in large])
 
 
-def _times(estimator: NetworkEstimator, pairs: Sequence[RectifiedPair]) -> dict[str, object]:
+def _times(estimator: NetworkEstimator, pairs: Sequence[RectifiedPair]) -> Figures:
     times: dict[str, list[tuple[float, float]]] = {"foveal": [], "sgbm": []}
     estimator.estimate(pairs[0])  # the first run of a size allocates what later ones reuse
     for pair in pairs:

@@ -15,6 +15,7 @@ import numpy as np
 import typer
 
 from foveacam_bench.depth.error_fit import LEAST_ERROR_PX, fit_quantile
+from foveacam_bench.figures import Figures
 from foveacam_bench.learned.serving import network_figures
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import Checkpoint, load_checkpoint
@@ -82,7 +83,7 @@ def _document(
     trained: Checkpoint,
     training: StoredPairs,
     held_out: StoredPairs,
-    figures: dict[str, object],
+    figures: Figures,
     *,
     size: int,
     curve: SigmaCurve,

@@ -1,5 +1,6 @@
 """Measure the vergence loop as an instrument, in virtual time (`foveacam bench loop`)."""
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.loop.refused_tuning import tune_with_dead_axis, tune_with_passer_by
 from foveacam_bench.loop.tuned_steps import TunedRig, settle_ms, tune_rig
 from foveacam_bench.loop.walker_lag import lag_mrad
@@ -13,7 +14,7 @@ SECONDS, QUICK_SECONDS = 6.0, 2.0
 """Half a circle of the walker."""
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Tune, step and polish; track a walker; try to tune where that must be refused."""
     candidates = QUICK_CANDIDATES if quick else CANDIDATES
     presets = (POLISHED,) if quick else tuple(PRESETS)
@@ -21,7 +22,7 @@ def run(*, quick: bool = False) -> dict[str, object]:
     return _tuning(rigs) | _lag(QUICK_SECONDS if quick else SECONDS) | _refusals()
 
 
-def _tuning(rigs: dict[str, TunedRig]) -> dict[str, object]:
+def _tuning(rigs: dict[str, TunedRig]) -> Figures:
     ratios = {
         f"{preset} {axis}": settle_ms(rig.tuned[axis]) / settle_ms(rig.default[axis])
         for preset, rig in rigs.items()
@@ -42,7 +43,7 @@ def _tuning(rigs: dict[str, TunedRig]) -> dict[str, object]:
     }
 
 
-def _lag(seconds: float) -> dict[str, object]:
+def _lag(seconds: float) -> Figures:
     off_mrad, on_mrad = (lag_mrad(predict=on, pan_held=True, seconds=seconds) for on in (False, True))
     corrected_off, corrected_on = (
         lag_mrad(predict=on, pan_held=False, seconds=seconds) for on in (False, True)
@@ -56,7 +57,7 @@ def _lag(seconds: float) -> dict[str, object]:
     }
 
 
-def _refusals() -> dict[str, object]:
+def _refusals() -> Figures:
     dead, passed = tune_with_dead_axis("left x"), tune_with_passer_by()
     return {
         "dead_axis_refused": dead.reason is not None,

@@ -17,6 +17,7 @@ from urllib.parse import urlsplit
 
 import httpx
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import percentile
 from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
 
@@ -40,7 +41,7 @@ class Crowd:
         self._jobs: list[str] = []
         self._late_ms: list[float] = []
 
-    async def run(self, *, ended: Awaitable[object]) -> dict[str, object]:
+    async def run(self, *, ended: Awaitable[object]) -> Figures:
         """Use the server until `ended`; return what happened."""
         kinds: list[Callable[[], Awaitable[None]]] = [self._click, self._list, self._capture, self._listen]
         kinds += [self._view] * VIEWERS + [self._hold_unread]
@@ -119,7 +120,7 @@ class Crowd:
 def main() -> None:
     """Run until stdin is closed."""
 
-    async def whole() -> dict[str, object]:
+    async def whole() -> Figures:
         ended = asyncio.get_running_loop().run_in_executor(None, sys.stdin.read)
         return await Crowd(sys.argv[1]).run(ended=ended)
 

@@ -11,12 +11,13 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from foveacam_bench.doors.stop import TimedStop, time_stop
+from foveacam_bench.figures import Figures, Report
 from foveacam_bench.judging import percentile
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_bench.small_disk import small_disk
@@ -35,17 +36,16 @@ WARM_UP_SHARE = 1 / 3
 STOP_PERIOD_S = 4.0
 DISK_BYTES = 1_600_000_000
 SEED = 2117
-Report = Callable[[str], None]
 
 
-def run(*, quick: bool = False, report: Report) -> dict[str, object]:
+def run(*, quick: bool = False, report: Report) -> Figures:
     """Measure and return the figures; about forty minutes, quick three. `report` is told how far it is."""
     figures = day_figures(QUICK_HOURS if quick else HOURS, report=report)
     crowd = crowd_figures(QUICK_CROWD_S if quick else CROWD_S, report=report)
     return figures | {f"crowd_{name}" if name in figures else name: value for name, value in crowd.items()}
 
 
-def day_figures(hours: int, *, report: Report) -> dict[str, object]:
+def day_figures(hours: int, *, report: Report) -> Figures:
     """Live through the hours; return what the server held after them, and what went wrong."""
     with (
         TemporaryDirectory(prefix="foveacam-soak-") as name,
@@ -80,7 +80,7 @@ def day_figures(hours: int, *, report: Report) -> dict[str, object]:
         }
 
 
-def crowd_figures(duration_s: float, *, report: Report) -> dict[str, object]:
+def crowd_figures(duration_s: float, *, report: Report) -> Figures:
     """Let everybody use a server at once; return what it held, and how late stops and events came."""
     with TemporaryDirectory(prefix="foveacam-crowd-") as name:
         folder = Path(name)

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.soak.soaked_server import Resources
 
 
-def growth_figures(held: Sequence[Resources], *, after: int) -> dict[str, object]:
+def growth_figures(held: Sequence[Resources], *, after: int) -> Figures:
     """Return the growth from the sample `after` to the last; slopes are least squares through those."""
     settled = held[min(after, len(held) - 1) :]
     first, last = settled[0], settled[-1]

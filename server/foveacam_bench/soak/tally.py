@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import httpx
 
 from foveacam_bench.soak.soaked_server import SoakedServer
+from foveacam_client.document import JsonObject
 
 
 @dataclass(slots=True)
@@ -30,7 +31,7 @@ class SoakTally:
 
 def run_job(
     tally: SoakTally, server: SoakedServer, activity: str, path: str, body: object, *, states: set[str]
-) -> dict[str, object] | None:
+) -> JsonObject | None:
     """Start a job, wait until it has ended, and return it; count an end in another state as unexpected."""
     answer = server.send("POST", path, body)
     if not tally.expect(activity, answer, 202):

@@ -9,7 +9,7 @@ clock.
 import math
 from datetime import datetime
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from foveacam_bench.servers import ServerProcess
 from foveacam_bench.stream.console_page import PATIENCE_S, page_position, wait_until
 from foveacam_bench.verge.click_truth import ClickKind, classify_click
 from foveacam_bench.verge.fixations import CERTIFICATE, FARTHEST_M, NEAREST_M
+from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
@@ -103,9 +104,7 @@ def _click(page: "Page", server: ServerProcess, pixel: tuple[float, float]) -> d
     return parts
 
 
-def _parts_s(
-    answer: dict[str, Any], fixation: dict[str, Any], job: dict[str, Any]
-) -> dict[str, float]:  # Any: JSON documents
+def _parts_s(answer: JsonObject, fixation: JsonObject, job: JsonObject) -> dict[str, float]:
     """Return the total time and its parts, s; the server's times have steps of 1 ms."""
     clicked_s = 1e-3 * (answer["origin_ms"] + answer["clicked_ms"])
     shown_s = 1e-3 * (answer["origin_ms"] + answer["shown_ms"])

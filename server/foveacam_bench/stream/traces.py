@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from foveacam_bench.figures import Figures
 from foveacam_hardware.contract.spans import CURRENT_SPAN, Span, span
 from foveacam_server.foundation.watching import otlp, tracing
 from foveacam_server.foundation.watching.tracing import open_traces
@@ -18,7 +19,7 @@ RECORDED = tracing.SPANS_A_TRACE - 1
 """Marks of one trace that are sent."""
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Measure and return the figures; a few seconds."""
     count = QUICK_MARKS if quick else MARKS
     with _part_of(None):

@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms, truth_of
 from foveacam_bench.track.square import Walker, write_square
 from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
@@ -81,7 +82,7 @@ class FollowRun:
         return [float(age) for times in self.times_s.values() for age in np.diff(times)]
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Follow one fast walker, four slower ones, and one in front of whom another passes."""
     seconds = 3.0 if quick else 12.0
     one = follow_walkers(FAST, seconds=seconds)

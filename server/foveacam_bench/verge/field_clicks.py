@@ -17,6 +17,7 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
@@ -81,7 +82,7 @@ class JudgedClick:
         return (self.fixation.duration_ms + own_ms) / 1e3
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Click, judge, and return the figures; `doubtful` lists the clicks to be examined."""
     count = QUICK_CLICKS if quick else CLICKS
     return figures([answer for scene in SCENES for answer in answers(scene, count)])
@@ -149,11 +150,11 @@ def _off_centre_px(
     return min((off for off in off_px if math.isfinite(off)), default=math.inf)
 
 
-def figures(results: list[JudgedClick]) -> dict[str, object]:
+def figures(results: list[JudgedClick]) -> Figures:
     """Return the figures of a list of answers."""
     answered = [r for r in results if r.fixation.distance_m is not None]
     bounds = [r for r in results if r.fixation.basis is Basis.BOUND]
-    found: dict[str, object] = {
+    found: Figures = {
         "clicks": len(results),
         "answered_fraction": len(answered) / len(results),
         "answered_of_surfaces_fraction": _of_surfaces(results),
@@ -171,8 +172,8 @@ def figures(results: list[JudgedClick]) -> dict[str, object]:
     return found | {"doubtful": [_click_record(r) for r in results if _is_doubtful(r)]}
 
 
-def _figures_of(basis: Basis, results: list[JudgedClick]) -> dict[str, object]:
-    found: dict[str, object] = {f"{basis}_count": len(results)}
+def _figures_of(basis: Basis, results: list[JudgedClick]) -> Figures:
+    found: Figures = {f"{basis}_count": len(results)}
     if not results:
         return found
     found[f"{basis}_answer_s_median"] = median(r.answer_s for r in results)
@@ -206,7 +207,7 @@ def _is_doubtful(result: JudgedClick) -> bool:
     return not answered or result.wrong or abs(result.sigmas) > 3.0 or off_target
 
 
-def _click_record(result: JudgedClick) -> dict[str, object]:
+def _click_record(result: JudgedClick) -> Figures:
     """Return the details of one click, for diagnosis."""
     fixation = result.fixation
     return {

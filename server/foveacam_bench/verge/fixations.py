@@ -16,6 +16,7 @@ from statistics import median
 
 import numpy as np
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click, clicked_point_at, residual_px
 from foveacam_bench.verge.knock import knock_figures
@@ -64,7 +65,7 @@ class ClickResult:
         return self.verged and far_off and abs(self.sigmas) > WRONG_SIGMA
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Click, judge, and return the figures; `failures` lists the failed clicks."""
     results = [result for scene in SCENES for result in fixations(scene, QUICK_QUOTA if quick else QUOTA)]
     return click_figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
@@ -104,7 +105,7 @@ def judge_click(rig: Rig, calibration: Calibration, click: Click) -> ClickResult
     )
 
 
-def click_figures(results: list[ClickResult]) -> dict[str, object]:
+def click_figures(results: list[ClickResult]) -> Figures:
     """Return the figures of a list of results."""
     textured = [r for r in results if r.click.kind is ClickKind.TEXTURED]
     verged = [r for r in textured if r.verged]
@@ -145,7 +146,7 @@ def _failed(result: ClickResult) -> bool:
     return result.wrong
 
 
-def _click_record(result: ClickResult) -> dict[str, object]:
+def _click_record(result: ClickResult) -> Figures:
     """Return the details of one click, for diagnosis."""
     click, fixation = result.click, result.fixation
     return {

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click
 from foveacam_hardware.contract import DeviceFault
@@ -40,7 +41,7 @@ class KnockResult:
     reported_after: int | None
 
 
-def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: bool) -> dict[str, object]:
+def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: bool) -> Figures:
     """Return how many clicks it takes until a knock is reported, and the share of failures that name it."""
     count = QUICK_KNOCKS if quick else KNOCKS
     every = [found for scene in scenes for found in _knock_and_click(scene, calibration, count=count)]

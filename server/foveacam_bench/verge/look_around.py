@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_bench.verge.fixations import CERTIFICATE, WRONG_SHARE, WRONG_SIGMA
 from foveacam_hardware.rig import Rig
@@ -51,7 +52,7 @@ class JudgedContext:
     lost: float
 
 
-def run(*, quick: bool = False) -> dict[str, object]:
+def run(*, quick: bool = False) -> Figures:
     """Return the figures of both scenes together, and each scene's."""
     count = JUDGED // 4 if quick else JUDGED
     scenes = {scene: survey(scene, count) for scene in SCENES}

@@ -3,10 +3,11 @@
 
 import builtins
 from collections.abc import AsyncGenerator
-from typing import Any, Literal
+from typing import Literal
 
 from foveacam_client.async_transport import AsyncDownload, AsyncTransport
 from foveacam_client.call import Call, StartedJob
+from foveacam_client.document import JsonObject
 from foveacam_client.generated import models
 
 
@@ -396,7 +397,7 @@ class AsyncCalibrations:
         return await self._transport.answer(Call("GET", "/api/v1/calibrations/health"), models.HealthDocument)
 
     async def import_file(
-        self, body: dict[str, Any], *, distance_m: float | None = None
+        self, body: JsonObject, *, distance_m: float | None = None
     ) -> models.CalibrationDocument:
         """Take a calibration from a file.
 
@@ -457,7 +458,7 @@ class AsyncCalibrations:
 
     async def download(
         self, calibration_id: str, *, format: Literal["foveacam", "authors"] | None = None
-    ) -> dict[str, Any]:
+    ) -> JsonObject:
         """One as a file.
 
         Return the calibration as a file of this program, or with its poses as the authors' device
@@ -472,7 +473,7 @@ class AsyncCalibrations:
                 path_values={"calibration_id": calibration_id},
                 query={"format": format},
             ),
-            dict[str, Any],
+            JsonObject,
         )
 
     def report(self, calibration_id: str) -> AsyncDownload:

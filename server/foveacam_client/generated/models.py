@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
-from foveacam_client.document import Document
+from foveacam_client.document import Document, JsonObject
 
 
 class AdviceDocument(Document):
@@ -841,7 +841,7 @@ class EventDocument(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
-    data: dict[str, Any]
+    data: JsonObject
     id: int
     kind: str
     level: Literal["info", "warning", "error"]
@@ -1220,7 +1220,7 @@ class GeojsonMapRequest(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
-    document: dict[str, Any]
+    document: JsonObject
     kind: Literal["geojson"]
     m_per_unit: Annotated[float, Field(gt=0.0, le=1000000.0)] = 1.0
 
@@ -1678,7 +1678,7 @@ class MapDocument(Document):
         extra="forbid",
     )
     bounds_m: list[float]
-    map: dict[str, Any]
+    map: JsonObject
     obstacle_m2: float
     obstacles: int
     targets_m: list[list[float]]
@@ -3783,7 +3783,7 @@ class CaptureDocument(Document):
     archived: ArchivedDocument | None
     calibration_id: str | None
     codec: str | None
-    conditions: dict[str, Any] | None
+    conditions: JsonObject | None
     created_utc: str | None
     folder: str
     id: str
@@ -3791,7 +3791,7 @@ class CaptureDocument(Document):
     label: str
     licence: str
     name: str
-    plan: dict[str, Any] | None
+    plan: JsonObject | None
     points: CapturePoints
     progress: CaptureProgress | None
     removed: bool
@@ -3952,7 +3952,7 @@ class EstimateDocument(Document):
     hand_moves: int
     kinds: list[KindDocument]
     limit_s: float
-    plan: dict[str, Any]
+    plan: JsonObject
     points: int
     rail_s: float
     raw_bytes: int
@@ -3970,11 +3970,11 @@ class FitDocument(Document):
         extra="forbid",
     )
     calibration_id: str
-    drift: dict[str, Any] | None = None
+    drift: JsonObject | None = None
     fields: list[FieldScoreDocument]
     models: list[ModelScoreDocument]
-    paper: dict[str, Any] | None
-    parallax: dict[str, Any] | None
+    paper: JsonObject | None
+    parallax: JsonObject | None
     volts_roundtrip_max_lsb: float
 
 
@@ -4003,7 +4003,7 @@ class FixationDocument(Document):
     left_view: EyeViewDocument | None = None
     point_rig_m: tuple[float, float, float] | None
     reason: str
-    request: dict[str, Any]
+    request: JsonObject
     residual_px: float | None
     right_view: EyeViewDocument | None = None
     score: float | None
@@ -4482,7 +4482,7 @@ class RegionsDocument(Document):
     areas: AreasDocument
     duration_ms: float
     empty_because: str | None
-    geojson: dict[str, Any]
+    geojson: JsonObject
     points: list[SightDocument]
     regions: list[RegionDocument]
     ring: RingDocument
@@ -4495,7 +4495,7 @@ class RegionsRequest(Document):
         extra="forbid",
     )
     agent_radius_m: Annotated[float, Field(ge=0.0, le=100.0)] = 0.3
-    map: dict[str, Any]
+    map: JsonObject
     points_m: Annotated[list[PointsMItem] | None, Field(max_length=1000)] = None
     ring: RingRequest | None = None
     targets_m: Annotated[list[TargetsMItem] | None, Field(max_length=50)] = None

@@ -3,9 +3,10 @@
 
 import builtins
 from collections.abc import Generator
-from typing import Any, Literal
+from typing import Literal
 
 from foveacam_client.call import Call, StartedJob
+from foveacam_client.document import JsonObject
 from foveacam_client.generated import models
 from foveacam_client.generated.transport import Download, Transport
 
@@ -387,9 +388,7 @@ class Calibrations:
         """
         return self._transport.answer(Call("GET", "/api/v1/calibrations/health"), models.HealthDocument)
 
-    def import_file(
-        self, body: dict[str, Any], *, distance_m: float | None = None
-    ) -> models.CalibrationDocument:
+    def import_file(self, body: JsonObject, *, distance_m: float | None = None) -> models.CalibrationDocument:
         """Take a calibration from a file.
 
         Keep the calibration of a file of this program, or of the authors' device bundle. A bundle does
@@ -449,7 +448,7 @@ class Calibrations:
 
     def download(
         self, calibration_id: str, *, format: Literal["foveacam", "authors"] | None = None
-    ) -> dict[str, Any]:
+    ) -> JsonObject:
         """One as a file.
 
         Return the calibration as a file of this program, or with its poses as the authors' device
@@ -464,7 +463,7 @@ class Calibrations:
                 path_values={"calibration_id": calibration_id},
                 query={"format": format},
             ),
-            dict[str, Any],
+            JsonObject,
         )
 
     def report(self, calibration_id: str) -> Download:

@@ -118,7 +118,7 @@ def _check_free(record: "ArchiveRecord", place: Path, beside: Path) -> None:
         )
 
 
-def _document(record: "ArchiveRecord") -> dict[str, object]:
+def _document(record: "ArchiveRecord") -> dict[str, object]:  # object: JSON for the command line
     told = record.manifest
     return {
         "kind": told.kind,

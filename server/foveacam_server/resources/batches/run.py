@@ -38,7 +38,7 @@ class BatchResult:
     counts: BatchCounts
     summary: BatchSummary
 
-    def document(self) -> dict[str, object]:
+    def document(self) -> dict[str, object]:  # object: JSON for the command line and the files
         """Return the run as JSON."""
         summary = self.summary
         return {

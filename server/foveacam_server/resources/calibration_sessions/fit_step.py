@@ -28,8 +28,8 @@ from foveacam_server.resources.calibration_sessions.options import FitOptions
 from foveacam_server.resources.calibration_sessions.pictures import draw_png, write_picture
 from foveacam_server.resources.calibration_sessions.schema import (
     FieldScoreDocument,
-    Figures,
     FitDocument,
+    FitFigures,
     ModelScoreDocument,
     MountDriftDocument,
     eye_of,
@@ -227,7 +227,7 @@ def _drift(result: FitResult) -> dict[str, MountDriftDocument] | None:
     }
 
 
-def _paper(result: FitResult) -> Figures | None:
+def _paper(result: FitResult) -> FitFigures | None:
     """Return the paper's model of the same data, and the scores with each of our additions."""
     paper = result.paper
     if paper is None:
@@ -249,7 +249,7 @@ def _paper(result: FitResult) -> Figures | None:
     }
 
 
-def _parallax(parallax: StationParallax) -> Figures:
+def _parallax(parallax: StationParallax) -> FitFigures:
     return {
         "print_m": round(parallax.print_m, 4),
         "print_scatter_m": round(parallax.print_scatter_m, 5),

@@ -10,7 +10,7 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 Eye = Literal["left", "right"]
 EyeState = Literal["centred", "rim", "refused", "waiting"]
-Figures = dict[str, Any]  # Any: the page shows what a fit computed, by name; it differs between versions
+FitFigures = dict[str, Any]  # Any: the page shows what a fit computed, by name; it differs between versions
 
 
 def eye_of(role: Role) -> Eye:
@@ -179,9 +179,9 @@ class FitDocument(ResponseModel):
     fields: list[FieldScoreDocument]
     volts_roundtrip_max_lsb: float
     """Largest volts -> angles -> volts over the calibrated field, steps of the DAC."""
-    paper: Figures | None
+    paper: FitFigures | None
     """The paper's model of the same data."""
-    parallax: Figures | None
+    parallax: FitFigures | None
     """The parallax of Eq. 1, by station."""
     drift: dict[str, MountDriftDocument] | None = None
     """Drift of each eye's mount, which was corrected; null when no nodes were visited again."""
