@@ -42,8 +42,10 @@ def test_every_view_of_a_look_gives_the_same_point(server: Running, look: str) -
     for view in ("left", "right", "anaglyph", "wide"):
         x_px, y_px = depth["drawn_px"][view][0]
         other = measure(server, "point", place(view, x_px, y_px))["points"][0]
-        # a wide pixel is 4.5 of the window's: 3 mm at 2 m, and the poster is tilted
-        assert other["point_rig_m"] == pytest.approx(point["point_rig_m"], abs=0.006), view
+        # a wide pixel is 4.5 of the window's, and the poster is tilted; of two pixels that the right eye has
+        # at one place, the one in front is meant: a disparity of one px more is 21 mm at these 8 m
+        near_m = 0.025 if view == "right" else 0.006
+        assert other["point_rig_m"] == pytest.approx(point["point_rig_m"], abs=near_m), view
     x_px, y_px = depth["drawn_px"]["wide"][0]
     seen = server.truth.depth_at(x_px, y_px, server.services.clock.now_ns())
     assert seen is not None
