@@ -84,7 +84,10 @@ class GrblSession:
         self._link.write(byte)
 
     def reset(self) -> None:
-        """Reset the board, which clears its alarm, and wait for its greeting, which voids earlier lines."""
+        """Reset the board, which clears its alarm, and wait for its greeting, `LINE_S` at most.
+
+        What is sent before the greeting is lost; a report alone does not tell, it may be a late one.
+        """
         with self._lock:
             before, self.alarm = self.restarts, None
             self.realtime(RESET)

@@ -18,7 +18,6 @@ NEAREST_M, FARTHEST_M = 0.5, 1e6
 
 router = APIRouter(tags=["reach"])
 
-
 Corner: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
 """(x, y), wide px."""
 
