@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from tests.unit.network_graphs import matcher, write_card
 from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
-from foveacam_pipeline.networks.both_ways import mean_of_eyes, surer_of_eyes
 from foveacam_pipeline.networks.card import load_network
-from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.networks.estimator import NetworkEstimator, mean_of_eyes, surer_of_eyes
 from foveacam_pipeline.networks.session import GraphPort
 from foveacam_pipeline.stereo.refine import FloatImage
 

@@ -1,37 +1,21 @@
-"""Route of the reach, and the shape of its answer: the outline of each eye's field in the wide image."""
+"""Route of the reach: the outline of each eye's calibrated field in the wide image."""
 
 import math
-from typing import Annotated, Protocol, TypeAlias
+from typing import Annotated, Protocol
 
 from fastapi import APIRouter, Depends, Query
-from pydantic import Field
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import reach_outline_px
 from foveacam_server.foundation.answers import opened_services, problems
-from foveacam_server.foundation.schema import ResponseModel
+from foveacam_server.resources.reach.schema import ReachDocument
 from foveacam_server.rig.ports import CalibrationInForce
 
 NEAREST_M, FARTHEST_M = 0.5, 1e6
 """Nearer than the baseline is long nothing can be verged on."""
 
 router = APIRouter(tags=["reach"])
-
-Corner: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
-"""(x, y), wide px."""
-
-
-class ReachDocument(ResponseModel):
-    """Outlines of where each eye can look, corners in wide px; they may leave the image.
-
-    `distance_m`: from the rig's origin, where the outlines are taken; null is infinity.
-    """
-
-    calibration_id: str
-    distance_m: float | None
-    left_px: list[Corner]
-    right_px: list[Corner]
 
 
 class ReachRouteServices(Protocol):
