@@ -17,7 +17,7 @@ from starlette.types import Scope
 from foveacam_server.accounts.rights import Right
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
-_ACCESS = "foveacam_access"
+ACCESS = "foveacam_access"
 """Attribute of an endpoint: a function, or an ASGI application that is mounted."""
 _KEPT, _KEPT_CHARS = 2048, 200
 """Matches that are kept for the next request of the same path, and the longest such path."""
@@ -54,7 +54,7 @@ def open_to_anybody(endpoint: _Endpoint) -> _Endpoint:
 
 def _declare(access: Access) -> Callable[[_Endpoint], _Endpoint]:
     def declared(endpoint: _Endpoint) -> _Endpoint:
-        setattr(endpoint, _ACCESS, access)
+        setattr(endpoint, ACCESS, access)
         return endpoint
 
     return declared
@@ -62,7 +62,7 @@ def _declare(access: Access) -> Callable[[_Endpoint], _Endpoint]:
 
 def declared_access(endpoint: object) -> Access | None:
     """Return what an endpoint declares; None for nothing."""
-    found: Access | None = getattr(endpoint, _ACCESS, None)
+    found: Access | None = getattr(endpoint, ACCESS, None)
     return found
 
 
@@ -108,13 +108,13 @@ class RouteTable:
 
     def __init__(self, routes: Sequence[BaseRoute]) -> None:
         """`routes`: those of the application; none is added after the first request."""
-        self._routes = routes
+        self.routes = routes
         self._known = lru_cache(maxsize=_KEPT)(self._find)
 
     @cached_property
     def contexts(self) -> list[RouteContext]:
         """Every route, in the order in which the application tries them."""
-        return list(iter_route_contexts(self._routes))
+        return list(iter_route_contexts(self.routes))
 
     def load(self) -> None:
         """Make the table now, rather than at the first request."""

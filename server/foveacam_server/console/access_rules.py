@@ -128,7 +128,7 @@ class AccessRules:
         return hmac.digest((self.token or "").encode(), b"foveacam browser session", hashlib.sha256).hex()
 
     def check_site(self, scope: Scope) -> Refusal | None:
-        """Refuse a path that cannot be read, a page of another site, and another site's name that leads here."""
+        """Refuse an unreadable path, a page of another site, and another site's name that leads here."""
         if _CONTROL.search(scope["path"]):
             return control_character(scope["path"])
         headers = Headers(scope=scope)

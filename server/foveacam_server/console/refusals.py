@@ -65,7 +65,7 @@ def foreign_host(host: str, own: Collection[str]) -> Refusal:
     return Refusal(
         ProblemDetails(
             kind=FORBIDDEN_ORIGIN,
-            detail=f"This server answers to {', '.join(sorted(own))} and to its own addresses in digits alone, "
+            detail=f"This server answers to {', '.join(sorted(own))} and to its addresses in digits alone, "
             f"and was called {host!r}.",
             asked=f"host {host!r}",
             remedy="Open it by one of these names or by its address; to be reached by another name, add that "

@@ -19,6 +19,7 @@ from foveacam_server.accounts.rights import Principal
 from foveacam_server.accounts.route_rights import RouteTable
 from foveacam_server.console import openid, sign_in
 from foveacam_server.console.access_rules import AccessRules, own_hosts
+from foveacam_server.console.listed_origins import ListedOrigins
 from foveacam_server.console.page_policy import content_policy
 from foveacam_server.console.refusals import Refusal
 from foveacam_server.foundation.errors import UNAUTHORIZED
@@ -130,6 +131,8 @@ def install(app: FastAPI, settings: Settings) -> AccessRules:
         insecure=settings.insecure,
     )
     app.add_middleware(SecurityMiddleware, gate=gate)
+    if gate.origins:
+        app.add_middleware(ListedOrigins, origins=gate.origins)
     app.include_router(sign_in.router(gate))
     openid.install(app, settings, gate)
     return gate

@@ -143,8 +143,8 @@ class Settings(BaseSettings):
         for origin in origins:
             if not _ORIGIN.fullmatch(origin):
                 raise ValueError(
-                    f"{origin!r} is no origin of a page; give scheme, host and, unless it is the scheme's own, "
-                    "port, such as https://lab.example or http://10.0.0.5:3000, one for each site, without *"
+                    f"{origin!r} is no origin of a page; give scheme, host and the port that its address "
+                    "shows, such as https://lab.example or http://10.0.0.5:3000, without path and without *"
                 )
         return origins
 

@@ -1,19 +1,25 @@
 """Every route by every role, and bad credentials: by the functions of `bench auth`."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from argon2 import PasswordHasher
+from starlette.types import Scope
 
 from foveacam_bench.access.credentials import foreign_figures
-from foveacam_bench.access.guarded import GuardedServer, ServedRoute, guarded_server
+from foveacam_bench.access.guarded import Answer, GuardedServer, ServedRoute, guarded_server
 from foveacam_bench.access.matrix import matrix_figures
 from foveacam_server.accounts import passwords, route_rights
+from foveacam_server.console import access_rules
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.fixations import routes as fixation_routes
 
 FIXATE = ServedRoute("POST", "/api/v1/fixations")
+ONE_IN = 24
+"""Routes of which one is asked for by the variants of its path; the bench asks for all."""
 
 
 @pytest.fixture
@@ -30,8 +36,9 @@ def server(store: Store, monkeypatch: pytest.MonkeyPatch) -> Iterator[GuardedSer
 
 
 def test_every_route_is_reached_by_whom_it_is_declared_for_alone(server: GuardedServer) -> None:
-    figures = matrix_figures(server)
+    figures = matrix_figures(server, variants_of_one_in=ONE_IN)
     assert figures["role_matrix_violations_which"] == []
+    assert int(str(figures["path_variants_tried"])) > 800
     assert figures["routes_without_role"] == 0
     assert int(str(figures["role_matrix_cells"])) > 1900
 
@@ -39,10 +46,49 @@ def test_every_route_is_reached_by_whom_it_is_declared_for_alone(server: Guarded
 def test_a_route_that_declares_nothing_is_found_and_is_for_admins_alone(
     server: GuardedServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delitem(route_rights.RESOURCES, "fixations")
-    assert matrix_figures(server)["routes_without_role"] == 5
-    assert server.request(FIXATE, server.cookie_of("otto")) == 403
-    assert server.request(FIXATE, server.cookie_of("ada")) == 200
+    monkeypatch.delattr(fixation_routes.create, route_rights.ACCESS)
+    server.rules.routes = route_rights.RouteTable(server.rules.routes.routes)
+    assert matrix_figures(server, variants_of_one_in=1000)["routes_without_role"] == 1
+    assert server.request(FIXATE, server.cookie_of("otto")).status == 403
+    assert server.request(FIXATE, server.cookie_of("ada")).status == 200
+
+
+def test_no_path_with_a_control_character_reaches_a_route(server: GuardedServer) -> None:
+    cookies = [server.cookie_of("otto"), server.cookie_of("ada")]
+    for character in "\n\r\0\t\x7f\x85\u2028":
+        for last in (f"trash{character}", f"{character}trash", f"tr{character}ash"):
+            for method in ("DELETE", "GET", "WEBSOCKET"):
+                route = ServedRoute(method, f"/api/v1/captures/{last}")
+                assert [server.request(route, cookie) for cookie in cookies] == [Answer(400)] * 2
+
+
+def test_an_ending_of_the_path_gives_nobody_the_right_of_another_route(server: GuardedServer) -> None:
+    ada, otto, vera = (server.cookie_of(name) for name in ("ada", "otto", "vera"))
+    for method, path, cookie in [
+        ("POST", "/api/v1/calibrations/cal-1/activate", otto),
+        ("DELETE", "/api/v1/captures/trash", otto),
+        ("DELETE", "/api/v1/recordings/trash", otto),
+        ("DELETE", "/api/v1/stills/trash", otto),
+        ("PUT", "/api/v1/displays/pattern", vera),
+    ]:
+        reached = server.request(ServedRoute(method, path), ada).endpoint
+        assert reached is not None
+        assert server.request(ServedRoute(method, path), cookie) == Answer(403)
+        for ending in ("\n", "\r\n", "/", ";x", "\x00"):
+            assert server.request(ServedRoute(method, path + ending), cookie).endpoint is not reached
+
+
+def test_the_figures_see_rules_that_read_the_path_otherwise_than_the_router(
+    server: GuardedServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def by_the_path(rules: AccessRules, found: object, route: object, scope: Scope) -> object:
+        return found if scope["path"].endswith("\n") else authorise(rules, found, route, scope)
+
+    authorise: Callable[..., object] = AccessRules._authorise
+    monkeypatch.setattr(AccessRules, "_authorise", by_the_path)
+    monkeypatch.setattr(access_rules, "_CONTROL", re.compile("(?!)"))
+    figures = matrix_figures(server, variants_of_one_in=ONE_IN)
+    assert int(str(figures["role_matrix_violations"])) > 10
 
 
 def test_no_bad_credential_is_accepted(server: GuardedServer, store: Store) -> None:
