@@ -9,7 +9,7 @@ from foveacam_hardware.contract import Role
 from foveacam_server.accounts.errors import require
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Right
-from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -88,6 +88,7 @@ def one(session_id: SessionId, services: ServicesDep) -> SessionDocument:
 @router.delete(
     "/{session_id}", status_code=204, summary="Delete a session's measurements", responses=problems(404, 409)
 )
+@needs(Right.ADMINISTER)
 def remove(session_id: SessionId, services: ServicesDep) -> None:
     """Delete everything measured in a session; the calibrations fitted from it stay."""
     services.sessions.remove(session_id)

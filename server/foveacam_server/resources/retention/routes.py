@@ -10,7 +10,7 @@ from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.retention.schema import RetentionApplied, RetentionPreview, RetentionRequest
 from foveacam_server.resources.retention.service import RetentionService
 
-router = GuardedRouter("/retention", tags=["retention"], reading=Right.VIEW, changing=Right.OPERATE)
+router = GuardedRouter("/retention", tags=["retention"], reading=Right.VIEW, changing=Right.ADMINISTER)
 
 
 class RetentionRouteServices(Protocol):
