@@ -21,35 +21,43 @@ _ENDINGS = (
 
 
 @dataclass(frozen=True, slots=True)
-class _Asker:
+class Asker:
+    """Who sends requests: name, credentials and rights."""
+
     name: str
     headers: dict[str, str]
     rights: frozenset[Right]
 
 
-def matrix_figures(server: GuardedServer, *, variants_of_one_in: int = 1) -> Figures:
-    """Return how many routes declare no right, and how many answers differ from what is declared.
-
-    `variants_of_one_in`: of how many routes one is asked for by the variants of its path.
-    """
-    askers = list(_askers(server))
-    violations = [
-        f"{route.method} {route.path} by {asker.name}: {answer.status}"
-        for route in server.routes
-        for asker in askers
-        if (answer := server.request(route, asker.headers)).status != _wanted(route, asker)
-        or answer.endpoint is not (route.endpoint if answer.status == 200 else None)
-    ]
-    tried, let_through = _try_variants(server, server.routes[::variants_of_one_in], askers)
-    violations += let_through
+def matrix_figures(server: GuardedServer) -> Figures:
+    """Return how many routes declare no right, and how many answers differ from what is declared."""
+    askers = list(askers_of(server))
+    tried, violations = try_variants(server, server.routes, askers)
+    violations += wrong_answers(server, askers)
     return {
         "routes": len(server.routes),
-        "routes_without_role": sum(declared_access(route.endpoint) is None for route in server.routes),
+        "routes_without_role": len(undeclared(server.routes)),
         "role_matrix_cells": len(server.routes) * len(askers),
         "path_variants_tried": tried,
         "role_matrix_violations": len(violations),
         "role_matrix_violations_which": violations[:20],
     }
+
+
+def wrong_answers(server: GuardedServer, askers: list[Asker]) -> list[str]:
+    """Return the routes and askers whose answer is not the declared one, or comes from another route."""
+    return [
+        f"{route.method} {route.path} by {asker.name}: {answer.status}"
+        for asker in askers
+        for route in server.routes
+        if (answer := server.request(route, asker.headers)).status != _wanted(route, asker)
+        or answer.endpoint is not (route.endpoint if answer.status == 200 else None)
+    ]
+
+
+def undeclared(routes: list[ServedRoute]) -> list[ServedRoute]:
+    """Return the routes that declare nothing."""
+    return [route for route in routes if declared_access(route.endpoint) is None]
 
 
 def path_variants(path: str) -> list[str]:
@@ -61,10 +69,10 @@ def path_variants(path: str) -> list[str]:
     return [*(path + end for end in _ENDINGS), *within, f"/{path}", path.upper(), f"{head}/{last.upper()}"]
 
 
-def _try_variants(
-    server: GuardedServer, routes: list[ServedRoute], askers: list[_Asker]
+def try_variants(
+    server: GuardedServer, routes: list[ServedRoute], askers: list[Asker]
 ) -> tuple[int, list[str]]:
-    """Return how many variants were sent, and those that reached what their asker has no right to."""
+    """Return how many variants of paths were sent, and those that reached what their asker may not do."""
     tried, found = 0, []
     for route in routes:
         lacking = [asker for asker in askers if not _may(asker, route.endpoint)]
@@ -78,21 +86,22 @@ def _try_variants(
     return tried, found
 
 
-def _askers(server: GuardedServer) -> Iterator[_Asker]:
-    yield _Asker(_NOBODY, {}, frozenset())
+def askers_of(server: GuardedServer) -> Iterator[Asker]:
+    """Yield nobody, a user of each role, and a service of each scope."""
+    yield Asker(_NOBODY, {}, frozenset())
     for name, role in ROLES.items():
-        yield _Asker(name, server.cookie_of(name), rights_of(role))
+        yield Asker(name, server.cookie_of(name), rights_of(role))
     for right in Right:
         name = f"service that may {right}"
-        yield _Asker(f"a {name}", scopes_token(server, right, name=name), frozenset({right}))
+        yield Asker(f"a {name}", scopes_token(server, right, name=name), frozenset({right}))
 
 
-def _may(asker: _Asker, endpoint: object) -> bool:
+def _may(asker: Asker, endpoint: object) -> bool:
     right = (declared_access(endpoint) or UNDECLARED).right
     return right is None or right in asker.rights
 
 
-def _wanted(route: ServedRoute, asker: _Asker) -> int:
+def _wanted(route: ServedRoute, asker: Asker) -> int:
     if _may(asker, route.endpoint):
         return 200
     return 401 if asker.name == _NOBODY else 403

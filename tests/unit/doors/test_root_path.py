@@ -115,4 +115,4 @@ def test_a_slash_at_the_end_does_not_count() -> None:
 
 @pytest.mark.parametrize("bare", [True, False])
 def test_the_page_of_the_3d_pane_has_no_address_that_would_get_the_path(bare: bool) -> None:
-    assert root_path.LINK.search(viser_page(bare=bare).encode()) is None
+    assert root_path.LINK.search(viser_page(bare=bare)) is None
