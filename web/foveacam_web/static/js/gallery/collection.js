@@ -34,7 +34,10 @@ const MOST_FAULTS = 20;
  * }} collection `hint`: what can be searched for; `intro`: what is shown where there is none; `above`: above the list
  * @param {GalleryContext} context
  */
-export function openList({ noun, hint, orders, reader, card, intro, above = () => null, key }, { store, follow, signal }) {
+export function openList(
+  { noun, hint, orders, reader, card, intro, above = () => null, key },
+  { store, follow, signal },
+) {
   let [in_trash, asked] = [false, false];
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let later;
