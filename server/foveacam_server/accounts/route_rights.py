@@ -95,14 +95,6 @@ class GuardedRouter(APIRouter):
         super().add_api_route(path, endpoint, **options)
 
 
-@dataclass(frozen=True, slots=True)
-class MatchedRoute:
-    """The route that answers a request."""
-
-    endpoint: object
-    access: Access
-
-
 class RouteTable:
     """Finds the route that answers a request, by the matching rules of the application's own routes."""
 
@@ -124,26 +116,25 @@ class RouteTable:
     def _matchers(self) -> list[Callable[[Scope], tuple[Match, Scope]]]:
         return [context.matches for context in self.contexts]
 
-    def match(self, scope: Scope) -> MatchedRoute | None:
-        """Return the route of a request or WebSocket; None where nothing is served. Callable from any thread.
+    def access(self, scope: Scope) -> Access | None:
+        """Return what the route of a request or WebSocket needs; None where nothing is served.
 
-        A request whose method a path does not have is matched with the first route of that path, which
-        answers it with 405.
+        A request whose method a path does not have is that of the first route of that path, which answers it
+        with 405. Callable from any thread.
         """
         path: str = scope["path"]
         find = self._known if len(path) <= _KEPT_CHARS else self._find
         return find(scope["type"], scope.get("method", "GET"), path, scope.get("root_path", ""))
 
-    def _find(self, kind: str, method: str, path: str, root_path: str) -> MatchedRoute | None:
+    def _find(self, kind: str, method: str, path: str, root_path: str) -> Access | None:
         scope: Scope = {"type": kind, "method": method, "path": path, "root_path": root_path, "headers": []}
-        other_method: MatchedRoute | None = None
+        of_other_method: Access | None = None
         for matches in self._matchers:
             match, found = matches(scope)
-            if match is Match.NONE or (match is Match.PARTIAL and other_method is not None):
+            if match is Match.NONE or (match is Match.PARTIAL and of_other_method is not None):
                 continue
-            endpoint = found["endpoint"]
-            route = MatchedRoute(endpoint, declared_access(endpoint) or UNDECLARED)
+            access = declared_access(found["endpoint"]) or UNDECLARED
             if match is Match.FULL:
-                return route
-            other_method = route
-        return other_method
+                return access
+            of_other_method = access
+        return of_other_method

@@ -19,7 +19,7 @@ from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import LOCAL, NOBODY, SHARED, Principal, Right
-from foveacam_server.accounts.route_rights import SAFE_METHODS, MatchedRoute, RouteTable
+from foveacam_server.accounts.route_rights import SAFE_METHODS, Access, RouteTable
 from foveacam_server.accounts.service_tokens import PREFIX
 from foveacam_server.accounts.tables import equal
 from foveacam_server.console.refusals import (
@@ -80,17 +80,17 @@ class AccessRules:
         foreign = self.check_site(scope)
         if foreign is not None:
             return foreign
-        route = self.routes.match(scope)
-        found = self._identify(scope, Headers(scope=scope), stops=route is not None and route.access.stops)
-        if route is not None and route.access.right is None:
+        access = self.routes.access(scope)
+        found = self._identify(scope, Headers(scope=scope), stops=access is not None and access.stops)
+        if access is not None and access.right is None:
             return NOBODY if isinstance(found, Refusal) else found
         if isinstance(found, Refusal):
             return found
-        return unknown_path(found, scope) if route is None else self._authorise(found, route, scope)
+        return unknown_path(found, scope) if access is None else self._authorise(found, access, scope)
 
-    def _authorise(self, found: Principal, route: MatchedRoute, scope: Scope) -> Principal | Refusal:
-        right = route.access.right
-        viewer_stops = route.access.stops and found.may(Right.VIEW) and self.viewers_may_stop()
+    def _authorise(self, found: Principal, access: Access, scope: Scope) -> Principal | Refusal:
+        right = access.right
+        viewer_stops = access.stops and found.may(Right.VIEW) and self.viewers_may_stop()
         return found if right is None or found.may(right) or viewer_stops else lacking(found, right, scope)
 
     def audit(self, found: Principal | Refusal, scope: Scope, *, status: int) -> None:
@@ -110,8 +110,8 @@ class AccessRules:
         )
 
     def _steers(self, scope: Scope) -> bool:
-        route = self.routes.match(scope) if scope["type"] == "websocket" else None
-        return route is not None and route.access.right is Right.OPERATE
+        access = self.routes.access(scope) if scope["type"] == "websocket" else None
+        return access is not None and access.right is Right.OPERATE
 
     def admits_token(self, token: str, *, address: str) -> bool:
         """Return whether `token` is the shared one; after too many wrong ones none is admitted."""

@@ -91,8 +91,8 @@ class SecurityMiddleware:
         """Return the answer to `/?token=…`: the cookie and a redirect to the URL without the token."""
         if scope["type"] != "http" or scope["method"] != "GET" or b"token=" not in scope["query_string"]:
             return None
-        route = self._gate.routes.match(scope)
-        if route is None or not route.access.takes_token or self._gate.check_site(scope) is not None:
+        access = self._gate.routes.access(scope)
+        if access is None or not access.takes_token or self._gate.check_site(scope) is not None:
             return None
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
         token = next((value for name, value in query if name == "token"), "")

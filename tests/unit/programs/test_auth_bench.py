@@ -93,8 +93,8 @@ def test_an_ending_of_the_path_gives_nobody_the_right_of_another_route(server: G
 def test_the_figures_see_rules_that_read_the_path_otherwise_than_the_router(
     server: GuardedServer, askers: list[Asker], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def by_the_path(rules: AccessRules, found: object, route: object, scope: Scope) -> object:
-        return found if scope["path"].endswith("\n") else authorise(rules, found, route, scope)
+    def by_the_path(rules: AccessRules, found: object, access: object, scope: Scope) -> object:
+        return found if scope["path"].endswith("\n") else authorise(rules, found, access, scope)
 
     authorise: Callable[..., object] = AccessRules._authorise
     monkeypatch.setattr(AccessRules, "_authorise", by_the_path)
