@@ -1,5 +1,6 @@
 import asyncio
 import json
+import socket
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import TypedDict, Unpack
@@ -14,7 +15,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_server.accounts.attempts import MOST_WRONG, WINDOW_S
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import needs, open_to_anybody
-from foveacam_server.console import access_rules, security, viser_relay
+from foveacam_server.console import security, viser_relay
 from foveacam_server.foundation.settings import Settings, checked_settings
 
 OWN = "http://127.0.0.1:8000"
@@ -223,7 +224,7 @@ def test_an_open_server_is_no_page_of_a_name_that_was_made_to_point_at_it() -> N
 def test_an_open_server_answers_to_its_machine_and_to_addresses(
     host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(access_rules.socket, "gethostname", lambda: "Rig-PC")
+    monkeypatch.setattr(socket, "gethostname", lambda: "Rig-PC")
     browser = client(host="0.0.0.0", insecure=True, allowed_origins=("https://lab.example:8443",))  # noqa: S104
     own = {"Host": host, "Origin": f"http://{host}"}
     assert browser.post("/park", headers=own).json() == "parked"
