@@ -136,6 +136,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         bound_threads()
+        app.state.gate.routes.load()
         with ExitStack() as stack:
             try:
                 app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
@@ -158,14 +159,15 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         lifespan=lifespan,
         docs_url=None,  # ours need nothing from other servers
         redoc_url=None,
+        redirect_slashes=False,  # a path is served as it is written, or not at all
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
     pages.install(app)
     error_handlers.install(app)
-    app.add_middleware(HeadRequests)
     app.add_middleware(BodyLimitProblems)
     app.add_middleware(HeaderLimit)
     app.state.gate = security.install(app, settings)
+    app.add_middleware(HeadRequests)
     app.add_middleware(RequestTimes)
     app.add_middleware(RequestTraces)
     app.add_middleware(RequestIds)

@@ -15,7 +15,7 @@ import {
   stateWords,
   userName,
 } from "../foveacam_web/static/js/people/words.js";
-import { isNamed, may, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
+import { isNamed, may, offers, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
 import { signIn } from "../foveacam_web/static/js/transport/sign_in.js";
 import { only } from "./documents.js";
 
@@ -30,6 +30,12 @@ const ADMIN = { ...VIEWER, name: "Ada", role: "admin", rights: ["view", "operate
 const OPEN = { ...ADMIN, mode: "open", name: null, kind: "local" };
 /** @type {SignInDocument} */
 const TOKEN = { ...OPEN, mode: "token", kind: "shared_token", role: null, name: "the shared token" };
+
+test("a button that needs a right is offered to who has it, and before it is known who looks", () => {
+  assert.equal(offers(VIEWER, "administer"), false);
+  assert.equal(offers(ADMIN, "administer"), true);
+  assert.equal(offers(null, "administer"), true);
+});
 
 test("who is signed in is said where the server asks for it", () => {
   assert.deepEqual([null, OPEN, TOKEN, VIEWER].map(isNamed), [false, false, true, true]);

@@ -5,12 +5,12 @@ import secrets
 from collections.abc import Iterator
 from itertools import cycle
 
-from foveacam_bench.access.guarded import PASSWORD, GuardedServer, served_routes
-from foveacam_bench.access.matrix import is_open
+from foveacam_bench.access.guarded import PASSWORD, GuardedServer, ServedRoute
 from foveacam_bench.figures import Figures
 from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.rights import Right, UserRole
+from foveacam_server.accounts.route_rights import declared_access
 from foveacam_server.accounts.tables import ServiceTokenRow, SignInRow
 from foveacam_server.foundation.store import Store
 
@@ -21,18 +21,18 @@ _EVIL = {"origin": "http://evil.example"}
 
 def foreign_figures(server: GuardedServer, store: Store, *, tried: int = TRIED) -> Figures:
     """Return how many requests with a bad credential were sent, and how many were let through."""
-    routes = [route for route in served_routes() if not is_open(route)]
+    routes = [route for route in server.routes if not _is_open(route)]
     unsafe = [route for route in routes if route.method not in ("GET", "HEAD")]
     random.Random(0).shuffle(routes)  # noqa: S311 - an order, no secret
     bad = list(_bad_headers(server, store))
     accepted = []
     for number, route in zip(range(tried), cycle(routes), strict=False):
         name, headers = bad[number % len(bad)]
-        if server.request(route, headers, address=f"10.1.{number // 200}.{number % 200}") == 200:
+        if server.request(route, headers, address=f"10.1.{number // 200}.{number % 200}").endpoint:
             accepted.append(f"{name}: {route.method} {route.path}")
     admin = server.cookie_of("ada")
     for route in unsafe:
-        if server.request(route, {**admin, **_EVIL}) == 200:
+        if server.request(route, {**admin, **_EVIL}).endpoint:
             accepted.append(f"a foreign page: {route.method} {route.path}")
     replayed = _replayed(server)
     return {
@@ -40,6 +40,11 @@ def foreign_figures(server: GuardedServer, store: Store, *, tried: int = TRIED) 
         "foreign_accepted": len(accepted) + sum(replayed),
         "foreign_accepted_which": accepted[:20],
     }
+
+
+def _is_open(route: ServedRoute) -> bool:
+    access = declared_access(route.endpoint)
+    return access is not None and access.right is None
 
 
 def _bad_headers(server: GuardedServer, store: Store) -> Iterator[tuple[str, dict[str, str]]]:

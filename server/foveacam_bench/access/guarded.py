@@ -1,16 +1,19 @@
-"""A guarded server without its rig: the access rules before an application that notes what reaches it."""
+"""A guarded server without its rig: access rules and routes of the application, with idle endpoints."""
 
 import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from fastapi.routing import iter_route_contexts
+from fastapi import FastAPI
+from fastapi.routing import APIRoute, RouteContext
+from starlette.routing import BaseRoute, Mount
 from starlette.types import Message, Receive, Scope, Send
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.rights import Right, UserRole
+from foveacam_server.accounts.route_rights import RouteTable
 from foveacam_server.app import create_app
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.security import SecurityMiddleware
@@ -27,45 +30,40 @@ class ServedRoute:
 
     method: str
     path: str
+    endpoint: object = None
+    """What answers it."""
 
 
-def served_routes() -> list[ServedRoute]:
-    """Return every route, file and WebSocket of the server."""
-    found = []
-    for route in iter_route_contexts(create_app(Settings(viewer=False)).routes):
-        path = (route.path or "").replace("{", "").replace("}", "")
-        methods = getattr(route, "methods", None)
-        if methods is None:
-            is_mount = type(route.original_route).__name__ == "Mount"
-            found.append(ServedRoute("GET", f"{path}/a.js") if is_mount else ServedRoute("WEBSOCKET", path))
-        else:
-            found += [ServedRoute(method, path) for method in sorted(methods)]
-    return found
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The status of a request, 200 where an endpoint was reached, and that endpoint."""
+
+    status: int
+    endpoint: object | None = None
 
 
-@dataclass
 class GuardedServer:
     """The access rules with accounts, and what they let through."""
 
-    accounts: Accounts
-    rules: AccessRules
-    reached: int = 0
-    _app: SecurityMiddleware = field(init=False)
+    def __init__(self, accounts: Accounts, runner: asyncio.Runner) -> None:
+        app = create_app(Settings(viewer=False))
+        self._runner = runner
+        self._reached: object | None = None
+        self.accounts = accounts
+        self.rules = AccessRules(
+            routes=RouteTable(app.routes),
+            token=None,
+            origins=frozenset(),
+            loopback=False,
+            hosts=frozenset(),
+            accounts=accounts,
+        )
+        self.routes = self._served(app)
+        self._app = SecurityMiddleware(app.router, gate=self.rules)
 
-    def __post_init__(self) -> None:
-        self._app = SecurityMiddleware(self._note, gate=self.rules)
-
-    async def _note(self, scope: Scope, receive: Receive, send: Send) -> None:
-        self.reached += 1
-        if scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": 1000})
-            return
-        await send({"type": "http.response.start", "status": 200, "headers": []})
-        await send({"type": "http.response.body", "body": b""})
-
-    def request(self, route: ServedRoute, headers: dict[str, str], *, address: str = "10.0.0.9") -> int:
-        """Send a request; return 200 where it reached the application, else the status of the refusal."""
-        before = self.reached
+    def request(self, route: ServedRoute, headers: dict[str, str], *, address: str = "10.0.0.9") -> Answer:
+        """Send a request; the router of the application finds its endpoint once the rules admit it."""
+        self._reached = None
         statuses: list[int] = []
 
         async def send(message: Message) -> None:
@@ -77,13 +75,49 @@ class GuardedServer:
             return {"type": kind, "body": b"", "more_body": False}
 
         scope = _scope(route, {"host": HOST, **headers}, address=address)
-        asyncio.run(self._app(scope, receive, send))
-        return 200 if self.reached > before else statuses[0]
+        self._runner.run(self._app(scope, receive, send))
+        return Answer(statuses[0], self._reached) if statuses else Answer(200, self._reached)
 
     def cookie_of(self, name: str) -> dict[str, str]:
         """Return the headers of a browser in which a user has signed in now."""
         cookie = self.accounts.begin(self.accounts.users.get(name), address="10.0.0.9", browser="bench")
         return {"cookie": f"{COOKIE}={cookie}"}
+
+    def _served(self, app: FastAPI) -> list[ServedRoute]:
+        """Return every route, file and WebSocket, and have each note that it was reached."""
+        found = []
+        for context in self.rules.routes.contexts:
+            methods, path = context.methods, (context.path or "").replace("{", "").replace("}", "")
+            route = _handling(context)
+            self._note_in(route, methods)
+            if isinstance(route, Mount):
+                found.append(ServedRoute("GET", f"{path}/a.js", route.app))
+            elif methods is None:
+                found.append(ServedRoute("WEBSOCKET", path, context.endpoint))
+            else:
+                found += [ServedRoute(method, path, context.endpoint) for method in sorted(methods)]
+        return found
+
+    def _note_in(self, route: BaseRoute, methods: set[str] | None) -> None:
+        async def note(scope: Scope, receive: Receive, send: Send) -> None:
+            if scope["type"] == "websocket":
+                self._reached = scope["endpoint"]
+                await send({"type": "websocket.close", "code": 1000})
+                return
+            served = methods is None or scope["method"] in methods
+            self._reached = scope["endpoint"] if served else None
+            await send({"type": "http.response.start", "status": 200 if served else 405, "headers": []})
+            await send({"type": "http.response.body", "body": b""})
+
+        route.handle = note  # type: ignore[method-assign]  # in place of what the endpoint does
+
+
+def _handling(context: RouteContext) -> BaseRoute:
+    """Return the object whose `handle` the router calls: FastAPI keeps its own of a WebSocket in a router."""
+    if isinstance(context.original_route, APIRoute):
+        return context.original_route
+    found: BaseRoute = context.handle.__self__
+    return found
 
 
 @contextmanager
@@ -94,8 +128,8 @@ def guarded_server(store: Store) -> Iterator[GuardedServer]:
         accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
         accounts.users.add("otto", UserRole.OPERATOR, password=PASSWORD)
         accounts.users.add("vera", UserRole.VIEWER, password=PASSWORD)
-        rules = AccessRules(token=None, origins=frozenset(), loopback=False, host=HOST, accounts=accounts)
-        yield GuardedServer(accounts, rules)
+        with asyncio.Runner() as runner:
+            yield GuardedServer(accounts, runner)
     finally:
         accounts.close()
 

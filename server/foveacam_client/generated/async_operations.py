@@ -212,7 +212,7 @@ class AsyncCalibrationSessions:
 
         Delete everything measured in a session; the calibrations fitted from it stay.
 
-        Needs the right `operate`.
+        Needs the right `administer`.
         """
         await self._transport.order(
             Call(
@@ -989,7 +989,7 @@ class AsyncClouds:
 
         Remove a cloud and its files; its fixation and target stay.
 
-        Needs the right `operate`.
+        Needs the right `administer`.
         """
         await self._transport.order(
             Call("DELETE", "/api/v1/clouds/{cloud_id}", path_values={"cloud_id": cloud_id})
@@ -3032,7 +3032,7 @@ class AsyncRetention:
 
         Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile.
 
-        Needs the right `operate`.
+        Needs the right `administer`.
         """
         return await self._transport.answer(
             Call("POST", "/api/v1/retention", body=body), models.RetentionApplied

@@ -208,7 +208,7 @@ class CalibrationSessions:
 
         Delete everything measured in a session; the calibrations fitted from it stay.
 
-        Needs the right `operate`.
+        Needs the right `administer`.
         """
         self._transport.order(
             Call(
@@ -973,7 +973,7 @@ class Clouds:
 
         Remove a cloud and its files; its fixation and target stay.
 
-        Needs the right `operate`.
+        Needs the right `administer`.
         """
         self._transport.order(Call("DELETE", "/api/v1/clouds/{cloud_id}", path_values={"cloud_id": cloud_id}))
 
@@ -2988,7 +2988,7 @@ class Retention:
 
         Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile.
 
-        Needs the right `operate`.
+        Needs the right `administer`.
         """
         return self._transport.answer(Call("POST", "/api/v1/retention", body=body), models.RetentionApplied)
 

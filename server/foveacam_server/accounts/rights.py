@@ -10,9 +10,9 @@ class Right(StrEnum):
     VIEW = "view"
     """See pictures, states, results and files."""
     OPERATE = "operate"
-    """Move the rig, capture, compute, change and trash what was made; hold the lease."""
+    """Move the rig, capture, compute, change and trash what was made, delete what can be made again."""
     ADMINISTER = "administer"
-    """Manage users, tokens and the rig file, put calibrations in force, delete for good."""
+    """Manage users, tokens and the rig file, put calibrations in force, delete measured data for good."""
 
 
 class UserRole(StrEnum):

@@ -1,156 +1,140 @@
-"""The right that every route and stream needs: a row for each resource, and its exceptions.
+"""The access that each route declares where it is defined, and the route that a request is for.
 
-A path that has no row needs the right to administer, so that a forgotten one is open to nobody by mistake.
+A router states what reading and changing its resource need, `needs` and `open_to_anybody` state it for one
+route. A route that declares nothing is for admins alone.
 """
 
-import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, TypeVar
+
+from fastapi import APIRouter
+from fastapi.routing import RouteContext, iter_route_contexts
+from starlette.routing import BaseRoute, Match
+from starlette.types import Scope
 
 from foveacam_server.accounts.rights import Right
 
-API = "/api/v1/"
-_SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
-_VIEW, _OPERATE, _ADMINISTER = Right.VIEW, Right.OPERATE, Right.ADMINISTER
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+ACCESS = "foveacam_access"
+"""Attribute of an endpoint: a function, or an ASGI application that is mounted."""
+_KEPT, _KEPT_CHARS = 2048, 200
+"""Matches that are kept for the next request of the same path, and the longest such path."""
+
+_Endpoint = TypeVar("_Endpoint")
 
 
-@dataclass(frozen=True, slots=True)
-class _Row:
-    """What reading a resource needs, and what changing it needs."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Access:
+    """What a route needs of whoever calls it."""
 
-    read: Right
-    change: Right
-
-
-_SEEN_BY_ALL = _Row(_VIEW, _OPERATE)
-_OWN = _Row(_VIEW, _VIEW)
-"""Computed for whoever asks, or one's own: nothing of the rig changes."""
-_OF_ADMINS = _Row(_ADMINISTER, _ADMINISTER)
-
-RESOURCES: dict[str, _Row] = {
-    "archive": _SEEN_BY_ALL,
-    "audit": _OF_ADMINS,
-    "audit.jsonl": _OF_ADMINS,
-    "batches": _SEEN_BY_ALL,
-    "calibration_sessions": _SEEN_BY_ALL,
-    "calibrations": _SEEN_BY_ALL,
-    "cameras": _SEEN_BY_ALL,
-    "captures": _SEEN_BY_ALL,
-    "clouds": _SEEN_BY_ALL,
-    "depth": _SEEN_BY_ALL,
-    "displays": _SEEN_BY_ALL,
-    "drift_checks": _SEEN_BY_ALL,
-    "engine": _SEEN_BY_ALL,
-    "events": _SEEN_BY_ALL,
-    "faults": _SEEN_BY_ALL,
-    "fixations": _SEEN_BY_ALL,
-    "follows": _SEEN_BY_ALL,
-    "jobs": _SEEN_BY_ALL,
-    "lease": _SEEN_BY_ALL,
-    "loop": _SEEN_BY_ALL,
-    "measurements": _SEEN_BY_ALL,
-    "measurements.csv": _SEEN_BY_ALL,
-    "measurements.json": _SEEN_BY_ALL,
-    "mirrors": _SEEN_BY_ALL,
-    "pan_tilt": _SEEN_BY_ALL,
-    "planner": _OWN,
-    "rail": _SEEN_BY_ALL,
-    "reach": _SEEN_BY_ALL,
-    "recordings": _SEEN_BY_ALL,
-    "rig": _Row(_VIEW, _ADMINISTER),
-    "rigs": _SEEN_BY_ALL,
-    "retention": _SEEN_BY_ALL,
-    "service_tokens": _OF_ADMINS,
-    "session": _OWN,
-    "sessions": _OWN,
-    "settle_time": _SEEN_BY_ALL,
-    "simulation": _SEEN_BY_ALL,
-    "stills": _SEEN_BY_ALL,
-    "stop": _SEEN_BY_ALL,
-    "suggestions": _SEEN_BY_ALL,
-    "targets": _SEEN_BY_ALL,
-    "users": _OF_ADMINS,
-    "views": _SEEN_BY_ALL,
-    "wide_depth": _SEEN_BY_ALL,
-    "wide_depth.ply": _SEEN_BY_ALL,
-    "wide_depth.png": _SEEN_BY_ALL,
-}
-"""By the first part of the path after `/api/v1/`."""
-
-EXCEPTIONS: dict[tuple[str, str], Right] = {
-    ("DELETE", "captures/trash"): _ADMINISTER,  # deletes for good
-    ("DELETE", "recordings/trash"): _ADMINISTER,
-    ("DELETE", "stills/trash"): _ADMINISTER,
-    ("POST", "calibrations/{id}/activate"): _ADMINISTER,
-    ("POST", "captures/estimates"): _VIEW,
-    ("PUT", "displays/{id}"): _VIEW,  # a screen says that it shows the pattern
-    ("DELETE", "displays/{id}"): _VIEW,
-    ("PUT", "displays/pattern"): _OPERATE,
-}
-"""By method and path after `/api/v1/`; `{id}` is any one part."""
-
-WEBSOCKETS: dict[str, Right] = {
-    "/api/v1/views/ws": _VIEW,
-    "/api/v1/mirrors/steering": _OPERATE,
-    "/viser": _VIEW,
-    "/viser/": _VIEW,
-}
-
-PAGES: dict[str, Right] = {
-    "/": _VIEW,
-    "/view": _VIEW,
-    "/windows": _VIEW,
-    "/replay": _VIEW,
-    "/display": _VIEW,
-    "/docs": _VIEW,
-    "/redoc": _VIEW,
-    "/openapi.json": _VIEW,
-    "/favicon.ico": _VIEW,
-    "/viser": _VIEW,
-    "/viser/": _VIEW,
-    "/readyz": _VIEW,
-    "/metrics": _VIEW,
-}
-FOLDERS = ("/static/", "/docs/parts/")
-"""Files of the pages; whoever is let in sees them."""
-OPEN_PATHS = frozenset({"/healthz"})
-"""Served to anybody: a probe has no token."""
-OPEN_CALLS = frozenset(
-    {
-        ("GET", "/api/v1/session"),
-        ("POST", "/api/v1/session"),
-        ("POST", "/api/v1/session/invitation"),
-    }
-)
-"""How one signs in."""
+    right: Right | None
+    """None: it is served to anybody."""
+    stops: bool = False
+    """Whether it is the stop: the right token always gets it, viewers where the rig file says so."""
+    takes_token: bool = False
+    """Whether the shared token in its query signs a browser in."""
 
 
-def declared_right(method: str, path: str) -> Right | None:
-    """Return the right that a request needs; None for a path that no row declares."""
-    if not path.startswith(API):
-        return _VIEW if path.startswith(FOLDERS) and method in _SAFE else PAGES.get(path)
-    rest = path.removeprefix(API)
-    for (of_method, pattern), right in _PATTERNS.get(rest.partition("/")[0], ()):
-        if of_method == method and pattern.fullmatch(rest):
-            return right
-    row = RESOURCES.get(rest.partition("/")[0])
-    if row is None:
-        return None
-    return row.read if method in _SAFE else row.change
+UNDECLARED = Access(right=Right.ADMINISTER)
 
 
-def needed_right(kind: str, method: str, path: str) -> Right:
-    """Return the right that a request (`http`) or WebSocket (`websocket`) needs."""
-    declared = WEBSOCKETS.get(path) if kind == "websocket" else declared_right(method, path)
-    return _ADMINISTER if declared is None else declared
+def needs(
+    right: Right, *, stops: bool = False, takes_token: bool = False
+) -> Callable[[_Endpoint], _Endpoint]:
+    """Declare the access that an endpoint needs."""
+    return _declare(Access(right=right, stops=stops, takes_token=takes_token))
 
 
-def _compiled() -> dict[str, list[tuple[tuple[str, re.Pattern[str]], Right]]]:
-    """Return the exceptions by resource: those without an id first, which an id's pattern would match too."""
-    found: dict[str, list[tuple[tuple[str, re.Pattern[str]], Right]]] = {}
-    for (method, path), right in sorted(EXCEPTIONS.items(), key=lambda item: "{id}" in item[0][1]):
-        pattern = re.compile("[^/]+".join(re.escape(part) for part in path.split("{id}")))
-        found.setdefault(path.partition("/")[0], []).append(((method, pattern), right))
+def open_to_anybody(endpoint: _Endpoint) -> _Endpoint:
+    """Declare that an endpoint is served to anybody: a probe, or one by which somebody signs in."""
+    return _declare(Access(right=None))(endpoint)
+
+
+def _declare(access: Access) -> Callable[[_Endpoint], _Endpoint]:
+    def declared(endpoint: _Endpoint) -> _Endpoint:
+        setattr(endpoint, ACCESS, access)
+        return endpoint
+
+    return declared
+
+
+def declared_access(endpoint: object) -> Access | None:
+    """Return what an endpoint declares; None for nothing."""
+    found: Access | None = getattr(endpoint, ACCESS, None)
     return found
 
 
-_PATTERNS = _compiled()
+class GuardedRouter(APIRouter):
+    """A router that declares what its routes need; a WebSocket declares its own."""
+
+    def __init__(
+        self,
+        prefix: str = "",
+        *,
+        reading: Right,
+        changing: Right,
+        tags: Sequence[str] = (),
+        include_in_schema: bool = True,
+    ) -> None:
+        """`reading`: the right that GET needs; `changing`: that of all other methods."""
+        self._reading, self._changing = reading, changing
+        super().__init__(prefix=prefix, tags=list(tags), include_in_schema=include_in_schema)
+
+    def add_api_route(
+        self,
+        path: str,
+        endpoint: Callable[..., Any],  # Any: a route's own arguments and answer
+        **options: Any,  # noqa: ANN401 - those of APIRouter
+    ) -> None:
+        """Add a route with the router's right, unless the endpoint declares another."""
+        if declared_access(endpoint) is None:
+            safe = SAFE_METHODS.issuperset(options.get("methods") or ["GET"])
+            needs(self._reading if safe else self._changing)(endpoint)
+        super().add_api_route(path, endpoint, **options)
+
+
+class RouteTable:
+    """Finds the route that answers a request, by the matching rules of the application's own routes."""
+
+    def __init__(self, routes: Sequence[BaseRoute]) -> None:
+        """`routes`: those of the application; none is added after the first request."""
+        self.routes = routes
+        self._known = lru_cache(maxsize=_KEPT)(self._find)
+
+    @cached_property
+    def contexts(self) -> list[RouteContext]:
+        """Every route, in the order in which the application tries them."""
+        return list(iter_route_contexts(self.routes))
+
+    def load(self) -> None:
+        """Make the table now, rather than at the first request."""
+        _ = self._matchers
+
+    @cached_property
+    def _matchers(self) -> list[Callable[[Scope], tuple[Match, Scope]]]:
+        return [context.matches for context in self.contexts]
+
+    def access(self, scope: Scope) -> Access | None:
+        """Return what the route of a request or WebSocket needs; None where nothing is served.
+
+        A request whose method a path does not have is that of the first route of that path, which answers it
+        with 405. Callable from any thread.
+        """
+        path: str = scope["path"]
+        find = self._known if len(path) <= _KEPT_CHARS else self._find
+        return find(scope["type"], scope.get("method", "GET"), path, scope.get("root_path", ""))
+
+    def _find(self, kind: str, method: str, path: str, root_path: str) -> Access | None:
+        scope: Scope = {"type": kind, "method": method, "path": path, "root_path": root_path, "headers": []}
+        of_other_method: Access | None = None
+        for matches in self._matchers:
+            match, found = matches(scope)
+            if match is Match.NONE or (match is Match.PARTIAL and of_other_method is not None):
+                continue
+            access = declared_access(found["endpoint"]) or UNDECLARED
+            if match is Match.FULL:
+                return access
+            of_other_method = access
+        return of_other_method

@@ -2,7 +2,9 @@
 
 import hashlib
 import hmac
-from collections.abc import Callable
+import re
+import socket
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from ipaddress import ip_address
@@ -17,24 +19,22 @@ from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import LOCAL, NOBODY, SHARED, Principal, Right
-from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, WEBSOCKETS, needed_right
+from foveacam_server.accounts.route_rights import SAFE_METHODS, Access, RouteTable
 from foveacam_server.accounts.service_tokens import PREFIX
 from foveacam_server.accounts.tables import equal
 from foveacam_server.console.refusals import (
     Refusal,
+    control_character,
     foreign_host,
     foreign_origin,
     lacking,
     no_credentials,
     too_many_tries,
+    unknown_path,
 )
 
-SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
-STOP_PATH = "/api/v1/stop"
-OPENID_PATH = "/sign_in/openid"
-OPENID_CALLBACK = "/sign_in/openid/callback"
-SIGN_IN_PATHS = frozenset({"/sign_in", "/join", OPENID_PATH, OPENID_CALLBACK})
-"""Pages and forms by which one signs in."""
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
+"""Control characters, and the line breaks that Unicode adds."""
 _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 
 
@@ -42,13 +42,16 @@ _PAGE_SCHEMES = {"ws": "http", "wss": "https"}
 class AccessRules:
     """The rules of one server; callable from any thread."""
 
+    routes: RouteTable
+    """The routes of the application that is guarded."""
     token: str | None
     """The one token that all may share; None: there is none."""
     origins: frozenset[str]
     """Origins of other sites that may control the rig."""
     loopback: bool
     """Whether only this machine can reach the server."""
-    host: str
+    hosts: frozenset[str]
+    """Names by which the server may be called where it asks nobody (`own_hosts`)."""
     insecure: bool = False
     """Whether the server is open to whoever reaches it."""
     accounts: Accounts | None = None
@@ -74,25 +77,26 @@ class AccessRules:
 
     def check(self, scope: Scope) -> Principal | Refusal:
         """Return who an admitted request or WebSocket comes from, or why it is refused."""
-        headers = Headers(scope=scope)
-        foreign = self._check_site(scope, headers)
+        foreign = self.check_site(scope)
         if foreign is not None:
             return foreign
-        found = self._identify(scope, headers)
-        if is_open_call(scope):
+        access = self.routes.access(scope)
+        found = self._identify(scope, Headers(scope=scope), stops=access is not None and access.stops)
+        if access is not None and access.right is None:
             return NOBODY if isinstance(found, Refusal) else found
         if isinstance(found, Refusal):
             return found
-        right = needed_right(scope["type"], scope.get("method", "GET"), scope["path"])
-        if found.may(right) or (_stops(scope) and found.may(Right.VIEW) and self.viewers_may_stop()):
-            return found
-        return lacking(found, right, scope)
+        return unknown_path(found, scope) if access is None else self._authorise(found, access, scope)
+
+    def _authorise(self, found: Principal, access: Access, scope: Scope) -> Principal | Refusal:
+        right = access.right
+        viewer_stops = access.stops and found.may(Right.VIEW) and self.viewers_may_stop()
+        return found if right is None or found.may(right) or viewer_stops else lacking(found, right, scope)
 
     def audit(self, found: Principal | Refusal, scope: Scope, *, status: int) -> None:
         """Write a change that was made or tried into the audit log; pictures by WebSocket change nothing."""
         changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
-        steers = scope["type"] == "websocket" and WEBSOCKETS.get(scope["path"]) is Right.OPERATE
-        if self.accounts is None or status == 0 or not (changes or steers):
+        if self.accounts is None or status == 0 or not (changes or self._steers(scope)):
             return
         note = scope.get("audit_note") or AuditNote()
         self.accounts.audit.add(
@@ -104,6 +108,10 @@ class AccessRules:
             what=getattr(scope.get("route"), "summary", None) or "",
             detail=note.detail,
         )
+
+    def _steers(self, scope: Scope) -> bool:
+        access = self.routes.access(scope) if scope["type"] == "websocket" else None
+        return access is not None and access.right is Right.OPERATE
 
     def admits_token(self, token: str, *, address: str) -> bool:
         """Return whether `token` is the shared one; after too many wrong ones none is admitted."""
@@ -119,17 +127,20 @@ class AccessRules:
         """The cookie of who knows the shared token, which it is derived from and does not reveal."""
         return hmac.digest((self.token or "").encode(), b"foveacam browser session", hashlib.sha256).hex()
 
-    def _check_site(self, scope: Scope, headers: Headers) -> Refusal | None:
-        """Refuse a page of another site, and another site's name that leads here."""
-        if self.loopback and not self._host_allowed(headers):
-            return foreign_host(headers.get("host", ""), self.host)
+    def check_site(self, scope: Scope) -> Refusal | None:
+        """Refuse an unreadable path, a page of another site, and another site's name that leads here."""
+        if _CONTROL.search(scope["path"]):
+            return control_character(scope["path"])
+        headers = Headers(scope=scope)
+        if (self.loopback or self.mode is Mode.OPEN) and not self._host_allowed(headers):
+            return foreign_host(headers.get("host", ""), self.hosts)
         unsafe = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
         origin = headers.get("origin")
         if unsafe and origin is not None and not self._origin_allowed(origin, headers, scope):
             return foreign_origin(origin)
         return None
 
-    def _identify(self, scope: Scope, headers: Headers) -> Principal | Refusal:
+    def _identify(self, scope: Scope, headers: Headers, *, stops: bool) -> Principal | Refusal:
         mode = self.mode
         signed_in = self._of_cookie(cookie_of(headers))
         if signed_in is not None:
@@ -145,7 +156,7 @@ class AccessRules:
         if mode is Mode.OPEN:
             return LOCAL
         if given is not None and self.token is not None:
-            return self._check_token(given, scope)
+            return self._check_token(given, scope, stops=stops)
         return no_credentials(first_admin=mode is Mode.FIRST_ADMIN)
 
     def _of_cookie(self, cookie: str) -> Principal | None:
@@ -155,8 +166,8 @@ class AccessRules:
             return SHARED
         return None if self.accounts is None else self.accounts.sign_ins.find(cookie)
 
-    def _check_token(self, given: str, scope: Scope) -> Principal | Refusal:
-        if _stops(scope) and self.token is not None and equal(given, self.token):
+    def _check_token(self, given: str, scope: Scope, *, stops: bool) -> Principal | Refusal:
+        if stops and self.token is not None and equal(given, self.token):
             return SHARED  # whatever others at its address have tried: the stop is never withheld
         address = address_of(scope)
         wait_s = self.attempts.wait_s(address)
@@ -165,9 +176,16 @@ class AccessRules:
         return SHARED if self.admits_token(given, address=address) else no_credentials(first_admin=False)
 
     def _host_allowed(self, headers: Headers) -> bool:
-        """Check the host name of the request: another site may let its own name resolve to this server."""
+        """Check the host name of the request: another site may let its own name resolve to this server.
+
+        An address in digits is nobody's name; a server that only this machine can reach has those of its own.
+        """
         name = _host_name(headers.get("host", ""))
-        return name in ("localhost", self.host) or _loopback_address(name)
+        try:
+            address = ip_address(name)
+        except ValueError:
+            return name in self.hosts
+        return address.is_loopback or not self.loopback or name in self.hosts
 
     def _origin_allowed(self, origin: str, headers: Headers, scope: Scope) -> bool:
         scheme = scope.get("scheme", "http")
@@ -175,16 +193,15 @@ class AccessRules:
         return origin in self.origins or origin.lower() == own
 
 
-def _stops(scope: Scope) -> bool:
-    return scope["path"] == STOP_PATH and scope.get("method") == "POST"
+def own_hosts(host: str, *, origins: Collection[str]) -> frozenset[str]:
+    """Return the names by which a server that asks nobody may be called.
 
-
-def is_open_call(scope: Scope) -> bool:
-    """Return whether a request is served to anybody: a probe, or one by which somebody signs in."""
-    if scope["type"] != "http":
-        return False
-    path = scope["path"]
-    return path in OPEN_PATHS or path in SIGN_IN_PATHS or (scope["method"], path) in OPEN_CALLS
+    They are those of this machine, the one it listens on, and those of pages that may control the rig anyway.
+    """
+    machine = socket.gethostname().lower()
+    listed = {_host_name(urlsplit(origin).netloc) for origin in origins}
+    names = {"localhost", host.lower(), machine, f"{machine.partition('.')[0]}.local", *listed}
+    return frozenset(names - {"", "0.0.0.0", "::"})  # noqa: S104 - compared with, not listened on
 
 
 def token_of(headers: Headers) -> str | None:
@@ -208,10 +225,3 @@ def _host_name(host: str) -> str:
         return (urlsplit(f"//{host}").hostname or "").lower()
     except ValueError:  # a malformed IPv6 address is no valid host name
         return ""
-
-
-def _loopback_address(name: str) -> bool:
-    try:
-        return ip_address(name).is_loopback
-    except ValueError:
-        return False

@@ -3,9 +3,12 @@
 from typing import Any
 
 from fastapi import FastAPI
+from fastapi.routing import iter_route_contexts
+from starlette.routing import Route
 
 from foveacam_server.accounts.cookies import COOKIE
-from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, needed_right
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import UNDECLARED, Access, declared_access, needs
 from foveacam_server.foundation.answers import problems
 
 _METHODS = ("get", "post", "put", "patch", "delete")
@@ -39,16 +42,34 @@ def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
     if root_path:
         app.servers = [{"url": root_path}]
 
+    for route in app.routes:
+        if isinstance(route, Route) and route.path == app.openapi_url:
+            needs(Right.VIEW)(route.endpoint)
+
     def whole() -> dict[str, Any]:  # Any: a JSON document
         document = routes_alone()
         if "security" not in document:
-            _complete(document, token_needed=token_needed)
+            _complete(document, _access_of_operations(app), token_needed=token_needed)
         return document
 
     app.openapi = whole  # type: ignore[method-assign]  # FastAPI's own way to extend the document
 
 
-def _complete(document: dict[str, Any], *, token_needed: bool) -> None:  # Any: a JSON document
+def _access_of_operations(app: FastAPI) -> dict[tuple[str, str], Access]:
+    """Return what each operation needs, by its path and its method in the document's spelling."""
+    return {
+        (route.path_format or "", method.lower()): declared_access(route.endpoint) or UNDECLARED
+        for route in iter_route_contexts(app.routes)
+        for method in route.methods or ()
+    }
+
+
+def _complete(
+    document: dict[str, Any],  # Any: a JSON document
+    operations_access: dict[tuple[str, str], Access],
+    *,
+    token_needed: bool,
+) -> None:
     answers = problems(*_BEFORE_ROUTES)
     answers[400]["content"]["text/plain"] = {"schema": {"type": "string"}}
     answers[401]["content"]["text/html"] = {"schema": {"type": "string"}}
@@ -61,7 +82,8 @@ def _complete(document: dict[str, Any], *, token_needed: bool) -> None:  # Any: 
             operation = operations[method]
             for status in components["responses"]:
                 operation["responses"].setdefault(status, {"$ref": f"#/components/responses/{status}"})
-            if path in OPEN_PATHS or (method.upper(), path) in OPEN_CALLS:
+            right = operations_access[path, method].right
+            if right is None:
                 operation["security"] = []
             else:
-                operation["x-right"] = needed_right("http", method.upper(), path).value
+                operation["x-right"] = right.value

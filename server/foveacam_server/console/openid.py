@@ -17,12 +17,14 @@ from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import UserRole
+from foveacam_server.accounts.route_rights import open_to_anybody
 from foveacam_server.accounts.users import User
-from foveacam_server.console.access_rules import OPENID_CALLBACK, OPENID_PATH, AccessRules
-from foveacam_server.console.sign_in import REFERRER_POLICY, page_of
+from foveacam_server.console.access_rules import AccessRules
+from foveacam_server.console.sign_in import OPENID_PATH, REFERRER_POLICY, page_of
 from foveacam_server.foundation.errors import WrongCredentials, problem_of
 from foveacam_server.foundation.settings import OpenIdSettings, Settings
 
+OPENID_CALLBACK = f"{OPENID_PATH}/callback"
 STATE_COOKIE = "foveacam_openid"
 STATE_S = 600
 """Longest time between asking the provider and its answer."""
@@ -87,6 +89,7 @@ class _OpenIdRoutes:
         self._callback = f"{root_path}{OPENID_CALLBACK}".lstrip("/")
         self._gate = gate
 
+    @open_to_anybody
     async def ask(self, request: Request) -> Response:
         callback = f"{request.base_url}{self._callback}"
         try:
@@ -97,6 +100,7 @@ class _OpenIdRoutes:
             )
         return found
 
+    @open_to_anybody
     async def answer(self, request: Request) -> Response:
         note: AuditNote = request.scope["audit_note"]
         try:

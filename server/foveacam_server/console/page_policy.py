@@ -21,12 +21,15 @@ _VISER = _OWN | {
 }
 
 
-def content_policy(path: str) -> str:
-    """Return the Content-Security-Policy of what is served at `path`."""
-    rules = _VISER if path.startswith("/viser") else _OWN
+def content_policy() -> str:
+    """Return the policy of every answer that has none of its own."""
+    return _joined(_OWN)
+
+
+def viser_policy(*, bare: bool) -> str:
+    """Return the policy of the 3D pane; `bare`: inside the console, where it shows no copy of the views."""
+    return _joined(_VISER | {"frame-src": "'none'"} if bare else _VISER)
+
+
+def _joined(rules: dict[str, str]) -> str:
     return "; ".join(f"{name} {value}" for name, value in rules.items())
-
-
-def bare_viser_policy() -> str:
-    """Return the policy of the 3D pane inside the console, where it shows no copy of the views."""
-    return "; ".join(f"{name} {value}" for name, value in (_VISER | {"frame-src": "'none'"}).items())

@@ -6,15 +6,17 @@ from functools import lru_cache
 from pathlib import Path
 
 import fastapi_offline
-from fastapi import APIRouter, FastAPI
+from fastapi import FastAPI
 from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse
 from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
 import foveacam_web
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 
-router = APIRouter(include_in_schema=False)
+router = GuardedRouter(include_in_schema=False, reading=Right.VIEW, changing=Right.ADMINISTER)
 
 STATIC = Path(foveacam_web.__file__).parent / "static"
 SWAGGER = Path(fastapi_offline.__file__).parent / "static"
@@ -56,6 +58,7 @@ class _VersionedFiles(StaticFiles):
 
 
 @router.get("/")
+@needs(Right.VIEW, takes_token=True)
 def console() -> HTMLResponse:
     """Return the console."""
     return _page("index.html")
@@ -110,6 +113,7 @@ def _page(name: str) -> HTMLResponse:
 
 def install(app: FastAPI) -> None:
     """Serve the pages and the files that they load; first, as they are requested most."""
-    app.mount("/docs/parts", StaticFiles(directory=SWAGGER), name="swagger")
-    app.mount("/static", _VersionedFiles(directory=STATIC, check_dir=False), name="static")
+    seen = needs(Right.VIEW)
+    app.mount("/docs/parts", seen(StaticFiles(directory=SWAGGER)), name="swagger")
+    app.mount("/static", seen(_VersionedFiles(directory=STATIC, check_dir=False)), name="static")
     app.include_router(router)

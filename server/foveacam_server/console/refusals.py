@@ -1,16 +1,19 @@
 """Problem documents of requests that the access rules refuse."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from starlette.types import Scope
 
 from foveacam_server.accounts.errors import forbidden
 from foveacam_server.accounts.rights import NOBODY, Principal, Right
+from foveacam_server.doors.error_handlers import nothing_served
 from foveacam_server.foundation.errors import (
     FORBIDDEN_ORIGIN,
     TOO_MANY_TRIES,
     UNAUTHORIZED,
+    UNREADABLE_PATH,
     ProblemDetails,
     problem_of,
 )
@@ -26,6 +29,24 @@ class Refusal:
     """Who was refused, as far as that is known."""
 
 
+def control_character(path: str) -> Refusal:
+    """Refuse a path with a line break, a NUL or another control character, which no address of ours has."""
+    return Refusal(
+        ProblemDetails(
+            kind=UNREADABLE_PATH,
+            detail="The path has a control character (such as a line break), and no address here has one.",
+            asked=repr(path),
+            remedy="Send the path without it; a link that was copied may end with %0A or %0D.",
+        )
+    )
+
+
+def unknown_path(principal: Principal, scope: Scope) -> Refusal:
+    """Refuse a path that no route has."""
+    problem = nothing_served(path=scope["path"], method=scope.get("method", "WebSocket"))
+    return Refusal(problem, principal=principal)
+
+
 def foreign_origin(origin: str) -> Refusal:
     """Refuse a page of another site."""
     return Refusal(
@@ -39,14 +60,16 @@ def foreign_origin(origin: str) -> Refusal:
     )
 
 
-def foreign_host(host: str, own: str) -> Refusal:
+def foreign_host(host: str, own: Collection[str]) -> Refusal:
     """Refuse a request by a name that is not this machine's."""
     return Refusal(
         ProblemDetails(
             kind=FORBIDDEN_ORIGIN,
-            detail=f"This server answers to localhost and {own} only, and was called {host!r}.",
+            detail=f"This server answers to {', '.join(sorted(own))} and to its addresses in digits alone, "
+            f"and was called {host!r}.",
             asked=f"host {host!r}",
-            remedy="Use http://127.0.0.1 with the port, or serve with --host to be reached by name.",
+            remedy="Open it by one of these names or by its address; to be reached by another name, add that "
+            "origin, such as https://rig.example, to FOVEACAM_ALLOWED_ORIGINS.",
         )
     )
 

@@ -16,8 +16,10 @@ from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import Principal
+from foveacam_server.accounts.route_rights import RouteTable
 from foveacam_server.console import openid, sign_in
-from foveacam_server.console.access_rules import AccessRules
+from foveacam_server.console.access_rules import AccessRules, own_hosts
+from foveacam_server.console.listed_origins import ListedOrigins
 from foveacam_server.console.page_policy import content_policy
 from foveacam_server.console.refusals import Refusal
 from foveacam_server.foundation.errors import UNAUTHORIZED
@@ -89,9 +91,12 @@ class SecurityMiddleware:
         """Return the answer to `/?token=…`: the cookie and a redirect to the URL without the token."""
         if scope["type"] != "http" or scope["method"] != "GET" or b"token=" not in scope["query_string"]:
             return None
+        access = self._gate.routes.access(scope)
+        if access is None or not access.takes_token or self._gate.check_site(scope) is not None:
+            return None
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
         token = next((value for name, value in query if name == "token"), "")
-        if scope["path"] != "/" or not self._gate.admits_token(token, address=address_of(scope)):
+        if not self._gate.admits_token(token, address=address_of(scope)):
             return None
         rest = urlencode([(name, value) for name, value in query if name != "token"])
         answer = RedirectResponse("/?" + rest if rest else "/", status_code=303)
@@ -118,25 +123,28 @@ def install(app: FastAPI, settings: Settings) -> AccessRules:
     """Guard `app`, serve the pages by which one signs in, and return the rules."""
     token = settings.token.get_secret_value() if settings.token is not None else None
     gate = AccessRules(
+        routes=RouteTable(app.routes),
         token=token or None,
-        origins=frozenset(origin.rstrip("/") for origin in settings.allowed_origins),
+        origins=frozenset(settings.allowed_origins),
         loopback=settings.loopback,
-        host=settings.host,
+        hosts=own_hosts(settings.host, origins=settings.allowed_origins),
         insecure=settings.insecure,
     )
     app.add_middleware(SecurityMiddleware, gate=gate)
+    if gate.origins:
+        app.add_middleware(ListedOrigins, origins=gate.origins)
     app.include_router(sign_in.router(gate))
     openid.install(app, settings, gate)
     return gate
 
 
 def _with_headers(send: Send, scope: Scope) -> Send:
-    path, encrypted = scope["path"], scope.get("scheme") in ("https", "wss")
+    encrypted = scope.get("scheme") in ("https", "wss")
 
     async def guarded(message: Message) -> None:
         if message["type"] in ("http.response.start", "websocket.http.response.start"):
             headers = MutableHeaders(scope=message)
-            put_security_headers(headers, path=path)
+            put_security_headers(headers)
             if encrypted:
                 headers["Strict-Transport-Security"] = f"max-age={HSTS_S}"
         await send(message)
@@ -144,14 +152,14 @@ def _with_headers(send: Send, scope: Scope) -> Send:
     return guarded
 
 
-def put_security_headers(headers: MutableHeaders, *, path: str) -> None:
+def put_security_headers(headers: MutableHeaders) -> None:
     """Add the security headers to an answer."""
     headers.setdefault("X-Content-Type-Options", "nosniff")
     headers.setdefault("Referrer-Policy", "no-referrer")
     headers.setdefault("Cross-Origin-Opener-Policy", "same-origin")
     headers.setdefault("Cross-Origin-Resource-Policy", "same-origin")
     headers.setdefault("X-Frame-Options", "SAMEORIGIN")
-    headers.setdefault("Content-Security-Policy", content_policy(path))
+    headers.setdefault("Content-Security-Policy", content_policy())
 
 
 async def _refuse_websocket(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:

@@ -17,12 +17,14 @@ from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.passwords import LEAST_CHARS
 from foveacam_server.accounts.requests import address_of
 from foveacam_server.accounts.rights import NOBODY
+from foveacam_server.accounts.route_rights import open_to_anybody
 from foveacam_server.accounts.users import User
-from foveacam_server.console.access_rules import OPENID_PATH, AccessRules
+from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.refusals import too_many_tries
 from foveacam_server.foundation.errors import UNAUTHORIZED, WrongCredentials, problem_of
 
 FORM_BYTES = 4096
+OPENID_PATH = "/sign_in/openid"
 _NO_USERS = "This server has no users."
 _FORM_TYPE = "application/x-www-form-urlencoded"
 
@@ -125,11 +127,13 @@ class _SignInForms:
     def __init__(self, gate: AccessRules) -> None:
         self._gate = gate
 
+    @open_to_anybody
     async def show(self, request: Request) -> Response:
         if request.scope["principal"] is not NOBODY:
             return RedirectResponse("/", status_code=303)
         return self._page("", status=200)
 
+    @open_to_anybody
     async def sign_in(self, request: Request) -> Response:
         form, address = await read_form(request), address_of(request.scope)
         if "name" not in form or self._gate.accounts is None:
@@ -154,6 +158,7 @@ class _SignInForms:
             return self._page(problem.detail, status=problem.kind.status)
         return self._page("This is not the token of this server.", status=UNAUTHORIZED.status)
 
+    @open_to_anybody
     async def show_join(self, request: Request) -> Response:
         code, accounts = request.query_params.get("code", ""), self._gate.accounts
         if accounts is None:
@@ -166,6 +171,7 @@ class _SignInForms:
             return self._page(str(error), status=UNAUTHORIZED.status)
         return _html(_join_page(code, first=first), status=200)
 
+    @open_to_anybody
     async def join(self, request: Request) -> Response:
         form, accounts = await read_form(request), self._gate.accounts
         code, name = form.get("code", ""), form.get("name", "").strip().lower() or None

@@ -9,12 +9,14 @@ from starlette.types import Scope
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.accounts.rights import who_at
-from foveacam_server.console.access_rules import STOP_PATH, AccessRules
+from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.refusals import Refusal
 from foveacam_server.console.security import put_security_headers
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.watching.work_ids import REQUEST_HEADER, begin_request, request_header
 from foveacam_server.rig.stop import StopSwitch
+
+STOP_PATH = "/api/v1/stop"
 
 
 class StopAtDoor:
@@ -65,7 +67,7 @@ def _unreadable(why: str) -> JSONResponse:
 
 
 def _response_bytes(connection: h11.Connection, response: JSONResponse) -> bytes:
-    put_security_headers(response.headers, path=STOP_PATH)
+    put_security_headers(response.headers)
     response.headers.update(request_header())
     head = h11.Response(
         status_code=response.status_code,

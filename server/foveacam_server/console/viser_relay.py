@@ -7,7 +7,7 @@ import asyncio
 import logging
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
+from fastapi import Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import RedirectResponse, Response
 from starlette.requests import HTTPConnection
 from websockets.asyncio.client import ClientConnection, unix_connect
@@ -15,11 +15,13 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_server.console.page_policy import bare_viser_policy
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.console.page_policy import viser_policy
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.viser_page import viser_page, viser_subprotocol
 
-router = APIRouter(include_in_schema=False)
+router = GuardedRouter(include_in_schema=False, reading=Right.VIEW, changing=Right.ADMINISTER)
 _log = logging.getLogger(__name__)
 
 _MAX_QUEUE = 2
@@ -55,14 +57,13 @@ async def page(viewer: ViewerDep, embedded: EmbeddedQuery = "0") -> Response:
             remedy="start the server with the viewer on; the log says why it did not start",
         )
     bare = embedded == "1"
-    headers = {"Cache-Control": "no-store"}
-    if bare:
-        headers["Content-Security-Policy"] = bare_viser_policy()
+    headers = {"Cache-Control": "no-store", "Content-Security-Policy": viser_policy(bare=bare)}
     return Response(viser_page(bare=bare), media_type="text/html; charset=utf-8", headers=headers)
 
 
 @router.websocket("/viser")
 @router.websocket("/viser/")
+@needs(Right.VIEW)
 async def relay(websocket: WebSocket) -> None:
     """Relay messages between one viewer and viser until either side closes."""
     found = await viewer(websocket)

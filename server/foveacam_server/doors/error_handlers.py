@@ -76,14 +76,19 @@ def _served(request: Request) -> str:
     return ", ".join(found + ["HEAD"] * ("GET" in found))
 
 
+def nothing_served(*, path: str, method: str) -> ProblemDetails:
+    """Return the problem of a path that no route has."""
+    return ProblemDetails(
+        kind=NOT_FOUND,
+        detail=f"Nothing is served at {path}.",
+        asked=f"{method} {path}",
+        remedy="See /docs for what there is.",
+    )
+
+
 def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
     if status == HTTPStatus.NOT_FOUND:
-        return ProblemDetails(
-            kind=NOT_FOUND,
-            detail=f"Nothing is served at {path}.",
-            asked=f"{method} {path}",
-            remedy="See /docs for what there is.",
-        )
+        return nothing_served(path=path, method=method)
     phrase = HTTPStatus(status).phrase
     kind = ProblemType(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
     allowed = headers.get("Allow")

@@ -10,9 +10,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 ANSWER_START = "http.response.start"
-_LINK = re.compile(rb'\b(href|src|action)="/(?!/)')
-_UNTOUCHED = "/viser"
-"""Page of the 3D pane: one program, whose addresses are relative."""
+LINK = re.compile(rb'\b(href|src|action)="/(?!/)')
 
 
 class RootPath:
@@ -31,17 +29,16 @@ class RootPath:
         if path == self._root or path.startswith(f"{self._root}/"):
             path = path[len(self._root) :] or "/"
             scope = {**scope, "path": path, "raw_path": path.encode()}
-        outward = _Outward(self._root, send, page=not path.startswith(_UNTOUCHED))
+        outward = _Outward(self._root, send)
         await self._app(scope, receive, outward.send)
 
 
 class _Outward:
     """Sends one answer with the root added; a page is held back until it is whole."""
 
-    def __init__(self, root: str, send: Send, *, page: bool) -> None:
+    def __init__(self, root: str, send: Send) -> None:
         self._root = root
         self._send = send
-        self._page_allowed = page
         self._start: Message | None = None
         self._body = b""
 
@@ -49,7 +46,7 @@ class _Outward:
         if message["type"] == ANSWER_START:
             headers = MutableHeaders(scope=message)
             self._add_root(headers)
-            if self._page_allowed and headers.get("content-type", "").startswith("text/html"):
+            if headers.get("content-type", "").startswith("text/html"):
                 self._start = message
                 return
         if self._start is None:
@@ -60,7 +57,7 @@ class _Outward:
             await self._send_page(self._start)
 
     async def _send_page(self, start: Message) -> None:
-        body = _LINK.sub(rb'\1="' + self._root.encode() + b"/", self._body)
+        body = LINK.sub(rb'\1="' + self._root.encode() + b"/", self._body)
         headers = MutableHeaders(scope=start)
         if "content-length" in headers and self._body:
             headers["content-length"] = str(len(body))

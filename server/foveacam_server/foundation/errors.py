@@ -86,6 +86,7 @@ class ProblemType:
 
 INVALID_INPUT = ProblemType(slug="invalid-input", status=422, title="The request cannot be used as it stands")
 UNREADABLE = ProblemType(slug="unreadable-body", status=400, title="The body cannot be read")
+UNREADABLE_PATH = ProblemType(slug="unreadable-path", status=400, title="The path cannot be read")
 INTERNAL = ProblemType(slug="internal", status=500, title="The server made a mistake")
 INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was restarted")
 TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")

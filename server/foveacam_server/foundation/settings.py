@@ -63,6 +63,7 @@ OWN_PATHS = frozenset(
     }
 )
 """First steps of the server's own addresses."""
+_ORIGIN = re.compile(r"https?://(\[[0-9a-f:]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?")
 _ROOT_PATH = re.compile(r"(/[A-Za-z0-9][A-Za-z0-9._~-]*)+")
 
 
@@ -96,7 +97,7 @@ class Settings(BaseSettings):
     openid: OpenIdSettings | None = None
     """`FOVEACAM_OPENID__ISSUER`, `__CLIENT_ID`, `__CLIENT_SECRET` and more; None: passwords alone."""
     allowed_origins: tuple[str, ...] = ()
-    """Origins of pages, besides its own, that may use this server."""
+    """Origins (https://HOST[:PORT]) of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()
     """Addresses or networks of proxies whose X-Forwarded-For and X-Forwarded-Proto are used."""
     rigs: Path | None = None
@@ -134,6 +135,18 @@ class Settings(BaseSettings):
                 f"choose a longer one, or '{AUTOMATIC_TOKEN}'"
             )
         return token
+
+    @field_validator("allowed_origins")
+    @classmethod
+    def _whole_origins(cls, given: tuple[str, ...]) -> tuple[str, ...]:
+        origins = tuple(origin.rstrip("/").lower() for origin in given)
+        for origin in origins:
+            if not _ORIGIN.fullmatch(origin):
+                raise ValueError(
+                    f"{origin!r} is no origin of a page; give scheme, host and the port that its address "
+                    "shows, such as https://lab.example or http://10.0.0.5:3000, without path and without *"
+                )
+        return origins
 
     @field_validator("root_path")
     @classmethod

@@ -256,7 +256,7 @@ def application(stub: StubServer) -> FastAPI:
         if stub.people.signed_out:
             return HTMLResponse("<title>Sign in</title><h1>Sign in</h1>", status_code=401)
         response = pages.console()
-        response.headers["Content-Security-Policy"] = content_policy("/")
+        response.headers["Content-Security-Policy"] = content_policy()
         return response
 
     pages.install(app)

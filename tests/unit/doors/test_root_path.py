@@ -12,8 +12,10 @@ from tests.local_server import serving
 from websockets.sync.client import connect
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.doors import root_path
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.foundation.settings import Settings, checked_settings
+from foveacam_web.viser_page import viser_page
 
 ROOT = "/lab/foveacam"
 PAGE = '<a href="/docs">a</a><img src="/static/a.png"><form action="/join"><a href="//x/"><a href="#/rig">'
@@ -29,10 +31,6 @@ def application() -> FastAPI:
     @app.get("/pieces")
     async def pieces() -> StreamingResponse:
         return StreamingResponse(iter(["<a hr", 'ef="/docs">']), media_type="text/html")
-
-    @app.get("/viser/")
-    async def program() -> HTMLResponse:
-        return HTMLResponse(PAGE)
 
     @app.get("/seen")
     async def seen(request: Request) -> dict[str, str]:
@@ -87,7 +85,6 @@ def test_pages_lead_below_the_path_and_nowhere_else(client: httpx.Client) -> Non
     )
     assert int(answer.headers["content-length"]) == len(answer.content)
     assert client.get(f"{ROOT}/pieces").text == f'<a href="{ROOT}/docs">'
-    assert client.get(f"{ROOT}/viser/").text == PAGE
     head = client.head(f"{ROOT}/seen")
     assert head.status_code == 405
 
@@ -114,3 +111,8 @@ def test_a_path_that_cannot_be_one_is_refused_with_an_example(given: str) -> Non
 def test_a_slash_at_the_end_does_not_count() -> None:
     assert checked_settings({"root_path": "/foveacam/"}).root_path == "/foveacam"
     assert Settings().root_path == ""
+
+
+@pytest.mark.parametrize("bare", [True, False])
+def test_the_page_of_the_3d_pane_has_no_address_that_would_get_the_path(bare: bool) -> None:
+    assert root_path.LINK.search(viser_page(bare=bare)) is None

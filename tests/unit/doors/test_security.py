@@ -1,6 +1,8 @@
 import asyncio
 import json
+import socket
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import TypedDict, Unpack
 
 import httpx
@@ -9,9 +11,12 @@ from fastapi import FastAPI, WebSocket
 from pydantic import SecretStr
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from foveacam_hardware.contract import InvalidInput
 from foveacam_server.accounts.attempts import MOST_WRONG, WINDOW_S
-from foveacam_server.console import security
-from foveacam_server.foundation.settings import Settings
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import needs, open_to_anybody
+from foveacam_server.console import security, viser_relay
+from foveacam_server.foundation.settings import Settings, checked_settings
 
 OWN = "http://127.0.0.1:8000"
 TOKEN = "correct horse"  # noqa: S105  # a token of this test alone
@@ -99,18 +104,20 @@ def client(base_url: str = OWN, **choices: Unpack[Choices]) -> Browser:
     app = FastAPI()
 
     @app.get("/")
+    @needs(Right.VIEW, takes_token=True)
     async def page() -> str:
         return "page"
 
     @app.get("/healthz")
+    @open_to_anybody
     async def health() -> str:
         return "ok"
 
-    @app.get("/viser/")
-    async def viser() -> str:
-        return "viser"
+    app.include_router(viser_relay.router)
+    app.state.services = SimpleNamespace(viewer=SimpleNamespace())
 
     @app.post("/api/v1/stop")
+    @needs(Right.OPERATE, stops=True)
     async def stop() -> str:
         return "stopped"
 
@@ -196,9 +203,75 @@ def test_another_address_serves_nothing_before_there_is_a_user_or_a_token() -> N
 
 
 def test_another_address_is_open_to_everybody_when_that_is_said_aloud() -> None:
-    browser = client("http://rig.example", host="0.0.0.0", insecure=True)  # noqa: S104  # declared open
+    browser = client("http://10.0.0.5:8000", host="0.0.0.0", insecure=True)  # noqa: S104  # declared open
     assert browser.post("/park").json() == "parked"
     assert browser.post("/park", headers={"Origin": "http://evil.example"}).status_code == 403
+
+
+def test_an_open_server_is_no_page_of_a_name_that_was_made_to_point_at_it() -> None:
+    browser = client("http://evil.example:8000", host="0.0.0.0", insecure=True)  # noqa: S104  # declared open
+    answer = browser.post("/park", headers={"Origin": "http://evil.example:8000"})
+    assert (answer.status_code, answer.json()["type"]) == (403, "/problems/forbidden-origin")
+    assert "evil.example" in answer.json()["detail"]
+    assert "FOVEACAM_ALLOWED_ORIGINS" in answer.json()["remedy"]
+    assert browser.get("/").status_code == 403
+    assert browser.websocket_refusal({"Origin": "http://evil.example:8000"})[0] == 403
+
+
+@pytest.mark.parametrize(
+    "host", ["10.0.0.5", "[fd00::5]:8000", "localhost", "rig-pc", "rig-pc.local:8000", "lab.example"]
+)
+def test_an_open_server_answers_to_its_machine_and_to_addresses(
+    host: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(socket, "gethostname", lambda: "Rig-PC")
+    browser = client(host="0.0.0.0", insecure=True, allowed_origins=("https://lab.example:8443",))  # noqa: S104
+    own = {"Host": host, "Origin": f"http://{host}"}
+    assert browser.post("/park", headers=own).json() == "parked"
+
+
+def test_a_server_that_asks_for_a_token_is_called_by_any_name() -> None:
+    assert guarded().get("/", headers={"Host": "any.example", "X-Api-Token": TOKEN}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["*", "https://*.lab.example", "lab.example", "https://lab.example/console", "null", "ftp://lab.example"],
+)
+def test_what_is_no_origin_is_refused_at_the_start(origin: str) -> None:
+    with pytest.raises(InvalidInput, match="origin"):
+        checked_settings({"allowed_origins": (origin,)})
+
+
+LISTED = "https://lab.example"
+PREFLIGHT = {"Access-Control-Request-Method": "POST", "Access-Control-Request-Headers": "x-api-token,x-lease"}
+
+
+def test_a_page_of_a_listed_origin_asks_first_and_reads_the_answer() -> None:
+    browser = client("http://rig.example", host="0.0.0.0", token=SecretStr(TOKEN), allowed_origins=(LISTED,))  # noqa: S104
+    asked = browser.request("OPTIONS", "/park", headers={"Origin": LISTED, **PREFLIGHT})
+    assert asked.status_code == 200
+    assert asked.headers["access-control-allow-origin"] == LISTED
+    assert asked.headers["access-control-allow-credentials"] == "true"
+    assert "POST" in asked.headers["access-control-allow-methods"]
+    refused = browser.post("/park", headers={"Origin": LISTED})
+    assert (refused.status_code, refused.headers["access-control-allow-origin"]) == (401, LISTED)
+    done = browser.post("/park", headers={"Origin": LISTED, "X-Api-Token": TOKEN})
+    assert (done.json(), done.headers["access-control-allow-origin"]) == ("parked", LISTED)
+    assert "Origin" in done.headers["vary"]
+    assert "access-control-allow-origin" not in browser.get("/healthz").headers
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://lab.example", "https://lab.example:8443", "https://lab.example.evil", "null"]
+)
+def test_a_page_of_any_other_origin_is_told_nothing_of_it(origin: str) -> None:
+    for allowed in ((LISTED,), ()):
+        browser = client(allowed_origins=allowed)
+        asked = browser.request("OPTIONS", "/park", headers={"Origin": origin, **PREFLIGHT})
+        read = browser.get("/", headers={"Origin": origin})
+        assert asked.status_code == 405
+        assert not [name for name in (*asked.headers, *read.headers) if name.startswith("access-control")]
 
 
 def guarded() -> Browser:

@@ -12,6 +12,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
+from foveacam_server.accounts.route_rights import RouteTable
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.security import SecurityMiddleware
 from foveacam_server.doors.listening_socket import listen
@@ -37,11 +38,11 @@ async def _socket(websocket: WebSocket) -> None:
 
 @asynccontextmanager
 async def serving(proxies: Sequence[str] = ()) -> AsyncIterator[httpx.AsyncClient]:
-    gate = AccessRules(token=None, origins=frozenset(), loopback=True, host="127.0.0.1")
-    app = Starlette(
-        routes=[Route("/who", _who, methods=["GET", "POST"]), WebSocketRoute("/socket", _socket)],
-        middleware=[Middleware(SecurityMiddleware, gate=gate)],
+    routes = [Route("/who", _who, methods=["GET", "POST"]), WebSocketRoute("/socket", _socket)]
+    gate = AccessRules(
+        routes=RouteTable(routes), token=None, origins=frozenset(), loopback=True, hosts=frozenset()
     )
+    app = Starlette(routes=routes, middleware=[Middleware(SecurityMiddleware, gate=gate)])
     server = WatchedServer(server_config(app, trusted_proxies=proxies))
     with listen("127.0.0.1", 0) as listener:
         task = asyncio.create_task(server.serve(sockets=[listener]))

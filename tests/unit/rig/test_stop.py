@@ -10,11 +10,13 @@ from pathlib import Path
 from queue import Queue
 
 import pytest
+from fastapi import FastAPI
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
+from foveacam_server.accounts.route_rights import RouteTable
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.listening_socket import listen
@@ -23,6 +25,7 @@ from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.stop import routes as stop_routes
 from foveacam_server.rig.stop import StopSwitch
 
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\n"
@@ -74,7 +77,11 @@ def mirrors() -> Halted:
 def at_door(mirrors: Halted, tmp_path: Path) -> Iterator[StopAtDoor]:
     store = Store(tmp_path)
     events = EventLog(store)
-    gate = AccessRules(token=None, origins=frozenset(), loopback=True, host="127.0.0.1")
+    app = FastAPI()
+    app.include_router(stop_routes.router, prefix="/api/v1")
+    gate = AccessRules(
+        routes=RouteTable(app.routes), token=None, origins=frozenset(), loopback=True, hosts=frozenset()
+    )
     switch = StopSwitch(mirrors, cancel_jobs=lambda reason: None, events=events)
     yield StopAtDoor(switch, gate=gate)
     events.close()

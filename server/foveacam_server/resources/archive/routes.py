@@ -3,10 +3,12 @@
 import asyncio
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import JSONResponse
 
 from foveacam_pipeline.storage.archive import ItemKind
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     PreferHeader,
@@ -22,7 +24,7 @@ from foveacam_server.resources.captures.schema import CaptureDocument
 from foveacam_server.resources.recordings.schema import RecordingDocument
 from foveacam_server.resources.stills.schema import StillDocument
 
-router = APIRouter(tags=["archive"])
+router = GuardedRouter(tags=["archive"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class ArchiveRouteServices(Protocol):

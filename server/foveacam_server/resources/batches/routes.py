@@ -3,9 +3,11 @@
 import asyncio
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
@@ -20,7 +22,7 @@ from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.batches.schema import BatchClusterDocument, BatchDocument, BatchRequest
 from foveacam_server.resources.batches.service import BatchService
 
-router = APIRouter(prefix="/batches", tags=["batches"])
+router = GuardedRouter("/batches", tags=["batches"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class BatchRouteServices(Protocol):

@@ -2,13 +2,14 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import FileResponse, JSONResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_server.accounts.errors import require
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -30,7 +31,9 @@ from foveacam_server.resources.calibration_sessions.schema import (
 )
 from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
 
-router = APIRouter(prefix="/calibration_sessions", tags=["calibrations"])
+router = GuardedRouter(
+    "/calibration_sessions", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE
+)
 
 
 class CalibrationSessionRouteServices(Protocol):
@@ -85,6 +88,7 @@ def one(session_id: SessionId, services: ServicesDep) -> SessionDocument:
 @router.delete(
     "/{session_id}", status_code=204, summary="Delete a session's measurements", responses=problems(404, 409)
 )
+@needs(Right.ADMINISTER)
 def remove(session_id: SessionId, services: ServicesDep) -> None:
     """Delete everything measured in a session; the calibrations fitted from it stay."""
     services.sessions.remove(session_id)

@@ -2,9 +2,11 @@
 
 from typing import Annotated, Any, Literal, Protocol
 
-from fastapi import APIRouter, Body, Depends, Path, Query
+from fastapi import Body, Depends, Path, Query
 from fastapi.responses import HTMLResponse, Response
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import (
     FILE_BYTES,
     LeaseHeader,
@@ -22,7 +24,7 @@ from foveacam_server.resources.calibrations.schema import (
 )
 from foveacam_server.resources.calibrations.service import CalibrationService
 
-router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+router = GuardedRouter("/calibrations", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class CalibrationRouteServices(Protocol):
@@ -125,6 +127,7 @@ def restore(calibration_id: CalibrationId, services: ServicesDep) -> Calibration
 
 
 @router.post("/{calibration_id}/activate", summary="Put one in force", responses=problems(404, 409))
+@needs(Right.ADMINISTER)
 def activate(
     calibration_id: CalibrationId, services: ServicesDep, x_lease: LeaseHeader = None
 ) -> CalibrationDocument:

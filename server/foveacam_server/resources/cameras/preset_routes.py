@@ -2,15 +2,17 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import GivenName
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
 from foveacam_server.rig.hardware import HardwareThread
 
-router = APIRouter(prefix="/cameras/presets", tags=["rig"])
+router = GuardedRouter("/cameras/presets", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class CameraPresetRouteServices(Protocol):

@@ -4,10 +4,12 @@ import asyncio
 from dataclasses import replace
 from typing import Annotated, Literal, Protocol, TypeAlias
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import JSONResponse
 
 from foveacam_hardware.contract import AutoMode, Clock, InvalidInput, PixelFormat, Role, ValueRange
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -37,7 +39,7 @@ from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.status import CameraStatus
 
-router = APIRouter(prefix="/cameras", tags=["rig"])
+router = GuardedRouter("/cameras", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class CameraStateServices(Protocol):

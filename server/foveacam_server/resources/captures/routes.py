@@ -3,11 +3,13 @@
 import asyncio
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends, Path, Query, Response
+from fastapi import Depends, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.datasets.collection import point_of, readable_dataset
 from foveacam_server.datasets.download import zip_stream
@@ -37,7 +39,7 @@ from foveacam_server.resources.captures.schema import (
 )
 from foveacam_server.resources.captures.service import CaptureService
 
-router = APIRouter(prefix="/captures", tags=["captures"])
+router = GuardedRouter("/captures", tags=["captures"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class CaptureProduct(Protocol):
@@ -104,6 +106,7 @@ async def create(
     summary="What a plan takes",
     responses=problems(409, 503, 504),
 )
+@needs(Right.VIEW)
 async def estimate(request: EstimateRequest, services: ServicesDep) -> EstimateDocument:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
     return await services.computing.run(lambda: services.captures.estimate(request))
@@ -120,6 +123,7 @@ def every(
 
 
 @router.delete("/trash", summary="Empty the trash")
+@needs(Right.ADMINISTER)
 def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed."""
     return TrashEmptied(deleted=services.captures.collection.empty_trash())

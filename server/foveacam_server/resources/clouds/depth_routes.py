@@ -2,8 +2,10 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import Depends, Query
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.names import age_s
 from foveacam_server.foundation.quantities import Pixels
@@ -11,7 +13,7 @@ from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import DepthDocument
 from foveacam_server.rig.ports import CalibrationInForce
 
-router = APIRouter(tags=["depth"])
+router = GuardedRouter(tags=["depth"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class DepthRouteServices(Protocol):

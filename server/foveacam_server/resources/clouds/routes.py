@@ -2,15 +2,17 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import FileResponse
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import Limit, file_responses, opened_services, problems
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.rig.ports import SceneViewer
 
-router = APIRouter(prefix="/clouds", tags=["clouds"])
+router = GuardedRouter("/clouds", tags=["clouds"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class CloudOwners(Protocol):
@@ -86,6 +88,7 @@ def one(cloud_id: CloudId, services: ServicesDep) -> CloudDocument:
 
 
 @router.delete("/{cloud_id}", status_code=204, summary="Remove a cloud", responses=problems(404))
+@needs(Right.ADMINISTER)
 def remove(cloud_id: CloudId, services: ServicesDep) -> None:
     """Remove a cloud and its files; its fixation and target stay."""
     cloud = services.clouds.remove(cloud_id)

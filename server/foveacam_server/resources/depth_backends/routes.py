@@ -2,10 +2,12 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import Response
 from starlette.concurrency import run_in_threadpool
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import file_responses, opened_services, problems
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons, PictureName
@@ -20,7 +22,7 @@ from foveacam_server.resources.depth_backends.schema import (
 )
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 
-router = APIRouter(prefix="/depth", tags=["clouds"])
+router = GuardedRouter("/depth", tags=["clouds"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class DepthBackendRouteServices(Protocol):

@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path, Query
+from fastapi import Depends, Path, Query
 from fastapi.responses import Response
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.displays.schema import (
@@ -17,7 +19,7 @@ from foveacam_server.resources.displays.schema import (
 )
 from foveacam_server.resources.displays.service import PatternDisplayService
 
-router = APIRouter(prefix="/displays", tags=["calibrations"])
+router = GuardedRouter("/displays", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class DisplayRouteServices(Protocol):
@@ -78,6 +80,7 @@ def pdf(services: ServicesDep, query: Annotated[PrintQuery, Query()]) -> Respons
 
 
 @router.put("/{display_id}", summary="Register a display", responses=problems(409))
+@needs(Right.VIEW)
 async def register(
     display_id: DisplayIdPath, request: DisplayRequest, services: ServicesDep
 ) -> PatternDocument:
@@ -86,6 +89,7 @@ async def register(
 
 
 @router.delete("/{display_id}", status_code=204, summary="Take a display off the list")
+@needs(Right.VIEW)
 async def forget(display_id: DisplayIdPath, services: ServicesDep) -> None:
     """Take a screen that shows the pattern no longer off the list."""
     services.displays.forget(display_id)

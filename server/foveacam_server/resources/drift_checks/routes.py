@@ -2,12 +2,13 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_server.accounts.errors import require
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -23,7 +24,7 @@ from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.drift_checks.schema import DriftCheckDocument, DriftRequest
 from foveacam_server.resources.drift_checks.service import DriftChecks
 
-router = APIRouter(prefix="/drift_checks", tags=["calibrations"])
+router = GuardedRouter("/drift_checks", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class DriftCheckRouteServices(Protocol):

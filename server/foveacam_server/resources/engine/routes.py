@@ -2,13 +2,15 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.resources.engine.schema import EngineDocument
 from foveacam_server.resources.engine.service import EngineService
 
-router = APIRouter(prefix="/engine", tags=["health"])
+router = GuardedRouter("/engine", tags=["health"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class EngineRouteServices(Protocol):

@@ -4,15 +4,17 @@ import json
 from collections.abc import AsyncIterator
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Header
+from fastapi import Depends, Header
 from fastapi.responses import StreamingResponse
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import Limit, opened_services
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.schema import EventDocument
 
-router = APIRouter(prefix="/events", tags=["events"])
+router = GuardedRouter("/events", tags=["events"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class EventRouteServices(Protocol):

@@ -2,13 +2,15 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.faults.schema import FaultDocument, FaultsDismissed
 from foveacam_server.resources.faults.service import FaultService
 
-router = APIRouter(prefix="/faults", tags=["events"])
+router = GuardedRouter("/faults", tags=["events"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class FaultRouteServices(Protocol):

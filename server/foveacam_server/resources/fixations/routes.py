@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import JSONResponse
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -20,7 +22,7 @@ from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.fixations.schema import FixationDocument, FixationRequest
 from foveacam_server.resources.fixations.service import FixationService
 
-router = APIRouter(prefix="/fixations", tags=["fixations"])
+router = GuardedRouter("/fixations", tags=["fixations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class FixationRouteServices(Protocol):

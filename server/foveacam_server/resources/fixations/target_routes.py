@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import JSONResponse
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     LeaseHeader,
     PreferHeader,
@@ -20,7 +22,7 @@ from foveacam_server.resources.fixations.schema import FixationDocument, TargetD
 from foveacam_server.resources.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
 
-router = APIRouter(prefix="/targets", tags=["targets"])
+router = GuardedRouter("/targets", tags=["targets"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class TargetRouteServices(Protocol):

@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Response
+from fastapi import Depends, Response
 from fastapi.responses import JSONResponse
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -27,7 +29,7 @@ from foveacam_server.resources.follows.schema import (
 )
 from foveacam_server.resources.follows.service import FollowService
 
-router = APIRouter(prefix="/follows", tags=["follows"])
+router = GuardedRouter("/follows", tags=["follows"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class FollowRouteServices(Protocol):

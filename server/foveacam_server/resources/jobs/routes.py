@@ -2,13 +2,15 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import Limit, opened_services, problems
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
 
-router = APIRouter(prefix="/jobs", tags=["jobs"])
+router = GuardedRouter("/jobs", tags=["jobs"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class JobRouteServices(Protocol):

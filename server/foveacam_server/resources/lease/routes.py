@@ -2,10 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Principal, PrincipalKind, Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease, LeaseClaim
 from foveacam_server.foundation.schema import (
@@ -16,7 +17,7 @@ from foveacam_server.foundation.schema import (
     LeaseWish,
 )
 
-router = APIRouter(prefix="/lease", tags=["lease"])
+router = GuardedRouter("/lease", tags=["lease"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class LeaseRouteServices(Protocol):

@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Query, Response
+from fastapi import Depends, Query, Response
 from fastapi.responses import JSONResponse
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -32,7 +34,7 @@ from foveacam_server.resources.loop.schema import (
 )
 from foveacam_server.resources.loop.service import LoopService
 
-router = APIRouter(prefix="/loop", tags=["loop"])
+router = GuardedRouter("/loop", tags=["loop"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class LoopRouteServices(Protocol):

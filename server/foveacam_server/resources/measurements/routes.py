@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from fastapi.responses import Response
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.measurements.export import csv_text
 from foveacam_server.resources.measurements.schema import (
@@ -14,7 +16,7 @@ from foveacam_server.resources.measurements.schema import (
 )
 from foveacam_server.resources.measurements.service import MeasurementService
 
-router = APIRouter(tags=["measurements"])
+router = GuardedRouter(tags=["measurements"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class MeasurementRouteServices(Protocol):

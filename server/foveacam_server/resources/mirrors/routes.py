@@ -4,10 +4,12 @@ import asyncio
 import math
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_hardware.contract import DeviceInfo, LinkTelemetry, Role, StereoVolts, StreamTelemetry
 from foveacam_pipeline.models.calibration import eye_volts
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.lease import Lease
@@ -26,7 +28,7 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.refusals import check_direction, check_volts
 
-router = APIRouter(prefix="/mirrors", tags=["rig"])
+router = GuardedRouter("/mirrors", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class OverlayDistance(Protocol):

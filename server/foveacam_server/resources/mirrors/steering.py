@@ -3,9 +3,11 @@
 import asyncio
 import math
 
-from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from fastapi import WebSocket, WebSocketDisconnect
 
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, StereoVolts
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.resources.mirrors import steering_messages as messages
 from foveacam_server.resources.mirrors.routes import MirrorRouteServices
@@ -19,7 +21,7 @@ TOLD_S, TOLD_AT_REST_S = 0.1, 0.5
 FIRST_MESSAGE_S = 10.0
 _POLICY_VIOLATION = 1008
 
-router = APIRouter(tags=["rig"])
+router = GuardedRouter(tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class SteeringSession:
@@ -188,6 +190,7 @@ class SteeringSession:
 
 
 @router.websocket("/mirrors/steering")
+@needs(Right.OPERATE)
 async def steering_socket(websocket: WebSocket) -> None:
     """Let one client steer both mirrors by hand."""
     services: MirrorRouteServices = await opened_services(websocket)  # type: ignore[assignment]  # app.state is untyped

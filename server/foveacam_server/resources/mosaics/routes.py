@@ -4,10 +4,12 @@ import asyncio
 from pathlib import Path
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends, Header, Query
+from fastapi import Depends, Header, Query
 from fastapi import Path as InPath
 from fastapi.responses import FileResponse, JSONResponse, Response
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
@@ -25,7 +27,9 @@ from foveacam_server.resources.mosaics.collection import FILES, FORMS
 from foveacam_server.resources.mosaics.schema import MosaicDocument, MosaicRequest
 from foveacam_server.resources.mosaics.service import MosaicService
 
-router = APIRouter(prefix="/captures/{capture_id}/mosaic", tags=["mosaics"])
+router = GuardedRouter(
+    "/captures/{capture_id}/mosaic", tags=["mosaics"], reading=Right.VIEW, changing=Right.OPERATE
+)
 
 
 class MosaicRouteServices(Protocol):

@@ -2,15 +2,17 @@
 
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import Depends, Query
 from fastapi.responses import StreamingResponse
 
 from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import Limit, opened_services
 from foveacam_server.resources.people.documents import audit_document
 from foveacam_server.resources.people.schema import AuditPage
 
-router = APIRouter(tags=["people"])
+router = GuardedRouter(tags=["people"], reading=Right.ADMINISTER, changing=Right.ADMINISTER)
 
 LINES = "application/jsonl"
 

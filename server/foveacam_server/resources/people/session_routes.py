@@ -2,12 +2,13 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Header, Request, Response
+from fastapi import Depends, Header, Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.cookies import clear_cookie, set_cookie
 from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDep
-from foveacam_server.accounts.rights import Principal, PrincipalKind, rights_of
+from foveacam_server.accounts.rights import Principal, PrincipalKind, Right, rights_of
+from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
 from foveacam_server.accounts.users import User
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound, WrongCredentials
@@ -19,7 +20,7 @@ from foveacam_server.resources.people.schema import (
     SignInRequest,
 )
 
-router = APIRouter(prefix="/session", tags=["people"])
+router = GuardedRouter("/session", tags=["people"], reading=Right.VIEW, changing=Right.VIEW)
 
 
 class SessionRouteServices(Protocol):
@@ -33,12 +34,14 @@ BrowserHeader = Annotated[str, Header(alias="User-Agent", include_in_schema=Fals
 
 
 @router.get("", summary="Who I am")
+@open_to_anybody
 def session(services: ServicesDep, principal: PrincipalDep) -> SignInDocument:
     """Return what the server asks of whoever comes, and who this request came from."""
     return session_document(principal, services.accounts)
 
 
 @router.post("", summary="Sign in", responses=problems(401, 429))
+@open_to_anybody
 def sign_in(
     body: SignInRequest,
     request: Request,
@@ -56,6 +59,7 @@ def sign_in(
 
 
 @router.post("/invitation", summary="Join by a link", responses=problems(401))
+@open_to_anybody
 def join(
     body: JoinRequest,
     request: Request,

@@ -2,11 +2,12 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.requests import AuditNoteDep, PrincipalDep
 from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.people.documents import token_document
 from foveacam_server.resources.people.schema import (
@@ -15,7 +16,9 @@ from foveacam_server.resources.people.schema import (
     ServiceTokenRequest,
 )
 
-router = APIRouter(prefix="/service_tokens", tags=["people"])
+router = GuardedRouter(
+    "/service_tokens", tags=["people"], reading=Right.ADMINISTER, changing=Right.ADMINISTER
+)
 
 
 class TokenRouteServices(Protocol):

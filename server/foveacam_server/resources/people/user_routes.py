@@ -2,12 +2,13 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Header, Path, Request, Response
+from fastapi import Depends, Header, Path, Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDep
 from foveacam_server.accounts.rights import Principal, Right, UserRole
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.people.documents import invitation_document, user_document
@@ -23,7 +24,7 @@ from foveacam_server.resources.people.schema import (
     UserSessionList,
 )
 
-router = APIRouter(tags=["people"])
+router = GuardedRouter(tags=["people"], reading=Right.ADMINISTER, changing=Right.ADMINISTER)
 
 
 class UserRouteServices(Protocol):
@@ -92,6 +93,7 @@ def remove(name: NamePath, services: ServicesDep) -> None:
 
 
 @router.get("/sessions", summary="Who is signed in")
+@needs(Right.VIEW)
 def sessions(services: ServicesDep, principal: PrincipalDep) -> UserSessionList:
     """Return the browsers in which users are signed in: an admin sees all, others see their own."""
     accounts = services.accounts
@@ -116,6 +118,7 @@ def sessions(services: ServicesDep, principal: PrincipalDep) -> UserSessionList:
 
 
 @router.delete("/sessions/{session_id}", status_code=204, summary="Sign out", responses=problems(404))
+@needs(Right.VIEW)
 def sign_out(session_id: str, services: ServicesDep, principal: PrincipalDep, note: AuditNoteDep) -> None:
     """Sign a browser out: its cookie is refused from now on, its open streams end."""
     accounts = services.accounts

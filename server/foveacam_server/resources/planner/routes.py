@@ -2,10 +2,12 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import JSONResponse
 
 from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import FILE_BYTES, PICTURE_BYTES, opened_services
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner.answers import describe_standoff
@@ -29,7 +31,7 @@ from foveacam_server.resources.planner.schema import (
     StandoffRequest,
 )
 
-router = APIRouter(prefix="/planner", tags=["planner"])
+router = GuardedRouter("/planner", tags=["planner"], reading=Right.VIEW, changing=Right.VIEW)
 
 
 class PlannerRouteServices(Protocol):

@@ -4,9 +4,11 @@ import asyncio
 import math
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose, PanTiltState, Station
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.lease import Lease
@@ -20,7 +22,7 @@ from foveacam_server.resources.positioners.schema import (
 )
 from foveacam_server.rig.schema import DeviceInfoDocument
 
-router = APIRouter(prefix="/pan_tilt", tags=["rig"])
+router = GuardedRouter("/pan_tilt", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class PanTiltRouteServices(Protocol):

@@ -3,9 +3,11 @@
 import asyncio
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, RailState
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.lease import Lease
@@ -18,7 +20,7 @@ from foveacam_server.resources.positioners.schema import (
 )
 from foveacam_server.rig.schema import DeviceInfoDocument
 
-router = APIRouter(prefix="/rail", tags=["rig"])
+router = GuardedRouter("/rail", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class RailRouteServices(Protocol):

@@ -3,11 +3,13 @@
 import math
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import Depends, Query
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import reach_outline_px
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.reach.schema import ReachDocument
 from foveacam_server.rig.ports import CalibrationInForce
@@ -15,7 +17,7 @@ from foveacam_server.rig.ports import CalibrationInForce
 NEAREST_M, FARTHEST_M = 0.5, 1e6
 """Nearer than the baseline is long nothing can be verged on."""
 
-router = APIRouter(tags=["reach"])
+router = GuardedRouter(tags=["reach"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class ReachRouteServices(Protocol):

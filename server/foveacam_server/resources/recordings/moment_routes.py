@@ -3,7 +3,7 @@
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Depends, Path, Query
+from fastapi import Depends, Path, Query
 from fastapi.responses import Response
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Sighting
@@ -11,6 +11,8 @@ from foveacam_pipeline.capture.recording.observations import observation_of, str
 from foveacam_pipeline.capture.recording.values import RecordedFrame
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import file_responses, problems
 from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.resources.recordings import moments
@@ -33,7 +35,7 @@ from foveacam_server.resources.recordings.schema import (
 )
 from foveacam_server.rig.encoder import encode_jpeg
 
-router = APIRouter(prefix="/recordings", tags=["recordings"])
+router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
 
 Moment = Annotated[Seconds, Query(description="seconds from the recording's begin")]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="full size, or half")]

@@ -3,11 +3,13 @@
 import asyncio
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends, Path, Query
+from fastapi import Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse
 
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.recording.formats import FORMATS
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     PreferHeader,
@@ -30,7 +32,7 @@ from foveacam_server.resources.recordings.schema import (
 )
 from foveacam_server.resources.recordings.service import RecordingService
 
-router = APIRouter(prefix="/recordings", tags=["recordings"])
+router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class RecordingRouteServices(Protocol):
@@ -97,6 +99,7 @@ def formats() -> list[FormatDocument]:
 
 
 @router.delete("/trash", summary="Empty the trash")
+@needs(Right.ADMINISTER)
 def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed, and the films made of it."""
     return TrashEmptied(deleted=services.recordings.collection.empty_trash())

@@ -3,10 +3,12 @@
 import asyncio
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.datasets.collection import StoredCapture
 from foveacam_server.foundation.answers import (
@@ -22,7 +24,9 @@ from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.references.schema import ReferenceDocument, ReferenceRequest
 from foveacam_server.resources.references.service import ReferenceService, reference_file
 
-router = APIRouter(prefix="/captures/{capture_id}/reference", tags=["references"])
+router = GuardedRouter(
+    "/captures/{capture_id}/reference", tags=["references"], reading=Right.VIEW, changing=Right.OPERATE
+)
 
 
 class StoredCaptures(Protocol):

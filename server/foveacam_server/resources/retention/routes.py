@@ -2,13 +2,15 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.retention.schema import RetentionApplied, RetentionPreview, RetentionRequest
 from foveacam_server.resources.retention.service import RetentionService
 
-router = APIRouter(prefix="/retention", tags=["retention"])
+router = GuardedRouter("/retention", tags=["retention"], reading=Right.VIEW, changing=Right.ADMINISTER)
 
 
 class RetentionRouteServices(Protocol):

@@ -3,10 +3,12 @@
 import asyncio
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import Depends, Query
 from fastapi.responses import Response
 
 from foveacam_hardware.contract import Clock
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
@@ -35,7 +37,7 @@ from foveacam_server.resources.rig_setup.tries import step_mirrors, try_controll
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 
-router = APIRouter(prefix="/rig/setup", tags=["rig set-up"])
+router = GuardedRouter("/rig/setup", tags=["rig set-up"], reading=Right.VIEW, changing=Right.ADMINISTER)
 
 
 class RigSetupRouteServices(Protocol):

@@ -2,12 +2,14 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
@@ -20,7 +22,7 @@ from foveacam_server.rig.status import RigState
 from foveacam_server.rig.stop import StopSwitch
 from foveacam_server.rig.stream import LiveStreams
 
-router = APIRouter(tags=["health"])
+router = GuardedRouter(tags=["health"], reading=Right.VIEW, changing=Right.ADMINISTER)
 
 
 class HealthRouteServices(Protocol):
@@ -62,6 +64,7 @@ class Readiness(ResponseModel):
 
 
 @router.get("/healthz", summary="Is the process alive?")
+@open_to_anybody
 async def healthz() -> Liveness:
     """Answer in any state of the rig."""
     return Liveness(status="ok")

@@ -3,10 +3,12 @@
 import math
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.calibrations.schema import CalibrationDocument
@@ -24,7 +26,7 @@ from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep, StepS
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import CameraStatus
 
-router = APIRouter(tags=["rig"])
+router = GuardedRouter(tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class SteeringCalibration(CalibrationInForce, Protocol):

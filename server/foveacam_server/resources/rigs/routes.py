@@ -2,14 +2,16 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import Response
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.rigs.schema import RigEntry
 from foveacam_server.resources.rigs.service import RigDirectory
 
-router = APIRouter(prefix="/rigs", tags=["rig"])
+router = GuardedRouter("/rigs", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class RigListServices(Protocol):

@@ -2,8 +2,10 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.settle_time.schema import SettleTimeDocument, SettleTimeRequest
@@ -11,7 +13,7 @@ from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.settle_times import SettleTime
 
-router = APIRouter(prefix="/settle_time", tags=["calibrations"])
+router = GuardedRouter("/settle_time", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class SettleTimeSessions(Protocol):

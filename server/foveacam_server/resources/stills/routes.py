@@ -4,11 +4,13 @@ import asyncio
 from pathlib import Path as FilePath
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends, Path, Query
+from fastapi import Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.datasets.collection import readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
@@ -36,7 +38,7 @@ from foveacam_server.resources.stills.schema import (
 )
 from foveacam_server.resources.stills.service import StillService
 
-router = APIRouter(prefix="/stills", tags=["stills"])
+router = GuardedRouter("/stills", tags=["stills"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class StillRouteServices(Protocol):
@@ -88,6 +90,7 @@ def every(
 
 
 @router.delete("/trash", summary="Empty the trash")
+@needs(Right.ADMINISTER)
 def empty_trash(services: ServicesDep) -> TrashEmptied:
     """Delete for good what was removed or discarded."""
     return TrashEmptied(deleted=services.stills.collection.empty_trash())

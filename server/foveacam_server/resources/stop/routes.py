@@ -4,15 +4,16 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 
 from foveacam_server.accounts.requests import PeerDep, PrincipalDep
-from foveacam_server.accounts.rights import who_at
+from foveacam_server.accounts.rights import Right, who_at
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import opened_services
 from foveacam_server.rig.schema import StopAnswer, StopDocument
 from foveacam_server.rig.stop import StopSwitch
 
-router = APIRouter(prefix="/stop", tags=["stop"])
+router = GuardedRouter("/stop", tags=["stop"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class StopRouteServices(Protocol):
@@ -32,6 +33,7 @@ async def state(services: ServicesDep) -> StopDocument:
 
 
 @router.post("", summary="Stop: park the mirrors now")
+@needs(Right.OPERATE, stops=True)
 async def engage(services: ServicesDep, principal: PrincipalDep, peer: PeerDep) -> StopAnswer:
     """Park the mirrors, cancel every job, and refuse all moves until released.
 

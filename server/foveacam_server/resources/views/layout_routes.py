@@ -2,14 +2,16 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from pydantic import Field
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.named_documents import GivenName, NamedDocument, NamedDocuments
 from foveacam_server.foundation.schema import RequestModel
 
-router = APIRouter(prefix="/views/layouts", tags=["views"])
+router = GuardedRouter("/views/layouts", tags=["views"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class WindowLayout(NamedDocument):

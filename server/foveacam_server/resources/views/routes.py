@@ -4,7 +4,7 @@ from collections.abc import AsyncIterator
 from contextlib import aclosing
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Depends, Query, Request, WebSocket, WebSocketDisconnect
+from fastapi import Depends, Query, Request, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response, StreamingResponse
 from pydantic import BaseModel
 from starlette.requests import HTTPConnection
@@ -12,6 +12,8 @@ from starlette.types import Receive, Scope, Send
 
 from foveacam_hardware.contract import Busy, NotConnected
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import file_responses, problems
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.schema import RequestModel
@@ -19,7 +21,7 @@ from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.rig.encoder import EncodedPicture, Scale
 from foveacam_server.rig.stream import LiveStreams, StreamSession
 
-router = APIRouter(tags=["views"])
+router = GuardedRouter(tags=["views"], reading=Right.VIEW, changing=Right.OPERATE)
 
 _BOUNDARY = "foveacam-frame"
 _TRY_AGAIN_LATER = 1013
@@ -162,6 +164,7 @@ async def stream_mjpeg(
 
 
 @router.websocket("/views/ws")
+@needs(Right.VIEW)
 async def views_socket(websocket: WebSocket) -> None:
     """Serve all views to one page: one credit a view, newest picture wins."""
     found = await streams(websocket)

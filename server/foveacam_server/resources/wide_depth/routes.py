@@ -2,9 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -21,7 +23,7 @@ from foveacam_server.resources.wide_depth.schema import WideDepthDocument
 from foveacam_server.resources.wide_depth.service import WideDepthService
 from foveacam_server.rig.encoder import encode_png
 
-router = APIRouter(tags=["depth"])
+router = GuardedRouter(tags=["depth"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class WideDepthRouteServices(Protocol):

@@ -2,8 +2,10 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import APIRouter, Depends, Path, Query, Request
+from fastapi import Depends, Path, Query, Request
 
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.resources.recordings.imports.schema import (
     GIB,
@@ -17,7 +19,7 @@ from foveacam_server.resources.recordings.imports.uploads import PART_BYTES
 from foveacam_server.resources.recordings.schema import RecordingDocument
 from foveacam_server.resources.recordings.service import RecordingService
 
-router = APIRouter(prefix="/recordings", tags=["recordings"])
+router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class ImportRouteServices(Protocol):

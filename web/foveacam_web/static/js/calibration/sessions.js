@@ -4,6 +4,7 @@ import { changing, fill, h, html, repeat, say } from "../elements/dom.js";
 import { MISSING, number } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 import { badge, nothing } from "../elements/parts.js";
+import { offers } from "../session/words.js";
 
 /**
  * @import { SessionSummary } from "#page"
@@ -112,7 +113,8 @@ export function mountSessions(place, { store, orders, reader }) {
                   >
                     Open
                   </button>`,
-                  html`<button
+                  offers(store.state.sign_in, "administer") &&
+                    html`<button
                   type="button" class="tool" aria-label="Delete ${session.label}"
                   title=${session.running ? "Not while something runs in it" : "Delete"}
                   ?disabled=${Boolean(session.running)} @click=${() => ask(session.id)}

@@ -8,6 +8,7 @@ import { icon } from "../elements/icons.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
 import "./drawn.js";
 import { galleryAddress } from "../addresses.js";
+import { offers } from "../session/words.js";
 
 /**
  * @import { GalleryContext } from "./page.js"
@@ -33,7 +34,10 @@ const MOST_FAULTS = 20;
  * }} collection `hint`: what can be searched for; `intro`: what is shown where there is none; `above`: above the list
  * @param {GalleryContext} context
  */
-export function openList({ noun, hint, orders, reader, card, intro, above = () => null, key }, { follow, signal }) {
+export function openList(
+  { noun, hint, orders, reader, card, intro, above = () => null, key },
+  { store, follow, signal },
+) {
   let [in_trash, asked] = [false, false];
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let later;
@@ -68,7 +72,7 @@ export function openList({ noun, hint, orders, reader, card, intro, above = () =
           <p class="why found" role="status">${shown?.length ? summary(shown.length, bytes, noun) : ""}</p>
           <div class="actions trash">
             <span class="why" role="alert">${ask ? `Delete ${held === 1 ? `this ${noun.one}` : `these ${count(held)} ${noun.many}`} for good?` : ""}</span>
-            <button type="button" class="plain" ?hidden=${ask || !in_trash || held === 0} @click=${() => turn(true, true)}>
+            <button type="button" class="plain" ?hidden=${ask || !in_trash || held === 0 || !offers(store.state.sign_in, "administer")} @click=${() => turn(true, true)}>
               Empty the trash
             </button>
             <button type="button" class="plain danger" ?hidden=${!ask} @click=${empty}>Delete for good</button>

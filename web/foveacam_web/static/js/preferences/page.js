@@ -48,7 +48,7 @@ export function mountSettingsPage(place, { store, commands, preferences }) {
     shown.abort();
     shown = new AbortController();
     fill(recordings, settings_page && recordOptions({ store, signal: shown.signal }));
-    if (settings_page) showRetention(retention, { commands, signal: shown.signal });
+    if (settings_page) showRetention(retention, { store, commands, signal: shown.signal });
   });
   update(
     rig,

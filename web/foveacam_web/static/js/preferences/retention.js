@@ -5,12 +5,14 @@ import { html, update } from "../elements/dom.js";
 import { count, sentence } from "../elements/format.js";
 import { sizeWords, whenWords } from "../gallery/dataset_words.js";
 import { icon } from "../elements/icons.js";
+import { offers } from "../session/words.js";
 import { nothing } from "../elements/parts.js";
 import { actWords, removedWords, ruleWords } from "./retention_words.js";
 
 /**
  * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
  * @import { Commands } from "../commands.js"
+ * @import { Store } from "../store.js"
  */
 
 const MOST = 20;
@@ -26,13 +28,13 @@ const KINDS = [
 /**
  * Show the rules in a place, and what is due.
  * @param {HTMLElement} place
- * @param {{commands: Commands, signal: AbortSignal}} context
+ * @param {{store: Store, commands: Commands, signal: AbortSignal}} context
  */
-export function showRetention(place, { commands, signal }) {
+export function showRetention(place, { store, commands, signal }) {
   const read = async () => {
     try {
       const found = /** @type {RetentionPreview} */ (await request("GET", "/retention"));
-      if (!signal.aborted) update(place, shown(found, move));
+      if (!signal.aborted) update(place, shown(found, offers(store.state.sign_in, "administer") ? move : null));
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
       if (!signal.aborted) update(place, nothing(sentence(error.message)));
@@ -55,7 +57,7 @@ export function showRetention(place, { commands, signal }) {
   void read();
 }
 
-/** @param {RetentionPreview} found @param {(digest: string) => unknown} move */
+/** @param {RetentionPreview} found @param {((digest: string) => unknown) | null} move null: who looks may not */
 function shown({ file, rules, items, size_bytes, digest }, move) {
   return html`<div class="stack">
     <ul class="sentences">${KINDS.map(([kind, title]) => html`<li>${title}: ${ruleWords(rules[kind])}</li>`)}</ul>
@@ -66,9 +68,12 @@ function shown({ file, rules, items, size_bytes, digest }, move) {
     </p>
     ${items.length === 0 ? nothing("Nothing would be removed now.") : dueOf(items)}
     <p class="actions">
-      <button type="button" class="plain" ?disabled=${items.length === 0} @click=${() => void move(digest)}>
-        ${icon("trash")}${actWords(items)}
-      </button>
+      ${
+        move &&
+        html`<button type="button" class="plain" ?disabled=${items.length === 0} @click=${() => void move(digest)}>
+          ${icon("trash")}${actWords(items)}
+        </button>`
+      }
       ${items.length > 0 && html`<span class="why">${count(items.length)}, ${sizeWords(size_bytes)}</span>`}
     </p>
   </div>`;

@@ -34,6 +34,11 @@ export function may(sign_in, right) {
   return sign_in?.rights.includes(right) ?? false;
 }
 
+/** Return whether to offer what needs this right; also while nobody has said yet who it is. @param {SignInDocument | null} sign_in @param {Right} right */
+export function offers(sign_in, right) {
+  return sign_in === null || may(sign_in, right);
+}
+
 /** @param {SignInDocument} sign_in */
 export function whoWords({ name, kind }) {
   return kind === "shared_token" ? "Shared token" : (name ?? "This machine");

@@ -2,7 +2,7 @@
 // keeps what the server tells. What is silent is held and then parked by the server.
 
 import { RequestError } from "../transport/api.js";
-import { VIEWER_WORDS, may } from "../session/words.js";
+import { VIEWER_WORDS, offers } from "../session/words.js";
 import { API } from "../root.js";
 
 /**
@@ -104,7 +104,7 @@ export class Steering {
   /** Whether the server would let this browser steer. */
   get #allowed() {
     const { sign_in, signed_out } = this.#store.state;
-    return !signed_out && (sign_in === null || may(sign_in, "operate"));
+    return !signed_out && offers(sign_in, "operate");
   }
 
   #open() {

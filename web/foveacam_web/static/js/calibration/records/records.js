@@ -7,6 +7,7 @@ import { facts } from "../facts.js";
 import { makeImporter } from "./importer.js";
 import { badge, figures, nothing } from "../../elements/parts.js";
 import { API } from "../../root.js";
+import { offers } from "../../session/words.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"
@@ -95,7 +96,7 @@ export function mountRecords(place, context) {
  * @param {CalibrationDocument} record
  * @param {WizardContext & {ticked: boolean, pick: (id: string, on: boolean) => void}} context
  */
-function row(record, { orders, ticked, pick }) {
+function row(record, { store, orders, ticked, pick }) {
   const name = record.label || record.origin;
   const tick = html`<input
     type="checkbox" aria-label="Compare ${name}" .checked=${ticked}
@@ -136,6 +137,7 @@ function row(record, { orders, ticked, pick }) {
     <div class="links">
       ${
         !record.current &&
+        offers(store.state.sign_in, "administer") &&
         html`<button type="button" class="plain" aria-label="Use ${name}" @click=${() => void orders.activate(record.id)}>
           Use
         </button>`
