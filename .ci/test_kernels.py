@@ -62,7 +62,7 @@ class Kernel:
 
 
 def probe(core: str) -> tuple[str, dict[str, str]] | None:
-    """Return the core that NumPy's OpenBLAS takes, and what makes loops plain; None where it does not run here."""
+    """Return the core that NumPy's OpenBLAS takes, and what makes loops plain; None where it does not run."""
     asked = Kernel(name=core, core=core, threads=1, plain={})
     done = subprocess.run(  # noqa: S603 - this Python, these lines
         [sys.executable, "-c", PROBE],
