@@ -51,13 +51,21 @@ def test_a_covariance_keeps_the_digits_that_the_condition_of_the_jacobian_leaves
     )
 
 
-def test_a_term_that_nothing_speaks_of_has_no_part_in_the_covariance() -> None:
-    rows = np.column_stack([ROWS, np.zeros(len(X))])
+def test_a_term_that_nothing_speaks_of_is_unknown() -> None:
+    found = terms_covariance(np.column_stack([ROWS, np.zeros(len(X))]))
 
-    found = terms_covariance(rows)
-
-    assert (found[2] == 0.0).all()
+    assert found[2, 2] > 1e18
     assert found[:2, :2] == pytest.approx(terms_covariance(ROWS))
+
+
+def test_terms_of_which_only_the_sum_is_told_are_unknown() -> None:
+    found = terms_covariance(np.column_stack([ROWS, ROWS[:, 1]]))
+
+    assert min(found[1, 1], found[2, 2]) > 1e18 * SIGMA**2
+    total = np.array([0.0, 1.0, 1.0])
+    assert found[0, 0] == pytest.approx(terms_covariance(ROWS)[0, 0])
+    assert np.sqrt(total @ found @ total) < 1e-6 * np.sqrt(found[1, 1])
+    assert (np.diag(terms_covariance(ROWS[:1])) > 1e18 * SIGMA**2).all()  # one row tells no term alone
 
 
 def test_a_robust_loss_resists_outliers() -> None:
