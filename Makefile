@@ -13,7 +13,7 @@ PORT ?= 8000
 NAME ?= render
 TESTS ?=
 
-.PHONY: setup packages kernels run test test-fast coverage lint lint-python lint-page bench clean
+.PHONY: setup packages kernels run test test-fast test-kernels coverage lint lint-python lint-page bench clean
 
 setup: $(DEV)
 
@@ -53,6 +53,10 @@ test: $(DEV) packages kernels
 # Unit and wire tests, which open no simulated rig, without those marked slow: at most 90 s on two quiet cores.
 test-fast: $(DEV)
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile -m "not slow" tests/unit tests/wire
+
+# Unit and paper tests, or those that TESTS names, once under every kernel of linear algebra that this processor runs.
+test-kernels: $(DEV)
+	$(BIN)/python .ci/test_kernels.py --numprocesses $(WORKERS) --dist loadfile $(or $(TESTS),tests/unit tests/paper)
 
 # Line coverage of the five packages by the whole run, or by the folders that TESTS names; child processes are not counted.
 coverage: $(DEV) packages

@@ -38,7 +38,24 @@ class LeastSquaresFit:
 
     def covariance(self) -> NDArray[np.float64]:
         """Return the (k, k) covariance of the terms, for residuals in their standard errors."""
-        return np.asarray(np.linalg.pinv(self.jacobian.T @ self.jacobian), dtype=np.float64)
+        return terms_covariance(self.jacobian)
+
+
+def terms_covariance(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (JᵀJ)⁻¹, (k, k), of a Jacobian (n, k); huge along directions that it does not determine.
+
+    JᵀJ itself has the square of the condition of J: it would keep half of the digits, and the difference of
+    two terms that are known better together than each alone might keep none.
+    """
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    terms = len(scale)  # so many rows of 0 give `ways` all directions where the rows are fewer
+    _, sizes, ways = np.linalg.svd(
+        np.vstack([jacobian / scale, np.zeros((terms, terms))]), full_matrices=False
+    )
+    rounding = max(jacobian.shape) * float(np.finfo(np.float64).eps)  # of columns of length 1
+    inverse = ways.T / np.maximum(sizes, rounding) / scale[:, None]
+    return np.asarray(inverse @ inverse.T, dtype=np.float64)
 
 
 def fit_least_squares(

@@ -101,15 +101,18 @@ def test_pictures_taken_for_another_one_do_not_matter() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frequency_hz", "quality"), [(30_000.0, 2.0), (900.0, 0.6)], ids=["stiff", "damped"]
+    ("frequency_hz", "quality", "cause"),
+    [(30_000.0, 2.0, "the drive filter alone"), (900.0, 0.6, "does not ring")],
+    ids=["stiff", "damped"],
 )
 def test_a_mirror_that_does_not_ring_is_said_not_to_be_resolvable(
-    frequency_hz: float, quality: float
+    frequency_hz: float, quality: float, cause: str
 ) -> None:
     trace = rung(frequency_hz, quality)
     found, why = fit_resonance(trace, step_px=STEP_PX, cutoff_hz=1000, exposure_us=1.0, noise_px=0.1)
     assert found is None
     assert why.startswith("not resolvable")
+    assert cause in why
 
 
 GRAIN_PX = 512
@@ -217,6 +220,7 @@ def test_a_larger_step_takes_as_much_longer_as_it_should(report: SettleReport) -
 
 def test_a_mirror_without_a_swing_of_its_own_has_no_resonance(report: SettleReport) -> None:
     assert all(found.resonance is None for found in report.axes)
+    assert all("does not ring" in found.ringing for found in report.axes)
 
 
 def test_a_report_survives_its_file(report: SettleReport, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The filter of position and velocity."""
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -86,3 +87,22 @@ def test_a_resting_filter_stays_and_its_copy_goes_its_own_way() -> None:
         found.at(30 * STEP_NS).position_rig_m, found.at(20 * STEP_NS).position_rig_m
     )
     assert np.linalg.norm(other.at(30 * STEP_NS).position_rig_m - found.at(30 * STEP_NS).position_rig_m) > 0.5
+
+
+def test_a_sharp_look_after_a_vague_guess_keeps_the_digits_of_the_error() -> None:
+    place, sharp = np.array([0.3, 0.1, 2.0]), 1e-6
+    found = PositionFilter(place, sigma_m=1.0, t_ns=0)
+    before = found.at(0).covariance
+
+    assert found.see(0, place[:2] / place[2], sigma=sharp, inverse_z_per_m=0.5, inverse_z_sigma_per_m=sharp)
+
+    with mpmath.workdps(50):  # prior - gain design prior cancels twelve
+        x, y, z = (mpmath.mpf(each) for each in place.tolist())
+        slopes = mpmath.matrix([[1 / z, 0, -x / z**2], [0, 1 / z, -y / z**2], [0, 0, -1 / z**2]])
+        prior = mpmath.matrix(before[:3, :3].tolist())
+        spread = slopes * prior * slopes.T + mpmath.mpf(sharp) ** 2 * mpmath.eye(3)
+        posterior = prior - prior * slopes.T * spread**-1 * slopes * prior
+        expected = np.array(posterior.tolist(), dtype=np.float64)
+    rounding = 32.0 * np.finfo(np.float64).eps
+    least = rounding * np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert (np.abs(found.at(0).covariance[:3, :3] - expected) <= least).all()

@@ -13,6 +13,7 @@ import numpy as np
 
 from foveacam_pipeline.calibrate.fit.mirror_models import ORDERS
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
+from foveacam_pipeline.calibrate.robust_least_squares import terms_covariance
 from foveacam_pipeline.geometry.polynomial import fit_best_order, least_squares
 
 PIVOT_TOLERANCE_M = 0.4e-3
@@ -68,7 +69,7 @@ def fit_pivot(sweep: EyeSweep) -> PivotFit:
     offset = least_squares(matrix, target)
     free = len(target) - 2 * basis.shape[1] - 3
     variance = float(np.sum((target - matrix @ offset) ** 2)) / max(free, 1)
-    covariance = variance * np.linalg.inv(matrix.T @ matrix)
+    covariance = variance * terms_covariance(matrix)
     x_m, y_m, z_m = offset.tolist()
     sigma_m = math.hypot(math.sqrt(max(covariance[0, 0], covariance[1, 1])), _drift_sigma_m(sweep))
     logger.info("gaze leaves %.2f, %.2f, %.2f mm beside the drawing", 1e3 * x_m, 1e3 * y_m, 1e3 * z_m)

@@ -71,10 +71,11 @@ def fit_resonance(
     )
     frequency, quality = (math.exp(v) for v in fit.terms[1:3].tolist())
     _, *sigmas = _rel_sigmas(fit)
-    if data.gain(filtering, fit.terms, alone.terms) < MIN_GAIN or max(sigmas) > 1.0:
-        return None, f"{NOT_RESOLVED}: the drive filter alone explains what the mirror does"
-    if quality < MIN_QUALITY:
+    moves = data.gain(filtering, fit.terms, alone.terms) >= MIN_GAIN
+    if moves and quality < MIN_QUALITY:  # the pictures then tell the ratio of frequency and quality alone
         return None, f"{NOT_RESOLVED}: the mirror is damped (quality {quality:.2f}) and does not ring"
+    if not moves or max(sigmas) > 1.0:
+        return None, f"{NOT_RESOLVED}: the drive filter alone explains what the mirror does"
     if max(sigmas) > LARGEST_REL_SIGMA:
         return None, f"{NOT_RESOLVED}: {max(sigmas):.0%} of error; use more delays or a larger step"
     found = MirrorResonance(

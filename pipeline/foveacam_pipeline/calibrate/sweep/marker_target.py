@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_pipeline.calibrate.robust_least_squares import terms_covariance
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
@@ -146,6 +147,6 @@ def _solve_pose(
 
 def _distance_sigma_m(jacobian: NDArray[np.float64], squares: float, middle: NDArray[np.float64]) -> float:
     variance = squares / max(len(jacobian) - 6, 1)
-    covariance = variance * np.linalg.pinv(jacobian.T @ jacobian)[3:, 3:]
+    covariance = variance * terms_covariance(jacobian)[3:, 3:]
     along = middle / np.linalg.norm(middle)
     return float(np.sqrt(along @ covariance @ along))
