@@ -47,7 +47,7 @@ def test_exposure_that_the_camera_sets_is_shown_as_read_back_and_cannot_be_set(
     wide = camera(console, "Wide camera")
     mode = wide.get_by_label("Automatic exposure")
     entry = wide.get_by_label("Exposure", exact=True)
-    assert mode.locator("option").all_inner_texts() == ["Off", "Once", "Continuous"]
+    expect(mode.locator("option")).to_have_text(["Off", "Once", "Continuous"])
     mode.select_option("continuous")
     expect(entry).to_be_disabled()
     expect(wide.get_by_role("slider", name="Exposure")).to_be_disabled()
@@ -80,7 +80,7 @@ def test_foveae_find_one_exposure_for_both_and_have_none_of_their_own(
 ) -> None:
     right = camera(console, "Right fovea")
     mode = right.get_by_label("Automatic exposure")
-    assert mode.locator("option").all_inner_texts() == ["Off", "Once"]
+    expect(mode.locator("option")).to_have_text(["Off", "Once"])
     mode.select_option("once")
     for name in ("Left fovea", "Right fovea"):
         expect(camera(console, name).get_by_label("Exposure", exact=True)).to_have_value("12.5")
