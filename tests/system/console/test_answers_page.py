@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
-from .awaited import expect_to_fit
+from .awaited import expect_to_fit, let_run
 from .console_page import PHONE, Console, OpenConsole, posted
 from .stub_server import StubServer
 
@@ -108,7 +108,7 @@ def test_click_on_a_target_corrects_it_and_one_elsewhere_does_not(answered: Answ
     expect(console.page.locator(".targets li")).to_have_count(1)
     sent = posted(console.click(723.0, 542.0))
     assert sent.get("corrects") == "fix-1", sent
-    console.page.wait_for_timeout(600)  # else it is the second half of a double click
+    let_run(console.page, 600)  # else it is the second half of a double click
     assert "corrects" not in posted(console.click(860.0, 620.0))
 
 

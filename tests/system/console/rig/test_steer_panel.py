@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, Page, expect
 from foveacam_hardware.contract import PARKED
 from foveacam_server.rig import hand_steering
 from tests.system.conftest import Running
-from tests.system.console.awaited import box_of, expect_to_fit, expect_value
+from tests.system.console.awaited import box_of, expect_to_fit, expect_value, let_run
 from tests.system.console.console_page import PHONE, Console, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer
 
@@ -16,6 +16,8 @@ from .stub_steering import Document
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
+BEATS_MS = 250.0
+"""Three signs of life of what is held."""
 LET_GO = {"type": "steer", "held": False}
 GAMEPAD = """
 window.pad = null;
@@ -115,10 +117,12 @@ def test_a_stop_ends_it_until_it_is_pressed_again(rig: Running, steered: Page) -
     steered.keyboard.press("Space")
     expect(panel(steered).locator(".steer-status")).to_have_text("The stop is engaged.")
     steered.mouse.move(10, 10, steps=3)
+    let_run(steered, BEATS_MS)
     assert rig.rig.mirrors.state.volts == PARKED
     rig.http.delete("/api/v1/stop")
     expect(panel(steered).locator(".steer-status")).to_contain_text("Let go, and press again.")
     steered.mouse.move(200, 200, steps=3)
+    let_run(steered, BEATS_MS)
     assert rig.rig.mirrors.state.volts == PARKED
     steered.mouse.up()
     drag(steered, pad(steered, "Both eyes"), (0.2, 0.0))
