@@ -29,6 +29,8 @@ expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with ser
 _HEADLESS_SHELL = Path("/usr/bin/chromium-headless-shell")
 BROWSER = _HEADLESS_SHELL if _HEADLESS_SHELL.exists() else CHROMIUM
 """Chromium; where it is installed, without windows around the page, at three quarters of the time."""
+FIXATION_PATIENCE_S = 3.0 * PATIENCE_S
+"""A fixation renders and matches several pictures beside the live views: it is more than one request."""
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 360, "height": 740}
@@ -104,7 +106,8 @@ class Console:
         """Click on the wide pixel and wait for the outcome of that click, whatever the page showed before."""
         answer = self.click(x_px, y_px).response()
         assert answer is not None
-        self.page.locator(f'#fixation[data-job="{answer.json()["id"]}"] .numbers').wait_for()
+        outcome = self.page.locator(f'#fixation[data-job="{answer.json()["id"]}"] .numbers')
+        expect(outcome).to_be_visible(timeout=1000.0 * FIXATION_PATIENCE_S)
 
     def wait_until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
         """Wait until both eyes look in this direction, within two wide pixels."""

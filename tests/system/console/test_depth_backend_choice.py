@@ -116,6 +116,6 @@ def test_two_backends_are_compared_on_a_look_by_a_slider_a_difference_and_a_hist
     expect(result.locator("dt", has_text="Known to both")).to_be_visible()
     meet = page.get_by_label("Where the two pictures meet")
     meet.fill("20")
-    expect(page.locator(".over")).to_have_css("clip-path", re.compile(r"80% 0px 0px\)$"))
+    expect(page.locator("img.over")).to_have_css("clip-path", re.compile(r"80% 0px 0px\)$"))
     page.set_viewport_size({"width": 390, "height": 844})
     expect_to_fit(page)
