@@ -25,11 +25,12 @@ from foveacam_bench.stream.console_page import CHROMIUM
 from .awaited import POLL_MS, settled, wait_for
 from .server_process import PATIENCE_S, Server
 
-expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with servers and another browser
+PATIENCE_MS = 1000.0 * PATIENCE_S
+expect.set_options(timeout=PATIENCE_MS)
 _HEADLESS_SHELL = Path("/usr/bin/chromium-headless-shell")
 BROWSER = _HEADLESS_SHELL if _HEADLESS_SHELL.exists() else CHROMIUM
 """Chromium; where it is installed, without windows around the page, at three quarters of the time."""
-FIXATION_PATIENCE_S = 3.0 * PATIENCE_S
+FIXATION_PATIENCE_MS = 1.5 * PATIENCE_MS
 """A fixation renders and matches several pictures beside the live views: it is more than one request."""
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
@@ -107,7 +108,7 @@ class Console:
         answer = self.click(x_px, y_px).response()
         assert answer is not None
         outcome = self.page.locator(f'#fixation[data-job="{answer.json()["id"]}"] .numbers')
-        expect(outcome).to_be_visible(timeout=1000.0 * FIXATION_PATIENCE_S)
+        expect(outcome).to_be_visible(timeout=FIXATION_PATIENCE_MS)
 
     def wait_until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
         """Wait until both eyes look in this direction, within two wide pixels."""
@@ -178,6 +179,7 @@ class Tabs:
 
     def _new_tab(self, options: dict[str, Any]) -> Console:
         context = self.browser.new_context(**options)
+        context.set_default_timeout(PATIENCE_MS)
         self.stack.callback(context.close)
         return console_of(context.new_page())
 
@@ -250,6 +252,7 @@ def keep_settings(settings: dict[str, Any]) -> str:
 def contexts(browser: Browser, settings: dict[str, Any], options: dict[str, Any]) -> Iterator[BrowserContext]:
     """Open a browser profile in which the page finds these settings."""
     context = browser.new_context(**options)
+    context.set_default_timeout(PATIENCE_MS)
     context.add_init_script(keep_settings(settings))
     yield context
     context.close()

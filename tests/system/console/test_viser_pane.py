@@ -21,6 +21,7 @@ from tests.local_server import serving
 from tests.viewer import viewer_of
 
 from .awaited import let_run, wait_for
+from .console_page import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
 
@@ -88,6 +89,7 @@ def port(scene: ViewerScene) -> Iterator[int]:
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
     opened = browser.new_page(viewport={"width": SIZE["width"], "height": SIZE["height"]})
+    opened.set_default_timeout(PATIENCE_MS)
     yield opened
     opened.close()
 
