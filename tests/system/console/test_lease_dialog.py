@@ -1,10 +1,13 @@
 """Control among people: asked for, handed over, taken over with a reason."""
 
+import pytest
 from playwright.sync_api import expect
 
 from .awaited import box_of, expect_to_fit
 from .console_page import PHONE, OpenConsole
 from .stub_server import StubServer
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 LONG = "maximilian.von.und.zu.hohenlohe@photonics.example"
 FREE = {"holder": None, "expires_in_s": None, "person": None, "idle_s": None, "asked_by": None}
