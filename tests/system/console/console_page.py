@@ -22,13 +22,16 @@ from playwright.sync_api import (
 
 from foveacam_bench.stream.console_page import CHROMIUM
 
+from .awaited import POLL_MS, settled, wait_for
 from .server_process import PATIENCE_S, Server
 
-expect.set_options(timeout=1000.0 * PATIENCE_S)  # two cores are shared with servers and another browser
-_POLL_MS = 30
+PATIENCE_MS = 1000.0 * PATIENCE_S
+expect.set_options(timeout=PATIENCE_MS)
 _HEADLESS_SHELL = Path("/usr/bin/chromium-headless-shell")
 BROWSER = _HEADLESS_SHELL if _HEADLESS_SHELL.exists() else CHROMIUM
 """Chromium; where it is installed, without windows around the page, at three quarters of the time."""
+FIXATION_PATIENCE_MS = 1.5 * PATIENCE_MS
+"""A fixation renders and matches several pictures beside the live views: it is more than one request."""
 WIDE_WIDTH_PX = 1440
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 360, "height": 740}
@@ -58,14 +61,9 @@ class Console:
     page: Page
     errors: list[str] = field(default_factory=list)
 
-    def wait_until(self, expression: str, *, within_s: float = PATIENCE_S) -> None:
+    def wait_until(self, expression: str) -> None:
         """Wait until the expression holds. The page forbids eval, which Playwright's own wait needs."""
-        end_s = time.monotonic() + within_s
-        while time.monotonic() < end_s:
-            if self.page.evaluate(expression):
-                return
-            self.page.wait_for_timeout(_POLL_MS)
-        raise AssertionError(f"within {within_s} s the page never had: {expression}")
+        wait_for(self.page, lambda: bool(self.page.evaluate(expression)), f"the page never had: {expression}")
 
     def wait_for_frames(self, *views: str) -> None:
         """Wait until each of the views has shown a new frame from now on."""
@@ -89,9 +87,13 @@ class Console:
         return (x - left) / scale - 0.5, (y - top) / scale - 0.5
 
     def wide_box(self) -> tuple[float, float, float]:
-        box = self.page.evaluate(
-            "(() => { const box = document.querySelector('.pane-wide .picture').getBoundingClientRect();"
-            " return [box.left, box.top, box.width]; })()"
+        """Return left, top and width of the wide picture once it stays where it is, CSS px."""
+        box = settled(
+            self.page,
+            lambda: self.page.evaluate(
+                "(() => { const box = document.querySelector('.pane-wide .picture').getBoundingClientRect();"
+                " return [box.left, box.top, box.width]; })()"
+            ),
         )
         return float(box[0]), float(box[1]), float(box[2])
 
@@ -102,11 +104,11 @@ class Console:
         return order.value
 
     def fixate(self, x_px: float, y_px: float) -> None:
-        """Click on the wide pixel and wait for the outcome."""
-        before = self.page.locator("#fixation").get_attribute("data-fixation")
-        is_new = f':not([data-fixation=""], [data-fixation="{before}"])'
-        self.click(x_px, y_px)
-        self.page.locator(f"#fixation{is_new} .numbers").wait_for()
+        """Click on the wide pixel and wait for the outcome of that click, whatever the page showed before."""
+        answer = self.click(x_px, y_px).response()
+        assert answer is not None
+        outcome = self.page.locator(f'#fixation[data-job="{answer.json()["id"]}"] .numbers')
+        expect(outcome).to_be_visible(timeout=FIXATION_PATIENCE_MS)
 
     def wait_until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
         """Wait until both eyes look in this direction, within two wide pixels."""
@@ -120,13 +122,8 @@ class Console:
             ]
             if max(off_deg) < 0.036:
                 return
-            self.page.wait_for_timeout(_POLL_MS)
+            self.page.wait_for_timeout(POLL_MS)
         raise AssertionError(f"the eyes never looked at {ax_deg}, {ay_deg}: {mirrors}")
-
-    def overflow_px(self) -> float:
-        """Return by how much the page is wider than its window; a phone lets `innerWidth` grow with it."""
-        root = "document.documentElement"
-        return float(self.page.evaluate(f"{root}.scrollWidth - {root}.clientWidth"))
 
 
 OpenConsole = Callable[..., Console]
@@ -182,6 +179,7 @@ class Tabs:
 
     def _new_tab(self, options: dict[str, Any]) -> Console:
         context = self.browser.new_context(**options)
+        context.set_default_timeout(PATIENCE_MS)
         self.stack.callback(context.close)
         return console_of(context.new_page())
 
@@ -254,6 +252,7 @@ def keep_settings(settings: dict[str, Any]) -> str:
 def contexts(browser: Browser, settings: dict[str, Any], options: dict[str, Any]) -> Iterator[BrowserContext]:
     """Open a browser profile in which the page finds these settings."""
     context = browser.new_context(**options)
+    context.set_default_timeout(PATIENCE_MS)
     context.add_init_script(keep_settings(settings))
     yield context
     context.close()

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
+from .awaited import expect_to_fit, let_run
 from .console_page import PHONE, Console, OpenConsole, posted
 from .stub_server import StubServer
 
@@ -55,7 +56,7 @@ def test_limits_are_told_in_words_and_the_click_can_be_corrected(
     page = console.page
     expect(page.locator("[data-role=bound]")).to_have_text("farther than 1.3 m, nearer than 8.0 m")
     expect(page.locator(".targets .distance")).to_have_text("1.3 … 8.0 m")
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
     with page.expect_response("**/corrections"):
         page.get_by_role("button", name="Nearer").click()
     assert stub.posted_bodies("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
@@ -90,9 +91,9 @@ def test_one_of_two_distances_is_chosen_with_a_click(stub: StubServer, answered:
     expect(choices).to_have_count(2)
     expect(choices.nth(1)).to_contain_text("38 %")
     stub.answers["/fixations/fix-1/choice"] = fixation(**several, chosen_alternative=1)
-    with page.expect_request("**/mirrors/steer") as steered:
+    with page.expect_response("**/mirrors/steer") as steered:
         choices.nth(1).click()
-    assert posted(steered.value)["distance_m"] == FAR["distance_m"]
+    assert posted(steered.value.request)["distance_m"] == FAR["distance_m"]
     assert stub.posted_bodies("/fixations/fix-1/choice") == [{"alternative": 1}]
     expect(choices.nth(1)).to_have_attribute("aria-pressed", "true")
     expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
@@ -107,7 +108,7 @@ def test_click_on_a_target_corrects_it_and_one_elsewhere_does_not(answered: Answ
     expect(console.page.locator(".targets li")).to_have_count(1)
     sent = posted(console.click(723.0, 542.0))
     assert sent.get("corrects") == "fix-1", sent
-    console.page.wait_for_timeout(600)  # else it is the second half of a double click
+    let_run(console.page, 600)  # else it is the second half of a double click
     assert "corrects" not in posted(console.click(860.0, 620.0))
 
 
@@ -133,13 +134,14 @@ def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
     stub.answers["/suggestions"] = [
         {"x_px": x, "y_px": y, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0} for x, y in places
     ]
-    page = open_console(stub.url, settings={"hints": True}).page
+    console = open_console(stub.url, settings={"hints": True})
+    page = console.page
     expect(page.locator(".overlay .try")).to_have_count(3)
     page.get_by_role("button", name="Hide the hint").click()
     expect(page.locator(".overlay .try")).to_have_count(0)
     page.reload()
     page.locator(".pane-wide .picture").wait_for()
-    assert page.evaluate("JSON.parse(localStorage.getItem('foveacam.settings')).hints") is False
+    console.wait_until("JSON.parse(localStorage.getItem('foveacam.settings')).hints === false")
     page.get_by_role("button", name="Help").click()
     page.get_by_role("button", name="Mark good targets").click()
     expect(page.locator(".hint-bar")).to_contain_text("Click one of the marked things")

@@ -9,6 +9,7 @@ from playwright.sync_api import Page, expect
 from foveacam_bench.servers import free_port
 from tests.system.conftest import running
 
+from .awaited import settled
 from .console_page import OpenConsole, console_of
 from .server_process import Server, server_of
 from .stub_server import StubServer
@@ -58,7 +59,7 @@ def test_page_recovers_by_itself_when_the_server_comes_back(
         console = open_console(server_of(first).url)
         console.wait_for_frames("wide", "left")
         opening_s = time.monotonic() - began_s
-        boot = console.page.evaluate("foveacam.bootId()")
+        boot: str = settled(console.page, lambda: console.page.evaluate("foveacam.bootId()"))
     console.page.locator("#offline").wait_for(state="visible")
     with running(tmp_path / "data", port=port):
         began_s = time.monotonic()

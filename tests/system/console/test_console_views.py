@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import CDPSession, WebSocket, expect
 
+from .awaited import box_of, expect_to_fit, expect_value
 from .console_page import TOUCH, Console, OpenConsole, OpenShared, is_fixation, posted
 from .server_process import PATIENCE_S, Server
 
@@ -38,7 +39,7 @@ def zoom_to(console: Console, x_px: float, y_px: float, *, steps: int) -> None:
 def test_page_shows_what_the_rig_is_and_the_views_of_both_eyes_live_without_a_fixation(
     console: Console,
 ) -> None:
-    assert console.page.title() == "FoveaCam Duo"
+    expect(console.page).to_have_title("FoveaCam Duo")
     console.page.get_by_text("Simulated FoveaCam Duo").first.wait_for()
     console.page.locator(".badge.good", has_text="Ready").wait_for()
     console.page.locator(".badge", has_text="Calibrated").wait_for()
@@ -51,8 +52,8 @@ def test_page_shows_what_the_rig_is_and_the_views_of_both_eyes_live_without_a_fi
 def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, server: Server) -> None:
     views = open_console(f"{server.url}view", options={"viewport": {"width": 440, "height": 700}})
     views.wait_for_frames("wide", "left", "right")
-    assert views.page.locator("#targets").count() == 0
-    assert views.overflow_px() <= 0
+    expect(views.page.locator("#targets")).to_have_count(0)
+    expect_to_fit(views.page)
 
 
 @pytest.mark.parametrize("zoom_steps", [0, 14])
@@ -78,8 +79,7 @@ def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, serv
     console.page.mouse.move(5, 5)
     console.wait_for_frames("wide")
     surface = console.page.locator(".pane-wide .surface")
-    box = surface.bounding_box()
-    assert box is not None
+    box = box_of(surface)
     x, y = float(np.ceil(box["x"]) + 20), float(np.ceil(box["y"]) + 20)
     seen = grey(console.page.screenshot(clip={"x": x, "y": y, "width": 512, "height": 384}))
     snapshot = grey(
@@ -117,8 +117,9 @@ def test_drag_asks_for_the_rectangle(console: Console) -> None:
 def test_alt_drag_steers_over_the_steering_socket_to_where_it_ends(console: Console, server: Server) -> None:
     page = console.page
     page.locator(".overlay .field .edge").first.wait_for(state="attached")  # drawn once the lens is known
-    page.evaluate("performance.clearResourceTimings()")  # the browser keeps 250 of them
     said: list[str | bytes] = []
+    steered: list[str] = []
+    page.on("request", lambda order: steered.append(order.url) if order.url.endswith("/steer") else None)
 
     def listen(socket: WebSocket) -> None:
         if socket.url.endswith("/mirrors/steering"):
@@ -128,20 +129,18 @@ def test_alt_drag_steers_over_the_steering_socket_to_where_it_ends(console: Cons
     page.keyboard.down("Alt")
     page.mouse.move(*console.page_position(700.0, 500.0))
     page.mouse.down()
+    x, y = console.page_position(700.0, 500.0)
+    further, _ = console.page_position(760.0, 500.0)
     for step in range(60):
-        page.mouse.move(*console.page_position(700.0 + step, 500.0))
+        page.mouse.move(x + (further - x) * step / 60, y)
     page.mouse.move(*console.page_position(780.0, 520.0))
     page.mouse.up()
     page.keyboard.up("Alt")
     meant = direction_of(console, server, 780.0, 520.0)
     console.wait_until_steered(server, meant["ax_deg"], meant["ay_deg"])
-    requests = page.evaluate(
-        "performance.getEntriesByType('resource').filter(({name}) => name.endsWith('/steer')).length"
-    )
-    assert requests == 0
-    messages = [json.loads(text) for text in said]
-    assert messages[0]["type"] == "begin"
-    assert messages[-1]["held"] is False  # let go: the eyes stay
+    expect_value(page, lambda: json.loads(said[-1]).get("held"), False)  # let go: the eyes stay
+    assert json.loads(said[0])["type"] == "begin"
+    assert steered == []  # no request beside the socket
 
 
 def direction_of(console: Console, server: Server, x_px: float, y_px: float) -> dict[str, float]:
@@ -182,7 +181,7 @@ def test_tap_fixates_long_press_draws_a_rectangle_and_two_fingers_zoom_and_ask_f
     for kind, spread in (("touchStart", 40), ("touchMove", 60), ("touchMove", 80)):
         touch(session, kind, (180 - spread / 2, 250), (180 + spread / 2, 250))
     touch(session, "touchEnd")
-    assert phone.wide_box()[2] == pytest.approx(2 * width, rel=0.02)
+    expect_value(phone.page, lambda: phone.wide_box()[2], pytest.approx(2 * width, rel=0.02))
     assert orders == []
 
 

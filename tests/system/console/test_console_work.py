@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Locator, Playwright, expect
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import running
 
+from .awaited import box_of, expect_to_fit, match_of, settled
 from .console_page import (
     BROWSER,
     DESKTOP,
@@ -50,14 +51,12 @@ def new_target(console: Console, server: Server) -> Locator:
 
 def test_click_ends_with_a_distance_and_its_error(console: Console, server: Server) -> None:
     console.fixate(*TEXTURED_PX)
-    shown = console.page.locator("[data-role=distance]").inner_text()
-    match = re.fullmatch(r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm", shown)
-    assert match, shown
+    match = match_of(console.page.locator("[data-role=distance]"), r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm")
     kept = server.send("GET", "/fixations?limit=1").json()[0]
     assert float(match[1]) == pytest.approx(kept["distance_m"], abs=float(match[2]))
     assert float(match[2]) == pytest.approx(kept["distance_sigma_m"], rel=0.06)
     expect(console.page.locator("#fixation .state.good")).to_have_text("Measured by both foveae")
-    assert console.page.locator(".stepplot circle.along").count() == len(kept["steps"])
+    expect(console.page.locator(".stepplot circle.along")).to_have_count(len(kept["steps"]))
 
 
 def test_escape_cancels_the_fixation_that_runs(console: Console, server: Server) -> None:
@@ -77,20 +76,19 @@ def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Consol
     name = row.get_by_role("textbox")
     name.fill("two")
     name.press("Space")  # a space, and no stop
-    assert name.input_value() == "two "
-    assert server.get("/stop")["engaged"] is False
+    expect(name).to_have_value("two ")
     name.fill(LONG)
     with console.page.expect_response(lambda answer: answer.request.method == "PATCH"):
         row.get_by_role("textbox").press("Enter")
-    assert console.overflow_px() <= 0
+    assert server.get("/stop")["engaged"] is False  # an order by the space would have come before this answer
+    expect_to_fit(console.page)
     with console.page.expect_response(re.compile(r"/targets/.*/fixate$")) as again:
         row.get_by_role("button", name="Look again").click()
     assert again.value.status == 202
-    count = console.page.locator(".targets li").count()
     row.get_by_role("button", name="Delete").click()
-    expect(console.page.locator(".targets li")).to_have_count(count - 1)
+    expect(console.page.locator(".targets li")).to_have_count(0)
     console.page.get_by_role("button", name="Undo").click()
-    expect(console.page.locator(".targets li")).to_have_count(count)
+    expect(console.page.locator(".targets li")).to_have_count(1)
     assert LONG in [target["label"] for target in server.send("GET", "/targets").json()]
 
 
@@ -101,7 +99,7 @@ def test_space_stops_even_with_a_button_focused_and_moving_is_refused_until_rele
     console.page.keyboard.press("Space")
     console.page.locator("#stopped", has_text="parked").wait_for()
     assert server.get("/stop")["engaged"] is True
-    assert console.page.locator("dialog[open]").count() == 0
+    expect(console.page.locator("dialog[open]")).to_have_count(0)
     console.click(*TEXTURED_PX)
     toast = console.page.locator(".toast")
     toast.get_by_role("button", name="Release the stop").click()
@@ -138,22 +136,21 @@ def test_control_is_taken_and_given_back(console: Console, server: Server) -> No
 
 def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConsole, stub: StubServer) -> None:
     page = open_console(stub.url, options={"viewport": DESKTOP, "color_scheme": "dark"}).page
-    ground = "getComputedStyle(document.body).backgroundColor"
-    dark = page.evaluate(ground)
+    ground = page.locator("body")
+    dark: str = settled(page, lambda: ground.evaluate("body => getComputedStyle(body).backgroundColor"))
     page.emulate_media(color_scheme="light")
     page.reload()
-    assert page.evaluate(ground) != dark
+    expect(ground).not_to_have_css("background-color", dark)
     page.get_by_role("button", name="Dark or light").click()
-    assert page.evaluate(ground) == dark
+    expect(ground).to_have_css("background-color", dark)
 
 
 @pytest.mark.parametrize("path", ["", "view"])
 def test_phone_needs_no_scrolling_sideways(open_console: OpenConsole, server: Server, path: str) -> None:
     phone = open_console(server.url + path, options=TOUCH)
     phone.wait_for_frames("wide", "left")
-    assert phone.overflow_px() <= 0
-    stop = phone.page.locator("#stop").bounding_box()
-    assert stop is not None
+    expect_to_fit(phone.page)
+    stop = box_of(phone.page.locator("#stop"))
     assert stop["x"] + stop["width"] <= PHONE["width"]
     assert stop["y"] + stop["height"] <= PHONE["height"]
 
@@ -209,7 +206,7 @@ def test_3d_pane_loads_beside_the_views_and_leaves_the_keyboard_alone(
     canvas = console.page.frame_locator("#scene iframe").locator("canvas[data-engine]")
     canvas.wait_for()
     console.wait_for_frames("wide", "left", "right")
-    assert console.page.evaluate("document.activeElement.tagName") == "BODY"
+    expect(console.page.locator("body")).to_be_focused()
     canvas.click(position={"x": 30, "y": 60})
     console.page.keyboard.press("Space")
     console.page.locator("#stopped", has_text="parked").wait_for()

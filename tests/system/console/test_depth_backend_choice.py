@@ -11,6 +11,7 @@ from playwright.sync_api import expect
 from foveacam_server.resources.depth_backends.networks import NetworkFolder
 from tests.unit.network_graphs import constant, matcher, write_card
 
+from .awaited import expect_to_fit
 from .console_page import Console, OpenShared
 from .server_process import Server
 
@@ -115,8 +116,6 @@ def test_two_backends_are_compared_on_a_look_by_a_slider_a_difference_and_a_hist
     expect(result.locator("dt", has_text="Known to both")).to_be_visible()
     meet = page.get_by_label("Where the two pictures meet")
     meet.fill("20")
-    assert page.evaluate("getComputedStyle(document.querySelector('.over')).clipPath").endswith(
-        "80% 0px 0px)"
-    )
+    expect(page.locator("img.over")).to_have_css("clip-path", re.compile(r"80% 0px 0px\)$"))
     page.set_viewport_size({"width": 390, "height": 844})
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)

@@ -1,13 +1,13 @@
 """The page about the REST interface in a real browser that reaches nothing but this machine."""
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from tests.system.conftest import Running
 
-pytestmark = pytest.mark.browser
+from .console_page import PATIENCE_MS
 
-PATIENCE_MS = 60_000
+pytestmark = pytest.mark.browser
 
 
 def test_the_interface_is_shown_without_internet(rig: Running, browser: Browser) -> None:
@@ -15,23 +15,22 @@ def test_the_interface_is_shown_without_internet(rig: Running, browser: Browser)
     asked: list[str] = []
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": 1200, "height": 900})
+    page.set_default_timeout(PATIENCE_MS)
     page.on("request", lambda request: asked.append(request.url))
     page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.goto(f"{own}/redoc")
-    assert page.url == f"{own}/docs"
+    expect(page).to_have_url(f"{own}/docs")
 
-    page.locator(".opblock-tag").first.wait_for(timeout=PATIENCE_MS)
     paths = rig.http.get("/openapi.json").json()["paths"]
     tags = [operation["tags"][0] for methods in paths.values() for operation in methods.values()]
-    assert page.locator(".opblock-tag").count() == len(set(tags))
+    expect(page.locator(".opblock-tag")).to_have_count(len(set(tags)))
     page.locator("#operations-tag-stop").click()
-    page.locator(".opblock").first.wait_for(timeout=PATIENCE_MS)
-    assert page.locator(".opblock").count() == tags.count("stop")
+    expect(page.locator(".opblock")).to_have_count(tags.count("stop"))
     page.locator("#operations-stop-engage_api_v1_stop_post button").first.click()
-    page.get_by_text("Try it out").wait_for(timeout=PATIENCE_MS)
+    page.get_by_text("Try it out").wait_for()
     page.get_by_role("button", name="Authorize").click()
-    page.get_by_text("X-API-Token").first.wait_for(timeout=PATIENCE_MS)
+    page.get_by_text("X-API-Token").first.wait_for()
     page.close()
 
     assert [url for url in asked if not url.startswith((own, "data:", "blob:"))] == []

@@ -1,5 +1,6 @@
 """Following from the console: the switch and its clicks, cards, marks, the page, what ends it."""
 
+import math
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from playwright.sync_api import Download, Locator, Page, Request, Response, expe
 
 from tests.system.console.calibration.calibration_documents import Document
 
+from .awaited import box_of, expect_to_fit, expect_value
 from .console_page import PHONE, Console, OpenConsole, OpenShared, posted
 from .server_process import Server
 from .stub_server import StubServer, problem
@@ -96,21 +98,25 @@ def test_a_click_with_the_switch_on_follows_until_it_is_let_go(
     expect(card.locator(".distance")).to_have_text(re.compile(r"^\d+(\.\d+)? ± \d+(\.\d+)? m$"))
     ring = page.locator(".pane-wide .follow.followed")
     expect(ring.locator("text")).to_have_text("Followed 1")
-    centre = page.evaluate(
-        "(() => { const ring = document.querySelector('.follow.followed circle').getBoundingClientRect();"
-        " return [ring.x + ring.width / 2, ring.y + ring.height / 2]; })()"
+    expect_value(
+        page,
+        lambda: console.pixel(*centre_of(ring.locator("circle").first)),
+        pytest.approx(CLICKED_PX, abs=8.0),
     )
-    assert console.pixel(*centre) == pytest.approx(CLICKED_PX, abs=8.0)
 
-    card.get_by_label("Tracker").select_option("Filter")
-    expect(card.get_by_label("Tracker")).to_have_value("filter")
-    console.page.wait_for_timeout(700)  # past the next reading
+    with page.expect_response(lambda answer: answer.request.method == "PATCH"):
+        card.get_by_label("Tracker").select_option("Filter")
     assert [each["tracker"] for each in server.send("GET", "/follows").json()] == ["filter"]
+    with page.expect_response(
+        lambda answer: answer.request.method == "GET" and answer.url.endswith("/follows")
+    ):
+        pass  # the next reading
+    expect(card.get_by_label("Tracker")).to_have_value("filter")
     card.get_by_role("button", name="Let go").click()
     expect(card).to_have_count(0)
     expect(ring).to_have_count(0)
     assert server.send("GET", "/follows").json() == []
-    assert page.locator(".toast").count() == 0
+    expect(page.locator(".toast")).to_have_count(0)
 
 
 def test_a_result_is_followed_until_the_stop_which_says_so(open_console: OpenConsole, server: Server) -> None:
@@ -135,8 +141,7 @@ def test_a_rectangle_and_a_known_target_are_followed(open_stub: OpenShared, stub
     console = watching(open_stub("#/"), stub)
     page = console.page
     page.keyboard.press("t")
-    box = page.locator(".pane-wide .surface").bounding_box()
-    assert box is not None
+    box = box_of(page.locator(".pane-wide .surface"))
     page.mouse.move(box["x"] + 200, box["y"] + 150)
     page.mouse.down()
     page.mouse.move(box["x"] + 300, box["y"] + 220, steps=4)
@@ -163,15 +168,16 @@ def test_marks_follow_every_wide_picture_in_the_colour_of_their_state(
     page = console.page
     for state in STATES:
         expect(page.locator(f".pane-wide .follow.{state}")).to_have_count(1)
-    dashes = page.evaluate(
+    dashes = (
         "[...document.querySelectorAll('.follow circle:not(.under)')]"
         ".map((ring) => getComputedStyle(ring).strokeDasharray !== 'none')"
     )
-    assert dashes == [state != "followed" for state in STATES]
-    before = ring_width(page)
+    expect_value(page, lambda: page.evaluate(dashes), [state != "followed" for state in STATES])
+    circle = page.locator(".follow circle").first
+    before = box_of(circle)["width"]
     page.keyboard.press("+")
     console.wait_for_frames("wide")
-    assert ring_width(page) == pytest.approx(before, abs=0.5)
+    expect_value(page, lambda: box_of(circle)["width"], pytest.approx(before, abs=0.5))
     stub.follow_marks = []
     expect(page.locator(".pane-wide .follow")).to_have_count(0)
 
@@ -240,7 +246,7 @@ def test_the_page_fits_a_phone(open_console: OpenConsole, stub: StubServer, them
     put(stub, [followed(number + 1, STATES[number % 4]) for number in range(8)])
     console = open_console(f"{stub.url}#/follow", settings={"theme": theme}, options={"viewport": PHONE})
     expect(console.page.locator("#follow-page .band-plot")).to_have_count(8)
-    assert console.overflow_px() == 0
+    expect_to_fit(console.page)
 
 
 def watching(console: Console, stub: StubServer) -> Console:
@@ -250,8 +256,10 @@ def watching(console: Console, stub: StubServer) -> Console:
     return console
 
 
-def ring_width(page: Page) -> float:
-    return float(page.evaluate("document.querySelector('.follow circle').getBoundingClientRect().width"))
+def centre_of(ring: Locator) -> tuple[float, float]:
+    """Return where a ring is now on the page: it moves with every picture."""
+    box = ring.bounding_box()
+    return (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2) if box else (math.nan, math.nan)
 
 
 def lines_of(download: Download) -> list[str]:

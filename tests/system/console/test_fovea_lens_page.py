@@ -6,6 +6,7 @@ from playwright.sync_api import Locator, Page, expect
 from tests.system.console.calibration import calibration_documents as documents
 from tests.system.console.calibration.calibration_documents import SESSION_ID
 
+from .awaited import expect_to_fit
 from .console_page import TOUCH, OpenConsole, OpenWizard
 from .stub_server import StubServer
 
@@ -70,4 +71,4 @@ def test_a_phone_shows_the_result_within_its_width(stub: StubServer, open_consol
     stub.session = documents.empty_session() | {"lenses": [documents.fovea_lens("left")]}
     console = open_console(f"{stub.url}#/calibration/wide", options=TOUCH)
     expect(panel(console.page).locator("table")).to_contain_text("28758.9 ± 2.1 px")
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)

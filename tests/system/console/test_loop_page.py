@@ -9,6 +9,7 @@ from playwright.sync_api import Locator, Page, Request, Response, expect
 
 from tests.system.console.calibration.calibration_documents import Document, job
 
+from .awaited import expect_to_fit, expect_value, settled, wait_for
 from .console_page import PHONE, Console, OpenConsole, OpenShared, posted
 from .server_process import Server
 from .stub_server import StubServer, problem
@@ -100,7 +101,7 @@ def test_a_click_starts_the_loop_which_shows_its_match_is_paused_goes_on_and_end
     expect(status(page)).to_have_attribute("data-status", "tracking")
     page.get_by_role("button", name="End").click()
     expect(status(page)).to_have_attribute("data-status", "off")
-    assert page.locator(".toast").count() == 0
+    expect(page.locator(".toast")).to_have_count(0)
 
 
 def check_match(console: Console) -> None:
@@ -109,8 +110,8 @@ def check_match(console: Console) -> None:
     expect(picture).to_have_count(0)
     console.page.get_by_text("What the loop matches").click()
     console.wait_until("(document.querySelector('.loop-match img')?.naturalWidth ?? 0) > 100")
-    first = picture.get_attribute("src")
-    expect(picture).not_to_have_attribute("src", first or "")
+    first = settled(console.page, lambda: picture.get_attribute("src"))
+    expect(picture).not_to_have_attribute("src", first)
     console.page.get_by_text("What the loop matches").click()
     expect(picture).to_be_hidden()
 
@@ -125,12 +126,12 @@ def test_a_slider_moves_its_axis_which_is_held_until_it_is_released(
     expect(hold).to_have_attribute("aria-pressed", "false")
     shift.get_by_role("slider").press("PageUp")
     expect(hold).to_have_attribute("aria-pressed", "true")
-    assert axis_of(server, "shift_y")["command_deg"] > 0.1
+    wait_for(page, lambda: axis_of(server, "shift_y")["command_deg"] > 0.1)
     shift.get_by_role("spinbutton").fill("-0.25")
     shift.get_by_role("spinbutton").press("Enter")
     expect(shift.get_by_role("spinbutton")).to_have_value("-0.250")
     loop_page.wait_until("document.querySelector('.axis[data-axis=shift_y] input[type=range]').value < 460")
-    assert axis_of(server, "shift_y")["command_deg"] == pytest.approx(-0.25)
+    expect_value(page, lambda: axis_of(server, "shift_y")["command_deg"], pytest.approx(-0.25))
     shift.get_by_role("spinbutton").fill("9")
     shift.get_by_role("spinbutton").press("Enter")
     expect(shift.get_by_role("alert")).to_have_text("9° is out of its range, -2.0° to 2.0°.")
@@ -226,7 +227,7 @@ def test_the_page_fits_a_phone_and_a_latched_trigger_is_reset(
     stub.answers["/loop/history"] = []
     console = open_console(f"{stub.url}#/loop", settings={"theme": theme}, options={"viewport": PHONE})
     expect(console.page.locator("#loop-page .strip.warn")).to_contain_text(reason)
-    assert console.overflow_px() == 0
+    expect_to_fit(console.page)
     passing = loop_document()
     stub.answers_after["POST /loop/trigger/reset"] = {"/loop": passing, "/loop/trigger/reset": passing}
     console.page.get_by_role("button", name="Reset trigger").click()

@@ -1,10 +1,9 @@
 """The tool Measure in the console: points and lengths in the depth view, their list, refusals."""
 
-import re
-
 import pytest
 from playwright.sync_api import expect
 
+from .awaited import box_of, match_of
 from .console_page import OpenConsole
 from .server_process import Server
 
@@ -30,8 +29,7 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     picture = page.locator(".pane-depth .picture")
 
     def click_at(x_share: float, y_share: float) -> None:
-        box = picture.bounding_box()
-        assert box is not None
+        box = box_of(picture)
         picture.click(position={"x": x_share * box["width"], "y": y_share * box["height"]}, force=True)
 
     click_at(0.4, 0.4)
@@ -45,16 +43,14 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
 
     length, point = server.send("GET", "/measurements").json()
     assert (length["kind"], point["kind"]) == ("length", "point")
-    shown = rows.first.locator(".distance").inner_text()
-    match = re.fullmatch(r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm", shown)
-    assert match, shown
+    match = match_of(rows.first.locator(".distance"), r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm")
     assert float(match[1]) == pytest.approx(length["length"]["length_m"], abs=float(match[2]))
-    expect(page.locator(".pane-wide .measured.selected .value")).to_have_text(shown)
-    assert page.locator(".pane-depth .measured").count() == 2
+    expect(page.locator(".pane-wide .measured.selected .value")).to_have_text(match[0])
+    expect(page.locator(".pane-depth .measured")).to_have_count(2)
 
     click_at(0.96, 0.5)
     click_at(0.5, 0.5)
     expect(page.locator(".toast")).to_contain_text("the scale stands there")
     page.keyboard.press("Escape")
     expect(page.locator(".pane-depth .measure-bar")).to_be_hidden()
-    assert page.locator("body.measuring").count() == 0
+    expect(page.locator("body.measuring")).to_have_count(0)

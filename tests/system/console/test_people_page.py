@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from .awaited import expect_to_fit, let_run
 from .console_page import TOUCH, Console, OpenConsole, posted
 from .stub_people import PRESENT, SECRET, TOKEN, entry, problem, session, user
 from .stub_server import StubServer
@@ -52,7 +53,8 @@ def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_con
         "password": "a long password",
     }
 
-    row(page, "grace").get_by_role("combobox").select_option("viewer")
+    with page.expect_response("**/users/grace"):
+        row(page, "grace").get_by_role("combobox").select_option("viewer")
     page.get_by_role("button", name="Disable grace").click()
     expect(row(page, "grace")).to_contain_text("Disabled")
     orders = [body for method, path, body in stub.requests if (method, path) == ("PATCH", "/users/grace")]
@@ -97,7 +99,7 @@ def test_token_of_a_service_is_shown_once_and_revoked(stub: StubServer, open_con
     expect(row(page, "nightly")).to_contain_text("Operate")
     secret.get_by_role("button", name="Done").click()
     expect(page.get_by_text(SECRET)).to_have_count(0)
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect_to_fit(page)
 
     page.get_by_role("button", name="Revoke the token of nightly").click()
     answer_question(page, "Revoke")
@@ -207,7 +209,7 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     with page.expect_response(lambda response: response.status == 401):
         stub.refusals["GET /rig"] = refused
     stub.refusals.clear()
-    page.wait_for_timeout(1000)
+    let_run(page, 1000)
     expect(page.locator(".signed-out")).to_be_hidden()
 
     stub.sign_out()
@@ -215,9 +217,9 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     page.keyboard.press("Escape")
     expect(page.get_by_role("alertdialog", name="You were signed out")).to_be_visible()
     expect(page.locator("#offline")).to_be_hidden()
-    page.wait_for_timeout(QUIET_MS)
+    let_run(page, QUIET_MS)
     before = len(stub.requests)
-    page.wait_for_timeout(QUIET_MS)
+    let_run(page, QUIET_MS)
     assert stub.requests[before:] == []
 
     stub.people.signed_out = False

@@ -2,15 +2,14 @@
 
 import math
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
@@ -21,9 +20,11 @@ from foveacam_web.scene_values import RigShape
 from tests.local_server import serving
 from tests.viewer import viewer_of
 
+from .awaited import let_run, wait_for
+from .console_page import PATIENCE_MS
+
 pytestmark = pytest.mark.browser
 
-PATIENCE_S = 40.0
 SIZE = {"width": 900, "height": 600}
 COUNT_DRAWINGS = """{
 window.drawings = 0;
@@ -88,15 +89,9 @@ def port(scene: ViewerScene) -> Iterator[int]:
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
     opened = browser.new_page(viewport={"width": SIZE["width"], "height": SIZE["height"]})
+    opened.set_default_timeout(PATIENCE_MS)
     yield opened
     opened.close()
-
-
-def wait_until(page: Page, condition: Callable[[], bool]) -> None:
-    deadline_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < deadline_s, "it never came true"
-        page.wait_for_timeout(100)  # lets the browser's events arrive meanwhile
 
 
 def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
@@ -106,8 +101,8 @@ def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
     page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.goto(f"http://127.0.0.1:{port}/viser/")
-    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
-    wait_until(page, lambda: any(frame.url.endswith("/view") for frame in page.frames))
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    wait_for(page, lambda: any(frame.url.endswith("/view") for frame in page.frames))
 
     def click() -> bool:
         # Between the docked and the floating panel, above the rig: the wall fills the middle of the canvas
@@ -115,7 +110,7 @@ def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
         page.wait_for_timeout(500)
         return scene._selected == "fix-1"
 
-    wait_until(page, click)
+    wait_for(page, click)
     assert complaints == []
 
 
@@ -124,28 +119,28 @@ def test_inside_the_console_nothing_is_drawn_while_nothing_changes(
 ) -> None:
     page.add_init_script(COUNT_DRAWINGS)
     page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
-    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
 
     def rests() -> bool:
         drawings: int = page.evaluate("window.drawings")
-        page.wait_for_timeout(2500)  # longer than viser's own period
+        let_run(page, 2500)  # longer than viser's own period
         later: int = page.evaluate("window.drawings")
         return 0 < drawings == later
 
-    wait_until(page, rests)
+    wait_for(page, rests)
 
 
 def test_inside_the_console_the_panels_are_folded_and_the_views_not_loaded_again(
     scene: ViewerScene, port: int, page: Page
 ) -> None:
     page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
-    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     panel = page.locator('[data-testid="floating-panel"] [data-dock-minimize]')
-    wait_until(page, lambda: panel.count() == 1 and panel.get_attribute("aria-expanded") == "false")
-    wait_until(page, lambda: page.locator('[data-dock-region-collapse="left"]').count() == 0)
+    expect(panel).to_have_attribute("aria-expanded", "false")
+    expect(page.locator('[data-dock-region-collapse="left"]')).to_have_count(0)
     canvas = page.locator("canvas[data-engine]")
     whole = (0, SIZE["width"])
-    wait_until(page, lambda: (box := canvas.bounding_box()) is not None and (box["x"], box["width"]) == whole)
+    wait_for(page, lambda: (box := canvas.bounding_box()) is not None and (box["x"], box["width"]) == whole)
     assert not any(frame.url.endswith("/view") for frame in page.frames)
 
 
@@ -153,7 +148,7 @@ def test_a_frame_without_focus_reconnects_when_the_pane_comes_back(
     scene: ViewerScene, port: int, page: Page
 ) -> None:
     page.goto(f"http://127.0.0.1:{port}/")
-    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     page.get_by_role("button", name="here").click()
     gone = threading.Event()
 
@@ -162,13 +157,13 @@ def test_a_frame_without_focus_reconnects_when_the_pane_comes_back(
         gone.set()
 
     viewer_of(scene)._websock_server.disconnect_all_clients()
-    wait_until(page, gone.is_set)
-    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    wait_for(page, gone.is_set)
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
 
 
 def test_viewers_are_brought_to_what_was_seen_last(scene: ViewerScene, port: int, page: Page) -> None:
     page.goto(f"http://127.0.0.1:{port}/viser/")
-    wait_until(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
     scene.show_fixation(
         "fix-2",
         label="Farther wall",
@@ -183,4 +178,4 @@ def test_viewers_are_brought_to_what_was_seen_last(scene: ViewerScene, port: int
         offset_m = np.asarray(viewer.camera.position) - (1.0, 0.0, 8.0)
         return bool(np.linalg.norm(offset_m) < 1.5 and viewer.camera.position[2] < 8.0)
 
-    wait_until(page, arrived)
+    wait_for(page, arrived)

@@ -1,11 +1,13 @@
 """A window of views: split, closed, dragged, kept in its address; what it shows when a source is lost."""
 
 import re
+from typing import Literal
 
 import pytest
 from playwright.sync_api import FloatRect, Locator, Page, expect
 
-from .console_page import TOUCH, Console, OpenConsole
+from .awaited import box_of, expect_to_fit, expect_value, settled
+from .console_page import PHONE, TOUCH, Console, OpenConsole
 from .server_process import Server
 from .stub_server import StubServer
 
@@ -23,14 +25,8 @@ def pane(page: Page, source: str) -> Locator:
     return page.locator(f".slot[data-source={source}]")
 
 
-def box(of: Locator) -> FloatRect:
-    found = of.bounding_box()
-    assert found is not None
-    return found
-
-
 def middle(of: Locator) -> tuple[float, float]:
-    found = box(of)
+    found = box_of(of)
     return found["x"] + found["width"] / 2, found["y"] + found["height"] / 2
 
 
@@ -41,9 +37,26 @@ def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> No
     page.mouse.up()
 
 
-def sources(page: Page) -> list[str]:
-    found: list[str] = page.locator(".slot").evaluate_all("all => all.map(slot => slot.dataset.source)")
-    return sorted(found)
+def expect_sources(page: Page, *wanted: str) -> None:
+    """Wait until these sources, and no others, have a pane."""
+    expect(page.locator(".slot")).to_have_count(len(wanted))
+    for source in wanted:
+        expect(pane(page, source)).to_have_count(1)
+
+
+def expect_box(of: Locator, wanted: FloatRect, *, tolerance_px: float = TOLERANCE_PX) -> None:
+    """Wait until an element is at a place of the page."""
+    expect_value(of.page, of.bounding_box, pytest.approx(wanted, abs=tolerance_px))
+
+
+def expect_side(of: Locator, side: Literal["width", "height"], wanted_px: float) -> None:
+    """Wait until an element is so wide or so high."""
+    expect_value(of.page, lambda: box_of(of)[side], pytest.approx(wanted_px, abs=TOLERANCE_PX))
+
+
+def expect_layout(page: Page, layout: str) -> None:
+    """Wait until the window has this layout in its address."""
+    expect(page).to_have_url(re.compile(re.escape(f"#{layout}") + "$"))
 
 
 def test_a_pane_is_split_both_ways_and_closed_and_its_neighbour_takes_its_room(
@@ -52,17 +65,17 @@ def test_a_pane_is_split_both_ways_and_closed_and_its_neighbour_takes_its_room(
     console = open_window(open_console, server, "left")
     page = console.page
     console.wait_for_frames("left")
-    whole = box(pane(page, "left"))
+    whole = box_of(pane(page, "left"))
     page.get_by_role("button", name="Split Left fovea: new pane to the right").click()
     expect(pane(page, "wide").get_by_role("combobox")).to_be_focused()
     page.get_by_role("button", name="Split Wide: new pane below").click()
     console.wait_for_frames("left", "wide", "right")
-    assert box(pane(page, "left"))["width"] == pytest.approx(whole["width"] / 2, abs=TOLERANCE_PX)
-    assert box(pane(page, "right"))["height"] == pytest.approx(whole["height"] / 2, abs=TOLERANCE_PX)
-    assert page.url.endswith("#row-500(left,column-500(wide,right))")
+    expect_side(pane(page, "left"), "width", whole["width"] / 2)
+    expect_side(pane(page, "right"), "height", whole["height"] / 2)
+    expect_layout(page, "row-500(left,column-500(wide,right))")
     page.get_by_role("button", name="Close Left fovea").click()
     page.get_by_role("button", name="Close Right fovea").click()
-    assert box(pane(page, "wide")) == whole
+    expect_box(pane(page, "wide"), whole, tolerance_px=0.0)
     expect(page.get_by_role("button", name="Close Wide")).to_be_disabled()
 
 
@@ -71,13 +84,15 @@ def test_every_source_has_its_pane_and_then_none_can_be_split(
 ) -> None:
     page = open_window(open_console, server, "wide").page
     split = page.get_by_role("button", name=re.compile("^Split"))
-    for _ in range(8):
+    for panes in range(1, 9):
+        expect(page.locator(".slot")).to_have_count(panes)
         page.locator("button:enabled:is([data-act=row], [data-act=column])").first.click()
-    assert sources(page) == sorted(
-        ["wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "wide_zoom", "scene"]
+    expect_sources(
+        page,
+        *("wide", "left", "right", "anaglyph", "difference", "depth", "wide_depth", "wide_zoom", "scene"),
     )
-    for button in split.all():
-        expect(button).to_be_disabled()
+    expect(split).to_have_count(18)
+    expect(split.and_(page.locator(":enabled"))).to_have_count(0)
 
 
 def test_a_divider_moves_by_pointer_and_keys_and_the_window_is_the_same_after_a_reload(
@@ -88,15 +103,16 @@ def test_a_divider_moves_by_pointer_and_keys_and_the_window_is_the_same_after_a_
     divider = page.locator(".divider.row")
     x, y = middle(divider)
     drag(page, (x, y), (x - 200.0, y))
-    assert box(divider)["x"] + box(divider)["width"] / 2 == pytest.approx(x - 200.0, abs=TOLERANCE_PX)
+    expect_value(page, lambda: middle(divider)[0], pytest.approx(x - 200.0, abs=TOLERANCE_PX))
     page.locator(".divider.column").press("ArrowDown")
     expect(page.locator(".divider.column")).to_have_attribute("aria-valuenow", "52")
-    before, address = [box(pane(page, source)) for source in ("wide", "left", "right")], page.url
+    before = [box_of(pane(page, source)) for source in ("wide", "left", "right")]
+    address = settled(page, lambda: page.url)
     page.reload()
     console.wait_for_frames("wide", "left", "right")
-    assert page.url == address
+    expect(page).to_have_url(address)
     for source, kept in zip(("wide", "left", "right"), before, strict=True):
-        assert box(pane(page, source)) == pytest.approx(kept, abs=TOLERANCE_PX)
+        expect_box(pane(page, source), kept)
 
 
 def test_two_panes_change_places_by_dragging_and_a_source_is_changed_by_its_select(
@@ -105,13 +121,14 @@ def test_two_panes_change_places_by_dragging_and_a_source_is_changed_by_its_sele
     console = open_window(open_console, server)
     page = console.page
     console.wait_for_frames("wide", "right")
-    wide, right = box(pane(page, "wide")), box(pane(page, "right"))
+    wide, right = box_of(pane(page, "wide")), box_of(pane(page, "right"))
     drag(page, middle(pane(page, "wide").locator(".grip")), middle(pane(page, "right")))
-    assert (box(pane(page, "right")), box(pane(page, "wide"))) == (wide, right)
+    expect_box(pane(page, "right"), wide, tolerance_px=0.0)
+    expect_box(pane(page, "wide"), right, tolerance_px=0.0)
     console.wait_for_frames("wide", "right")
     pane(page, "right").get_by_role("combobox").select_option("depth")
-    assert sources(page) == ["depth", "left", "wide"]
-    assert box(pane(page, "depth")) == wide
+    expect_sources(page, "depth", "left", "wide")
+    expect_box(pane(page, "depth"), wide, tolerance_px=0.0)
     expect(page).to_have_title("Depth, Left fovea, Wide: FoveaCam Duo")
 
 
@@ -149,7 +166,7 @@ def test_a_server_that_comes_back_finds_the_window_as_it_was(
     console.wait_for_frames("wide", "right")
     for source in ("wide", "right"):
         expect(pane(page, source).locator(".picture-age")).to_be_hidden()
-    assert page.url.endswith("#column-300(right,wide)")
+    expect_layout(page, "column-300(right,wide)")
     console.errors.clear()  # the browser's own words for an absent server
 
 
@@ -160,9 +177,8 @@ def test_the_console_opens_a_view_in_a_window_of_its_own(open_console: OpenConso
         console.page.get_by_role("link", name="Open Left fovea in a window of its own").click()
     window = opened.value
     expect(window.locator(".slot[data-source=left] canvas")).to_be_visible()
-    assert window.url.endswith("/windows#left")
-    names = [each.get_attribute("aria-label") for each in console.page.locator("a.opener").all()]
-    assert len(names) == 9
+    expect(window).to_have_url(re.compile("/windows#left$"))
+    expect(console.page.locator("a.opener[aria-label]")).to_have_count(9)
 
 
 def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
@@ -173,27 +189,26 @@ def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
     expect(console.page.locator("a.opener").locator("visible=true")).to_have_attribute(
         "href", "/windows#scene"
     )
-    enlarge = box(console.page.get_by_role("button", name="Enlarge the view Right fovea"))
-    assert enlarge["x"] + enlarge["width"] <= console.page.evaluate("innerWidth")
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)
+    enlarge = box_of(console.page.get_by_role("button", name="Enlarge the view Right fovea"))
+    assert enlarge["x"] + enlarge["width"] <= PHONE["width"]
 
 
 def test_a_window_is_used_on_a_phone(open_console: OpenConsole, server: Server) -> None:
     console = open_console(f"{server.url}windows#column-500(wide,row-500(left,right))", options=TOUCH)
     page = console.page
     console.wait_for_frames("wide", "left", "right")
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
     for source in ("wide", "left", "right"):
-        tools = box(pane(page, source).locator(".controls"))
-        whole = box(pane(page, source))
+        tools = box_of(pane(page, source).locator(".controls"))
+        whole = box_of(pane(page, source))
         assert tools["x"] + tools["width"] <= whole["x"] + whole["width"]
     page.get_by_role("button", name="Close Right fovea").tap()
-    assert sources(page) == ["left", "wide"]
+    expect_sources(page, "left", "wide")
 
 
 def test_an_address_that_cannot_be_shown_is_the_usual_window(
     open_console: OpenConsole, server: Server
 ) -> None:
     page = open_window(open_console, server, "row-500(wide,nothing)").page
-    expect(page.locator(".slot")).to_have_count(3)
-    assert sources(page) == ["left", "right", "wide"]
+    expect_sources(page, "left", "right", "wide")

@@ -5,6 +5,7 @@ import re
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
+from tests.system.console.awaited import wait_for
 from tests.system.console.console_page import Console, OpenConsole, OpenWizard
 from tests.system.console.stub_server import StubServer, problem
 
@@ -189,10 +190,7 @@ def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
     )
     console.page.get_by_role("button", name="New", exact=True).click()
     console.page.get_by_role("button", name="Check again").click()
-    for _ in range(1000):
-        if held:
-            break
-        console.page.wait_for_timeout(10)
+    wait_for(console.page, lambda: len(held) == 1)
     assert not [path for _, path, _ in stub.requests if path.endswith("/runs")]
     with console.page.expect_response(re.compile("/runs$")):
         held[0].continue_()
@@ -284,7 +282,7 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     )
     slider = fit.get_by_role("slider")
     slider.fill("80")
-    assert fit.locator(".pair").evaluate("box => box.style.getPropertyValue('--part')") == "80%"
+    expect(fit.locator(".pair")).to_have_attribute("style", re.compile("--part: ?80%"))
 
 
 def test_check_holds_its_figures_against_the_goals(open_wizard: OpenWizard) -> None:

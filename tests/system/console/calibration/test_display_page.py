@@ -9,6 +9,7 @@ from playwright.sync_api import Page, expect
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
+from tests.system.console.awaited import box_of, expect_value, settled
 from tests.system.console.console_page import Console, OpenConsole
 from tests.system.console.server_process import Server
 from tests.unit.printed_pages import printed_pages
@@ -75,9 +76,8 @@ def test_a_square_has_as_many_pixels_as_its_millimetres_and_the_detector_finds_i
     page = open_display(open_console, server, options, px_per_mm=px_per_mm).page
     drawing = page.locator("#pattern svg")
     expect(drawing).to_be_visible()
-    ratio = page.evaluate("devicePixelRatio")
-    box = drawing.bounding_box()
-    assert box is not None
+    ratio: float = settled(page, lambda: page.evaluate("devicePixelRatio"))
+    box = box_of(drawing)
     # nine squares with the edge; the page keeps a sixty-fourth of a pixel
     assert box["width"] * ratio == pytest.approx(9 * 17.3 * px_per_mm, abs=ratio / 32)
     found = detect_board(picture(page), board)
@@ -111,8 +111,7 @@ def test_the_scale_is_set_by_a_card_and_kept_and_until_then_the_size_is_not_true
     page.get_by_role("button", name="Set the size").click()
     outline = page.locator(".outline")
     handle = page.get_by_role("slider", name="Length of the outline")
-    box = handle.bounding_box()
-    assert box is not None
+    box = box_of(handle)
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
@@ -120,8 +119,7 @@ def test_the_scale_is_set_by_a_card_and_kept_and_until_then_the_size_is_not_true
     page.mouse.up()
     page.get_by_role("button", name="Ten pixels longer").click()
     handle.press("ArrowLeft")
-    fitted = outline.bounding_box()
-    assert fitted is not None
+    fitted = box_of(outline)
     px_per_mm = fitted["width"] * 2.0 / CARD_MM
     assert fitted["height"] / fitted["width"] == pytest.approx(53.98 / CARD_MM, rel=1e-3)
     page.get_by_role("button", name="Save").click()
@@ -150,10 +148,10 @@ def test_the_full_screen_leaves_the_pattern_alone_and_in_its_place(
 ) -> None:
     show(server, CHECKERBOARD)
     page = open_display(open_console, server, TABLET, px_per_mm=7.0).page
-    before = page.locator("#pattern svg").bounding_box()
+    before = box_of(page.locator("#pattern svg"))
     page.get_by_role("button", name="Full screen").click()
     expect(page.locator("#bar")).to_be_hidden()
-    assert page.locator("#pattern svg").bounding_box() == before
+    expect_value(page, page.locator("#pattern svg").bounding_box, before)
     page.locator("#pattern").click()
     expect(page.locator("#bar")).to_be_visible()
 
@@ -165,14 +163,14 @@ def test_a_display_without_its_server_shows_what_it_showed_and_catches_up(
     console = open_display(open_console, server, TABLET, px_per_mm=7.0)
     page = console.page
     path = page.locator("#pattern path")
-    before = path.get_attribute("d")
+    before = settled(page, lambda: path.get_attribute("d"))
     page.context.set_offline(True)
     expect(page.locator("#bar")).to_contain_text("No connection to the server")
     show(server, MARKERS)
-    assert path.get_attribute("d") == before
+    expect(path).to_have_attribute("d", before)
     page.context.set_offline(False)
     expect(page.locator("#bar")).not_to_contain_text("No connection")
-    expect(path).not_to_have_attribute("d", before or "")
+    expect(path).not_to_have_attribute("d", before)
     console.errors.clear()  # the requests that found no server
 
 

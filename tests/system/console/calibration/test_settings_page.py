@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import Locator, expect
 
+from tests.system.console.awaited import expect_to_fit
 from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.server_process import Server
 
@@ -42,8 +43,8 @@ def test_recordings_are_named_and_packed_as_the_settings_say(server: Server, ope
     recordings.get_by_label("Name, before its number").fill("desk")
     expect(recordings.get_by_text("The next one is named “desk 0001”.")).to_be_visible()
     recordings.get_by_label("Compress each frame").check()
-    kept = console.page.evaluate("JSON.parse(localStorage.getItem('foveacam.settings')).record")
-    assert (kept["prefix"], kept["compress"]) == ("desk", True)
+    kept = "JSON.parse(localStorage.getItem('foveacam.settings')).record"
+    console.wait_until(f"{kept}.prefix === 'desk' && {kept}.compress === true")
 
 
 def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_shared: OpenShared) -> None:
@@ -77,4 +78,4 @@ def test_dialog_leads_to_the_page_and_the_page_fits_a_phone(
     page.get_by_role("button", name="Settings").click()
     page.get_by_role("link", name="All settings").click()
     expect(page.locator("#settings-title")).to_be_visible()
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect_to_fit(page)

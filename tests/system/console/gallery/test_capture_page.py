@@ -8,6 +8,7 @@ from playwright.sync_api import Locator, Page, Request, Route, expect
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from tests.system.conftest import Running
+from tests.system.console.awaited import expect_to_fit
 from tests.system.console.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
 from tests.system.console.stub_server import StubServer, problem
 
@@ -155,7 +156,7 @@ def test_what_is_refused_is_told_where_it_was_typed(rig: Running, open_console: 
     told("distance")
     plan.get_by_label("Distance", exact=True).fill("3")
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "2", timeout=PATIENCE_MS)
-    assert page.locator(".refused:not(:empty)").all_inner_texts() == []
+    expect(page.locator(".refused:not(:empty)")).to_have_count(0)
     expect(started).to_be_enabled()
 
 
@@ -260,7 +261,7 @@ def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(
     page = console.page.locator("#capture-page")
     expect(outcome(page)).to_contain_text("Push the rig to 100 mm, then let it go on.")
     expect(badge(console.page)).to_have_text("Capture paused 50 %")
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)
     outcome(page).get_by_role("button", name="Done, go on").click()
     expect(outcome(page).get_by_role("button", name="Done, go on")).to_be_disabled()
     why = problem(502, "A device failed", f"camera left is lost: {LONG}", "plug it in")
@@ -270,7 +271,7 @@ def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(
     expect(outcome(page)).to_contain_text("failed")
     expect(outcome(page)).to_contain_text("Plug it in.")
     expect(part(page, "Unfinished")).to_contain_text("2 of 4 points, 9.33 MB")
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)
     expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()
     assert [asked for method, asked, _ in stub.requests if method == "POST" and "estimates" not in asked] == [
         "/captures/cap-1/continue"
@@ -302,4 +303,4 @@ def test_panes_go_from_page_to_page_and_space_stops_from_the_plan(
     expect(page.locator("#console")).to_be_hidden()
     page.goto(f"{stub.url}#/")
     expect(page.locator("#console .area-eyes .pane-right")).to_be_visible()
-    assert not page.locator(".pane-wide .surface").evaluate("surface => surface.inert")
+    expect(page.locator(".pane-wide .surface")).to_have_js_property("inert", False)

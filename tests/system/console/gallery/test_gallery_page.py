@@ -9,7 +9,8 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
-from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
+from tests.system.console.awaited import box_of, expect_to_fit
+from tests.system.console.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.server_process import Server
 from tests.system.console.stub_server import Json, StubServer, problem
 from tests.unit.dataset_scenes import header, noise_point
@@ -68,7 +69,7 @@ def loaded(picture: Locator) -> None:
     """Wait until a picture is there."""
     expect(picture).to_be_visible()
     expect(picture).to_have_js_property("complete", True)
-    assert picture.evaluate("image => image.naturalWidth") > 0
+    expect(picture).not_to_have_js_property("naturalWidth", 0)
 
 
 def opened(console: Console, name: str) -> Locator:
@@ -216,7 +217,7 @@ def test_a_capture_that_runs_shows_its_progress_and_the_focus_stays_on_a_phone(
     expect(bar).to_have_attribute("aria-valuenow", "49")
     expect(link).to_be_focused()
     expect(card(console, "night").get_by_role("button", name="Put night in the trash")).to_be_disabled()
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)
 
 
 REFERENCE = f"/captures/{CAPTURE_ID}/reference"
@@ -267,7 +268,9 @@ def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phon
     expect(section).to_contain_text("0.034\u00a0% rms, bias −0.012\u00a0%, without the 1.5\u00a0% of samples")
     expect(section.get_by_role("link", name="Samples (CSV)")).to_be_visible()
     remove = section.get_by_role("button", name="Remove")
-    assert remove.evaluate("button => button.getBoundingClientRect().right < innerWidth")  # the plot scrolls
+    expect_to_fit(console.page)
+    box = box_of(remove)
+    assert box["x"] + box["width"] < PHONE["width"]  # the plot scrolls
     stub.answers_after[f"DELETE {REFERENCE}"] = {REFERENCE: reference()}
     remove.click()
     expect(section.get_by_role("button", name="Make the reference")).to_be_visible()
@@ -304,4 +307,4 @@ def test_a_batch_of_ticked_datasets_is_made_and_downloaded(server: Server, open_
     with page.expect_download() as download:
         link.click()
     assert download.value.suggested_filename.startswith("depth-")
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)

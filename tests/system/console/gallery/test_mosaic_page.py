@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.system.console.awaited import expect_to_fit, match_of, settled, wait_for
 from tests.system.console.console_page import TOUCH, OpenConsole
 from tests.system.console.server_process import Server
 from tests.unit.dataset_scenes import written
@@ -25,9 +26,7 @@ def address(server: Server, capture_id: str = "test") -> str:
 
 def depth_read_m(page: Page) -> float:
     """Return the depth that the page tells, once it tells one."""
-    value = page.locator(".mosaic-readout dd").first
-    expect(value).to_have_text(re.compile(r"^\d+\.\d+ m$"))
-    return float((value.text_content() or "").split()[0])
+    return float(match_of(page.locator(".mosaic-readout dd").first, r"(\d+\.\d+) m")[1])
 
 
 def test_a_mosaic_is_made_walked_about_in_and_shown_in_3d(server: Server, open_console: OpenConsole) -> None:
@@ -37,14 +36,14 @@ def test_a_mosaic_is_made_walked_about_in_and_shown_in_3d(server: Server, open_c
     view = page.get_by_role("application", name=re.compile("^Mosaic"))
     expect(view).to_be_visible(timeout=120_000)
     expect(view).to_have_attribute("aria-busy", "false")
-    assert view.locator("canvas").evaluate(LIGHT) > 40.0
+    wait_for(page, lambda: view.locator("canvas").evaluate(LIGHT) > 40.0)
 
     page.get_by_role("button", name="Depth", exact=True).click()
     expect(view).to_have_attribute("aria-busy", "false")
     view.press("0")  # whoever uses keys reads the middle
     assert depth_read_m(page) == pytest.approx(Z_M, rel=0.01)
     where, zoom = page.locator(".mosaic-readout dd").last, page.locator(".mosaic-zoom output")
-    before, whole = where.text_content() or "", zoom.text_content() or ""
+    before, whole = settled(page, where.inner_text), settled(page, zoom.inner_text)
     view.press("+")
     expect(zoom).not_to_have_text(whole)
     view.press("ArrowRight")
@@ -64,7 +63,7 @@ def test_on_a_phone_it_fits_and_is_removed(server: Server, open_console: OpenCon
         server.send("POST", "/captures/test/mosaic")
     console = open_console(address(server), options=TOUCH)
     expect(console.page.get_by_role("application", name=re.compile("^Mosaic"))).to_be_visible(timeout=120_000)
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)
     expect(console.page.get_by_role("application")).to_have_attribute("aria-busy", "false")
     console.page.get_by_role("button", name="Remove").click()
     expect(console.page.get_by_role("button", name="Make the mosaic")).to_be_visible()

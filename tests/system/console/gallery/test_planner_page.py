@@ -21,12 +21,12 @@ from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from tests.local_server import serving
+from tests.system.console.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
 from tests.system.console.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of
 from tests.system.console.stub_server import StubServer, application
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
-REDRAWN_S = 10.0
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -64,10 +64,7 @@ def until_drawn(page: Page) -> Locator:
 
 
 def at(view: Locator, x_share: float, y_share: float) -> tuple[float, float]:
-    expect(view).to_be_visible()
-    end_s = time.monotonic() + REDRAWN_S
-    while (box := view.bounding_box()) is None:  # it is being drawn anew
-        assert time.monotonic() < end_s, "it is not drawn again"
+    box = box_of(view)
     return box["x"] + x_share * box["width"], box["y"] + y_share * box["height"]
 
 
@@ -85,8 +82,11 @@ def beside(discs: Locator, places_m: list[list[float]], *, far_m: float) -> tupl
 
 
 def targets_of(page: Page) -> list[list[float]]:
-    values = page.locator(".plan-targets input").evaluate_all(
-        "inputs => inputs.map(({value}) => Number(value))"
+    values: list[float] = settled(
+        page,
+        lambda: page.locator(".plan-targets input").evaluate_all(
+            "inputs => inputs.map(({value}) => Number(value))"
+        ),
     )
     return [values[index : index + 2] for index in range(0, len(values), 2)]
 
@@ -102,7 +102,7 @@ def test_sliders_redraw_ring_chances_and_regions_and_the_address_keeps_them(
     page = console.page
     expect(figure(page, "D_max")).to_have_text("14.38 m")
     until_drawn(page)
-    assert page.locator(".plan-drawing .region").count() >= 5  # one more in the legend
+    expect(page.locator(".plan-drawing .region").nth(4)).to_be_attached()  # one more in the legend
     body = {"ring": {"px_per_deg": 502.0, "pixels": 40.0, "d_min_m": 8.0, "near_error_m": 0.2}}
     body["ring"]["feature_mm"] = 20.0
     asked = page.request.post(
@@ -154,7 +154,7 @@ def test_targets_are_placed_dragged_and_removed_and_counted_in_sight(
 ) -> None:
     page = open_console(f"{address}?map=open").page
     view = until_drawn(page)
-    assert targets_of(page) == [[30.0, 30.0]]
+    expect_value(page, lambda: targets_of(page), [[30.0, 30.0]])
     page.mouse.click(*at(view, 0.7, 0.3))
     expect(page.locator(".plan-targets li")).to_have_count(2)
     placed = targets_of(page)[1]
@@ -167,17 +167,17 @@ def test_targets_are_placed_dragged_and_removed_and_counted_in_sight(
     page.mouse.move(*at(view, 0.6, 0.4), steps=4)
     page.mouse.up()
     until_drawn(page)
+    wait_for(page, lambda: targets_of(page)[1] != placed, "the target was not moved")
+    expect(page.locator(".plan-targets li")).to_have_count(2)
     moved = targets_of(page)[1]
-    assert moved != placed
-    assert len(targets_of(page)) == 2
 
     page.mouse.move(*beside(discs, targets_of(page), far_m=11.0))
     readout = page.locator(".plan-readout")
     expect(readout).to_contain_text("2 of 2 in sight (targets 0, 1)")
-    assert page.locator(".plan-drawing .sight").count() == 2
+    expect(page.locator(".plan-drawing .sight")).to_have_count(2)
     page.get_by_role("button", name="Remove target 0").click()
     expect(page.locator(".plan-targets li")).to_have_count(1)
-    assert targets_of(page) == [moved]
+    expect_value(page, lambda: targets_of(page), [moved])
     page.get_by_role("button", name="The map’s own").click()
     expect(page.locator(".plan-targets input").first).to_have_value("30")
 
@@ -198,7 +198,7 @@ def test_targets_are_placed_and_removed_by_keys(address: str, open_console: Open
     entry(page, "x of target 0, m").fill("20")
     expect(page.locator(".plan-drawing > .target")).to_have_count(1)
     until_drawn(page)
-    assert targets_of(page) == [[20.0, 30.0]]
+    expect_value(page, lambda: targets_of(page), [[20.0, 30.0]])
 
 
 def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
@@ -213,7 +213,7 @@ def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
     expect(page.locator(".planner .refused", has_text="without crossing itself")).to_be_visible()
     choose_geojson(page, tmp_path, [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]])
     expect(page.get_by_text("In use: map.geojson")).to_be_visible()
-    assert targets_of(page) == [[20.0, 2.0]]
+    expect_value(page, lambda: targets_of(page), [[20.0, 2.0]])
 
     image = np.full((300, 400), 255, np.uint8)
     image[200:260, 40:160] = 0
@@ -227,13 +227,13 @@ def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
     drawing = sheet.locator(".scale-drawing")
     for x_share in (0.2, 0.7):
         page.mouse.click(*at(drawing, x_share, 0.5))
-    box = drawing.bounding_box()
-    assert box is not None
+    box = box_of(drawing)
     long_px = 0.5 * box["width"] / min(box["width"] / 400.0, box["height"] / 300.0)
     sheet.get_by_label("Its length").fill("20")
-    expect(sheet.get_by_label("Metres a pixel")).to_have_value(re.compile(r"^0\.0"))
-    found_m_per_px = float(sheet.get_by_label("Metres a pixel").input_value())
-    assert found_m_per_px == pytest.approx(20.0 / long_px, rel=0.01)  # the mouse goes to whole pixels
+    scale = sheet.get_by_label("Metres a pixel")
+    expect(scale).to_have_value(re.compile(r"^0\.0"))
+    wanted = pytest.approx(20.0 / long_px, rel=0.01)  # the mouse goes to whole pixels
+    expect_value(page, lambda: float(scale.input_value()), wanted)
     sheet.get_by_label("Metres a pixel").fill("0.1")
     sheet.get_by_role("button", name="Use this picture").click()
     expect(page.get_by_text("In use: yard.png")).to_be_visible()
@@ -311,7 +311,7 @@ def test_bad_input_is_a_sentence_beside_its_field(address: str, open_console: Op
         ("Feature size S", "feature_mm", "", "Feature size S is empty: type in a number."),
         ("Domain", "domain_m2", "10", "give more, or let it follow the ring"),
     ):
-        good = entry(page, field).input_value()
+        good = settled(page, entry(page, field).input_value)
         entry(page, field).fill(bad)
         expect(refusal(page, name)).to_contain_text(words)
         entry(page, field).fill(good)
@@ -322,7 +322,7 @@ def test_it_fits_a_phone_and_leads_back(address: str, open_console: OpenConsole)
     console: Console = open_console(address, options=TOUCH, settings={"theme": "dark"})
     page = console.page
     view = until_drawn(page)
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
     page.touchscreen.tap(*at(view, 0.15, 0.2))
     expect(page.locator(".plan-targets li")).to_have_count(6)
     page.get_by_role("link", name="Back to the console").click()

@@ -6,6 +6,7 @@ import shutil
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
+from tests.system.console.awaited import box_of, expect_to_fit, let_run, settled
 from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.server_process import Server
 from tests.unit.recorded_looks import PERIOD_S, Z_M, look
@@ -90,7 +91,7 @@ def test_one_that_was_cut_off_says_so_is_removed_and_comes_back(
     card(console, "cut off").get_by_role("link", name="cut off").click()
     expect(page.locator(".strip.warn").filter(has_text="reading the file through")).to_be_visible()
     shows(console, "wide", 0)
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
 
     label = page.locator(".recording-page").get_by_label("Label")
     label.fill("half a plane")
@@ -101,7 +102,7 @@ def test_one_that_was_cut_off_says_so_is_removed_and_comes_back(
     expect(card(console, "cut off")).to_have_count(0)
     page.get_by_role("button", name="Undo").click()
     expect(card(console, "cut off")).to_contain_text("half a plane")
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
 
 
 def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_left(
@@ -114,7 +115,7 @@ def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_
     expect(track.locator(".track-name")).to_have_text(["Wide", "Left", "Right", "Telemetry"])
     shows(console, "left", 0)
 
-    whole = page.locator(".ruler .tick").count()
+    whole = settled(page, page.locator(".ruler .tick").count)
     line = track.nth(1).locator(".track-line")
     line.hover()
     page.mouse.wheel(0, -800)
@@ -133,8 +134,7 @@ def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_
     page.get_by_role("button", name="Outlines").click()
     expect(page.locator(".player-prints polygon")).to_have_count(0)
     expect(page.locator(".player-prints .verged text")).to_have_text("z 4.00 m")
-    box = line.bounding_box()
-    assert box is not None
+    box = box_of(line)
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(page.locator(".player .step")).to_have_text("frame 2 of 4")  # of the focused camera
     with page.expect_response(lambda answer: answer.request.method == "PUT" and answer.ok):
@@ -183,8 +183,11 @@ def test_an_arrangement_that_cannot_be_used_asks_before_it_is_overwritten(
     card(console, "plane").get_by_role("link", name="plane").click()
     warning = page.locator(".arrangement")
     expect(warning).to_contain_text("plane.fcap.ui.json cannot be read")
+    kept: list[str] = []
+    page.on("request", lambda order: kept.append(order.url) if order.method == "PUT" else None)
     page.get_by_label("Speed").select_option("4")
-    page.wait_for_timeout(1500)  # a change is kept after half of it
+    let_run(page, 1500)  # a change is kept after half of it
+    assert kept == []
     assert sidecar.read_text() == "{"
 
     page.get_by_role("button", name="Overwrite it").click()
@@ -212,14 +215,14 @@ def test_recordings_are_sent_opened_and_exported(server: Server, open_console: O
     page.get_by_role("button", name="On the server's machine").click()
     page.locator(".folder-files").get_by_role("button", name="Open", exact=True).click()
     expect(card(console, "from the lab")).to_contain_text("Complete")
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
 
     card(console, "plane again").get_by_role("link", name="plane again").click()
     page.locator(".recording-page").get_by_label("Format").select_option("prores")
     with page.expect_download() as made:
         page.get_by_role("button", name="Export", exact=True).click()
     assert made.value.suggested_filename.endswith(".mov")
-    assert console.overflow_px() <= 0
+    expect_to_fit(page)
     for name in ("plane again", "from the lab"):  # the tests of the other recordings count the cards
         (server.data / "recordings" / f"{name}.fcap").unlink()
 

@@ -1,13 +1,15 @@
 """The report in a real browser: asks for nothing, fits a phone, follows the colours, prints light."""
 
+import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 import foveacam_server
 from foveacam_pipeline.calibrate.report import report_html
 from foveacam_pipeline.models import load_calibration
+from tests.system.console.awaited import expect_to_fit, expect_value
 
 pytestmark = pytest.mark.browser
 
@@ -37,10 +39,10 @@ def test_it_fits_and_follows_the_colours(browser: Browser, page_file: Path, widt
         page.on("request", lambda request: asked.append(request.url))
         page.on("console", lambda message: said.append(message.text))
         page.goto(page_file.as_uri())
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        background = page.evaluate("getComputedStyle(document.body).backgroundColor")
-        red = int(background.split("(")[1].split(",")[0])
-        assert red < 64 if dark else red > 192
+        expect_to_fit(page)
+        expect_value(page, lambda: page.evaluate("innerWidth"), width)
+        red = r"([0-5]?\d|6[0-3])" if dark else r"(19[3-9]|2\d\d)"
+        expect(page.locator("body")).to_have_css("background-color", re.compile(rf"^rgb\({red},"))
         assert asked == [page_file.as_uri()]
         assert said == []
 
@@ -50,5 +52,5 @@ def test_paper_is_white_also_for_those_who_read_in_the_dark(browser: Browser, pa
         page = context.new_page()
         page.goto(page_file.as_uri())
         page.emulate_media(media="print")
-        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-        assert page.evaluate("getComputedStyle(document.querySelector('nav')).display") == "none"
+        expect(page.locator("body")).to_have_css("background-color", "rgb(255, 255, 255)")
+        expect(page.locator("nav").first).to_have_css("display", "none")

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from tests.system.conftest import Running
+from tests.system.console.awaited import expect_to_fit
 from tests.system.console.calibration import calibration_documents as documents
 from tests.system.console.calibration.calibration_results import UTC
 from tests.system.console.console_page import TOUCH, OpenConsole
@@ -107,7 +108,7 @@ def test_a_camera_that_stalled_is_named_and_the_rest_waits_to_be_kept(
     )
     expect(still).to_contain_text("Right eye: none of 5 frames came.")
     expect(still.get_by_text("Nothing came.")).to_be_visible()
-    assert console.overflow_px() == 0
+    expect_to_fit(console.page)
 
     stub.wait_for_listener()
     job = documents.job("job-9", kind="still", changes={"state": "running", "ended_utc": None})

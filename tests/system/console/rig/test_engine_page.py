@@ -1,10 +1,12 @@
 """The page of the engine's load: a sentence for everybody, figures for engineers, a file to keep."""
 
 import json
+import re
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
+from tests.system.console.awaited import expect_to_fit, let_run, settled
 from tests.system.console.console_page import TOUCH, OpenConsole
 from tests.system.console.stub_server import StubServer
 
@@ -17,8 +19,8 @@ def reads(stub: StubServer) -> int:
     return sum((method, path) == ("GET", "/engine") for method, path, _ in stub.requests)
 
 
-def table(page: Page, name: str) -> str:
-    return page.get_by_role("table", name=name, exact=True).inner_text()
+def table(page: Page, name: str) -> Locator:
+    return page.get_by_role("table", name=name, exact=True)
 
 
 def test_engine_is_told_in_a_sentence_and_in_figures_and_saved(
@@ -29,10 +31,11 @@ def test_engine_is_told_in_a_sentence_and_in_figures_and_saved(
     page.get_by_role("link", name="Engine").click()
     told = page.locator(".engine-told")
     expect(told).to_have_text("Everything keeps up.")
-    assert "31 %" in table(page, "Threads")
+    expect(table(page, "Threads")).to_contain_text("31 %")
     expect(page.get_by_text("At rest: foveacam-jobs.")).to_be_visible()
-    assert "61.5" not in table(page, "Cameras") and "62 ms" in table(page, "Cameras")
-    assert "pan-tilt" in table(page, "Start")
+    expect(table(page, "Cameras")).to_contain_text("62 ms")
+    expect(table(page, "Cameras")).not_to_contain_text("61.5")
+    expect(table(page, "Start")).to_contain_text("pan-tilt")
     expect(page.get_by_role("region", name="Controller", exact=True).last).to_contain_text("Drifts")
 
     engine = stub.answers["/engine"]
@@ -52,11 +55,11 @@ def test_page_fits_a_phone_and_reads_only_while_it_is_shown(
 ) -> None:
     page = open_console(f"{stub.url}#/engine", options=TOUCH).page
     expect(page.locator(".engine-told")).to_have_text("Everything keeps up.")
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect_to_fit(page)
     page.get_by_role("link", name="Back to the console").click()
     expect(page.locator("#engine-page")).to_be_hidden()
     before = reads(stub)
-    page.wait_for_timeout(1500)
+    let_run(page, 1500)
     assert reads(stub) <= before + 1  # one may be under way
 
 
@@ -66,7 +69,8 @@ def test_who_feeds_whom_is_drawn_reached_by_keyboard_and_kept_up_to_date(
     page = open_console(f"{stub.url}#/engine").page
     graph = page.get_by_role("region", name="Who feeds whom").locator("svg")
     expect(graph.get_by_role("button")).to_have_count(10)
-    assert graph.locator("path.line").count() == 10 and graph.locator("path.line.idle").count() == 1
+    expect(graph.locator("path.line")).to_have_count(10)
+    expect(graph.locator("path.line.idle")).to_have_count(1)
     hardware = graph.get_by_role("button", name="Hardware thread, 41 % busy, 2 waiting")
     expect(hardware).to_have_accessible_name(
         "Hardware thread, 41 % busy, 2 waiting, fed by Camera left and Camera wide and Jobs, "
@@ -76,16 +80,19 @@ def test_who_feeds_whom_is_drawn_reached_by_keyboard_and_kept_up_to_date(
     expect(details).to_have_text("Choose a part to see what it takes and gives.")
     page.get_by_role("group", name="Who feeds whom, graph").focus()
     page.keyboard.press("Tab")
-    first = page.evaluate("document.activeElement.dataset.part")
+    focused = graph.locator("[data-part]:focus")
+    first = settled(page, lambda: focused.get_attribute("data-part"))
     expect(details.locator("h4")).not_to_be_empty()
     hardware.focus()
     expect(details).to_contain_text("12.0 frames/s, 1\u202f200 in all")
     page.keyboard.press("Tab")
-    assert page.evaluate("document.activeElement.dataset.part") not in (None, first, "foveacam-hardware")
+    expect(focused).not_to_have_attribute(
+        "data-part", re.compile(f"^({re.escape(first)}|foveacam-hardware)$")
+    )
     hardware.focus()
 
     stub.answers["/engine"]["edges"][0] |= {"rate_hz": 11.0, "dropped_hz": 0.5, "dropped": 5, "flagged": True}
     expect(graph.locator("path.line.flagged")).to_have_count(1)
     expect(graph.locator(".rate .lost.flagged")).to_have_text(" −0.5/s")
     expect(details).to_contain_text("5 dropped (0.50/s)")
-    assert page.evaluate("document.activeElement.dataset.part") == "foveacam-hardware"
+    expect(focused).to_have_attribute("data-part", "foveacam-hardware")

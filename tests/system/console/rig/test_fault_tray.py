@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from tests.system.console.awaited import expect_to_fit
 from tests.system.console.calibration.calibration_documents import Document
 from tests.system.console.console_page import TOUCH, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer
@@ -74,7 +75,7 @@ def test_faults_are_dismissed_one_by_one_and_all_that_are_over(
     page.get_by_role("button", name="Dismiss all that are over").click()
     expect(rows(page)).to_have_count(1)
     expect(page.get_by_role("button", name="Dismiss all that are over")).to_have_count(0)
-    assert page.evaluate("document.querySelector('.fault-tray').contains(document.activeElement)")
+    expect(page.locator(".fault-tray:focus-within")).to_have_count(1)
 
 
 def test_a_fault_that_comes_and_goes_is_shown_without_a_reload(
@@ -118,14 +119,9 @@ def test_a_phone_shows_long_texts_within_its_width(stub: StubServer, open_consol
     page = console.page
     button(page).tap()
     expect(rows(page)).to_have_count(2)
-    assert console.overflow_px() <= 0
-    assert (
-        page.evaluate(
-            "(() => { const tray = document.querySelector('.fault-tray');"
-            " return tray.scrollWidth - tray.clientWidth; })()"
-        )
-        <= 0
-    )
+    expect_to_fit(page)
+    tray = "document.querySelector('.fault-tray')"
+    console.wait_until(f"{tray}.scrollWidth <= {tray}.clientWidth")
 
 
 def test_a_lost_server_is_present_until_it_is_back(stub: StubServer, open_console: OpenConsole) -> None:

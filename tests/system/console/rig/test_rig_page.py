@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, expect
 
+from tests.system.console.awaited import box_of, expect_to_fit, expect_value
 from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer, problem
 
@@ -58,14 +59,7 @@ def test_each_camera_says_who_it_is_and_how_it_delivers(open_rig: OpenRig) -> No
     expect(left.locator(".phase")).to_have_text("Streaming")
     expect(left.locator(".who")).to_contain_text("Blackfly S BFS-U3-16S2C")
     expect(left.locator(".who")).to_contain_text("serial 22071833 · firmware 1704.0.0.1 · 1440 × 1080 px")
-    counters = dict(
-        zip(
-            left.locator(".counters dt").all_inner_texts(),
-            left.locator(".counters dd").all_inner_texts(),
-            strict=True,
-        )
-    )
-    assert counters == {
+    counters = {
         "Rate": "20.0 Hz",
         "Age": "12 ms",
         "Delivered": "1\u202f234\u202f567",
@@ -75,6 +69,8 @@ def test_each_camera_says_who_it_is_and_how_it_delivers(open_rig: OpenRig) -> No
         "Late": "0",
         "Underrun": "0",
     }
+    expect(left.locator(".counters dt")).to_have_text(list(counters))
+    expect(left.locator(".counters dd")).to_have_text(list(counters.values()))
     expect(left.get_by_role("img", name="Live picture: Left fovea")).to_be_visible()
 
 
@@ -110,22 +106,23 @@ def test_slider_of_the_exposure_is_logarithmic_and_moves_with_the_keys(
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_have_value("1000")
     slider.press("Home")
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_have_value("0.03")
-    box = slider.bounding_box()
-    assert box is not None
+    box = box_of(slider)
     console.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(slider).to_have_attribute("aria-valuetext", "5.48 ms")  # sqrt(0.03 · 1000), and a slider's step
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_have_value("5.48")
 
 
 def test_ticks_choose_the_values_that_suit_the_lamps(stub: StubServer, open_rig: OpenRig) -> None:
-    left = camera(open_rig(), "Left fovea")
+    console = open_rig()
+    left = camera(console, "Left fovea")
     left.get_by_role("button", name="Exposure of the left fovea: 8.33 ms").click()
     left.get_by_role("button", name="Frame rate of the left fovea: 100 Hz").click()
     expect(left.get_by_label("Frame rate", exact=True)).to_have_value("100")
-    assert sent(stub, "PATCH") == [
+    orders = [
         ("/cameras/left", {"exposure_ms": 8.33, "linked": True}),
         ("/cameras/left", {"frame_rate_hz": 100, "linked": False}),  # each eye's own
     ]
+    expect_value(console.page, lambda: sent(stub, "PATCH"), orders)
 
 
 def test_changes_of_one_fovea_are_shown_at_both(open_rig: OpenRig) -> None:
@@ -159,19 +156,16 @@ def test_foveae_that_differ_can_be_set_only_after_a_choice(stub: StubServer, ope
     console = open_rig()
     asked = console.page.get_by_role("alertdialog")
     expect(asked).to_contain_text("The foveae differ")
-    assert asked.locator("tbody tr").all_inner_texts() == [
-        "Exposure\t8 ms\t4 ms",
-        "Pixel format\tBayerRG8\tMono8",
-    ]
+    rows = ["Exposure8 ms4 ms", "Pixel formatBayerRG8Mono8"]
+    expect(asked.locator("tbody tr")).to_have_text(rows)
     for name in ("Left fovea", "Right fovea"):
         expect(camera(console, name).get_by_label("Exposure", exact=True)).to_be_disabled()
         expect(camera(console, name).get_by_label("Pixel format")).to_be_disabled()
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_be_enabled()
     asked.get_by_role("button", name="Use right's").click()
     expect(asked).to_have_count(0)
-    assert sent(stub, "PATCH") == [
-        ("/cameras/left", {"exposure_ms": 4.0, "pixel_format": "Mono8", "linked": False})
-    ]
+    order = ("/cameras/left", {"exposure_ms": 4.0, "pixel_format": "Mono8", "linked": False})
+    expect_value(console.page, lambda: sent(stub, "PATCH"), [order])
     expect(camera(console, "Left fovea").get_by_label("Exposure", exact=True)).to_have_value("4")
     expect(camera(console, "Left fovea").get_by_label("Exposure", exact=True)).to_be_enabled()
 
@@ -243,14 +237,14 @@ def test_space_stops_the_mirrors_even_from_a_slider(stub: StubServer, open_rig: 
 
 def test_page_is_usable_on_a_phone_with_the_stop_in_reach(open_rig: OpenRig) -> None:
     console = open_rig({**TOUCH, "viewport": {"width": 390, "height": 844}})
-    assert console.overflow_px() <= 0
+    expect_to_fit(console.page)
     camera(console, "Rail").scroll_into_view_if_needed()
     expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()
-    small = console.page.evaluate(
+    small = (
         "[...document.querySelectorAll('#rig-page :is(button, select, input[type=number])')]"
         ".filter(e => e.offsetParent && e.getBoundingClientRect().height < 32).map(e => e.outerHTML)"
     )
-    assert small == []
+    expect_value(console.page, lambda: console.page.evaluate(small), [])
 
 
 def test_panes_and_pages_come_and_go_with_the_address(open_rig: OpenRig) -> None:
@@ -263,6 +257,7 @@ def test_panes_and_pages_come_and_go_with_the_address(open_rig: OpenRig) -> None
     expect(page.locator("#rig-page .pane-left")).to_be_visible()
     page.locator("#rig-page").get_by_role("link", name="Back to the console").click()
     expect(page.locator("#console .area-eyes .pane-right")).to_be_visible()
-    order = page.locator("#eyes > .pane").evaluate_all("panes => panes.map(pane => pane.dataset.view)")
-    assert order == ["left", "right"]
-    assert not page.locator(".pane-wide .surface").evaluate("surface => surface.inert")
+    expect(page.locator("#eyes > .pane")).to_have_count(2)
+    for index, view in enumerate(("left", "right")):
+        expect(page.locator("#eyes > .pane").nth(index)).to_have_attribute("data-view", view)
+    expect(page.locator(".pane-wide .surface")).to_have_js_property("inert", False)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Locator, expect
 
+from tests.system.console.awaited import expect_value
 from tests.system.console.console_page import Console, OpenShared
 from tests.system.console.stub_server import StubServer, problem
 
@@ -47,7 +48,7 @@ def test_exposure_that_the_camera_sets_is_shown_as_read_back_and_cannot_be_set(
     wide = camera(console, "Wide camera")
     mode = wide.get_by_label("Automatic exposure")
     entry = wide.get_by_label("Exposure", exact=True)
-    assert mode.locator("option").all_inner_texts() == ["Off", "Once", "Continuous"]
+    expect(mode.locator("option")).to_have_text(["Off", "Once", "Continuous"])
     mode.select_option("continuous")
     expect(entry).to_be_disabled()
     expect(wide.get_by_role("slider", name="Exposure")).to_be_disabled()
@@ -58,10 +59,11 @@ def test_exposure_that_the_camera_sets_is_shown_as_read_back_and_cannot_be_set(
     mode.select_option("off")
     expect(entry).to_be_enabled()
     expect(wide.get_by_text(READ_BACK)).to_be_hidden()
-    assert sent(stub) == [
+    orders = [
         {"exposure_auto": "continuous", "linked": False},
         {"exposure_auto": "off", "linked": False},
     ]
+    expect_value(console.page, lambda: sent(stub), orders)
 
 
 def test_once_shows_that_it_looks_and_is_off_when_it_has_found(stub: StubServer, console: Console) -> None:
@@ -80,7 +82,7 @@ def test_foveae_find_one_exposure_for_both_and_have_none_of_their_own(
 ) -> None:
     right = camera(console, "Right fovea")
     mode = right.get_by_label("Automatic exposure")
-    assert mode.locator("option").all_inner_texts() == ["Off", "Once"]
+    expect(mode.locator("option")).to_have_text(["Off", "Once"])
     mode.select_option("once")
     for name in ("Left fovea", "Right fovea"):
         expect(camera(console, name).get_by_label("Exposure", exact=True)).to_have_value("12.5")
@@ -104,10 +106,11 @@ def test_rate_of_its_own_is_each_cameras_and_shown_as_read_back(stub: StubServer
     expect(camera(console, "Right fovea").get_by_label("Automatic frame rate")).not_to_be_checked()
     box.uncheck()
     expect(entry).to_be_enabled()
-    assert sent(stub) == [
+    orders = [
         {"frame_rate_auto": True, "linked": False},
         {"frame_rate_auto": False, "linked": False},
     ]
+    expect_value(console.page, lambda: sent(stub), orders)
 
 
 def test_what_a_camera_lacks_is_not_offered_and_modes_that_differ_are_told(

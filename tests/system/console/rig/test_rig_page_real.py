@@ -9,6 +9,7 @@ from playwright.sync_api import Locator, expect
 
 from foveacam_hardware.contract import AutoMode, Role
 from tests.system.conftest import API, Running
+from tests.system.console.awaited import expect_value
 from tests.system.console.console_page import Console, OpenShared
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -112,7 +113,7 @@ def test_what_is_broken_on_purpose_is_seen_and_mended(rig: Running, console: Con
     world = rig.truth.world.faults
     faults.get_by_label("Strobe cable off: right").click()
     expect(faults.get_by_label("Strobe cable off: right")).to_be_checked()
-    assert world.no_strobe == {Role.RIGHT}
+    expect_value(console.page, lambda: world.no_strobe, {Role.RIGHT})
     faults.get_by_role("button", name="Knock both mounts").click()
     expect(faults.get_by_label("Rolled, °: left")).to_have_value(re.compile(r"^-?0\.1$"))
     knocked = world.in_force
@@ -122,8 +123,8 @@ def test_what_is_broken_on_purpose_is_seen_and_mended(rig: Running, console: Con
     entry = faults.get_by_label("Knocked down, °: right")
     entry.fill("0.5")
     entry.press("Enter")
+    expect_value(console.page, lambda: world.in_force.knocked_right.shift_y_deg, 0.5)
     expect(entry).to_have_value("0.5")
-    assert world.in_force.knocked_right.shift_y_deg == 0.5
     assert world.in_force.knocked_left == knocked.knocked_left
     entry.fill("9")
     entry.press("Enter")

@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.system.console.awaited import expect_to_fit
 from tests.system.console.console_page import PHONE, OpenConsole
 from tests.system.console.server_process import Server
 from tests.system.console.stub_server import StubServer
@@ -70,4 +71,4 @@ def test_a_rig_that_does_not_answer_says_why_beside_the_others(
     expect(silent.get_by_role("link")).to_have_attribute("href", "https://roof.example/")
     expect(page.locator(".rig-card[data-rig=this]")).to_contain_text("ada drives it.")
     page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect_to_fit(page)

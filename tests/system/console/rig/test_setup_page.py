@@ -12,6 +12,7 @@ from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from tests.contract.cameras.gige_cameras import fake_program
 from tests.system.conftest import running
+from tests.system.console.awaited import expect_to_fit, settled
 from tests.system.console.console_page import TOUCH, Console, OpenConsole
 from tests.system.console.server_process import Server, server_of
 from tests.system.console.stub_server import StubServer
@@ -75,7 +76,7 @@ def open_now(page: Page) -> None:
 def save(page: Page) -> Path:
     page.get_by_role("button", name="Save", exact=True).click()
     expect(page.get_by_text("The file says all of this already.")).to_be_visible()
-    return Path(page.locator(".inside > .lead.number").first.inner_text())
+    return Path(settled(page, page.locator(".inside > .lead.number").first.inner_text))
 
 
 def test_simulated_rig_is_set_up_from_nothing_opened_and_undone(
@@ -205,4 +206,4 @@ def test_start_stands_over_the_console_at_what_failed_until_it_is_dismissed(
 def test_page_fits_a_phone(own_server: Server, open_setup: OpenSetup, open_console: OpenConsole) -> None:
     page = open_console(f"{own_server.url}#/setup", options=TOUCH).page
     expect(page.locator(".setup-camera").first).to_be_visible()
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect_to_fit(page)

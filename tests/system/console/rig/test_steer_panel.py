@@ -8,6 +8,7 @@ from playwright.sync_api import Locator, Page, expect
 from foveacam_hardware.contract import PARKED
 from foveacam_server.rig import hand_steering
 from tests.system.conftest import Running
+from tests.system.console.awaited import box_of, expect_to_fit, expect_value, let_run
 from tests.system.console.console_page import PHONE, Console, OpenConsole, OpenShared
 from tests.system.console.stub_server import StubServer
 
@@ -15,6 +16,9 @@ from .stub_steering import Document
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
+BEATS_MS = 250.0
+"""Three signs of life of what is held."""
+LET_GO = {"type": "steer", "held": False}
 GAMEPAD = """
 window.pad = null;
 navigator.getGamepads = () => [window.pad];
@@ -36,8 +40,7 @@ def pad(page: Page, name: str) -> Locator:
 def drag(page: Page, surface: Locator, *ways: tuple[float, float]) -> None:
     """Press in the middle of a pad and move by shares of its side; do not let go."""
     surface.scroll_into_view_if_needed()
-    box = surface.bounding_box()
-    assert box is not None
+    box = box_of(surface)
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     page.mouse.down()
     for across, down in ways:
@@ -73,6 +76,7 @@ def test_the_pad_of_directions_steers_both_eyes_which_then_stay(rig: Running, st
     drag(steered, pad(steered, "Both eyes"), (0.1, 0.0), (0.2, -0.1))  # of ±10°
     expect(panel(steered).locator(".steer-status")).to_have_text("You are steering.")
     rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - 4.0) < 0.2)
+    rig.poll("/mirrors", lambda found: abs(found["right"]["ay_deg"] + 2.0) < 0.2)
     steered.mouse.up()
     expect(panel(steered).locator(".steer-status")).to_contain_text("Drag in a pad")
     stays = eyes(rig)
@@ -113,10 +117,12 @@ def test_a_stop_ends_it_until_it_is_pressed_again(rig: Running, steered: Page) -
     steered.keyboard.press("Space")
     expect(panel(steered).locator(".steer-status")).to_have_text("The stop is engaged.")
     steered.mouse.move(10, 10, steps=3)
+    let_run(steered, BEATS_MS)
     assert rig.rig.mirrors.state.volts == PARKED
     rig.http.delete("/api/v1/stop")
     expect(panel(steered).locator(".steer-status")).to_contain_text("Let go, and press again.")
     steered.mouse.move(200, 200, steps=3)
+    let_run(steered, BEATS_MS)
     assert rig.rig.mirrors.state.volts == PARKED
     steered.mouse.up()
     drag(steered, pad(steered, "Both eyes"), (0.2, 0.0))
@@ -162,10 +168,9 @@ def test_without_a_calibration_both_eyes_get_equal_volts(stub: StubServer, open_
     page.mouse.up()
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
 
+    expect_value(page, lambda: stub.steering.said[-1], LET_GO)
     volts = stub.steering.orders()[-1]["volts"]
-
     assert volts["left"] == volts["right"] == pytest.approx({"x_v": 85.0, "y_v": 85.0}, abs=2.0)
-    assert stub.steering.said[-1] == {"type": "steer", "held": False}
 
 
 def test_keys_numbers_and_a_double_click_steer_a_pad(stub: StubServer, stubbed: Page) -> None:
@@ -180,7 +185,7 @@ def test_keys_numbers_and_a_double_click_steer_a_pad(stub: StubServer, stubbed: 
     entry.fill("-20")
     entry.press("Enter")
     expect(left).to_have_attribute("data-now", "−20.0 2.2")
-    assert stub.steering.orders()[-1]["held"] is False
+    expect_value(stubbed, lambda: stub.steering.orders()[-1]["held"], False)
 
     left.dblclick()
     expect(left).to_have_attribute("data-now", "0.0 0.0")
@@ -189,12 +194,12 @@ def test_keys_numbers_and_a_double_click_steer_a_pad(stub: StubServer, stubbed: 
 def test_distance_and_shift_belong_to_the_gaze(stub: StubServer, stubbed: Page) -> None:
     panel(stubbed).get_by_label("Vertical shift").fill("0.25")
     panel(stubbed).get_by_label("Distance for steering").fill("0.5")
-    for _ in range(100):
+
+    def newest() -> tuple[float, float] | None:
         gazes = [order["gaze"] for order in stub.steering.orders()]
-        if gazes and gazes[-1]["distance_m"] is not None:
-            break
-        stubbed.wait_for_timeout(100)  # the order is on its way
-    assert (gazes[-1]["distance_m"], gazes[-1]["vertical_shift_deg"]) == (1.0, 0.25)
+        return (gazes[-1]["distance_m"], gazes[-1]["vertical_shift_deg"]) if gazes else None
+
+    expect_value(stubbed, newest, (1.0, 0.25))
 
 
 def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
@@ -204,11 +209,11 @@ def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
         "document.dispatchEvent(new Event('visibilitychange'))"
     )
     expect(panel(stubbed).locator(".steer-status")).to_contain_text("Drag in a pad")
-    assert stub.steering.said[-1] == {"type": "steer", "held": False}
+    expect_value(stubbed, lambda: stub.steering.said[-1], LET_GO)
     stubbed.mouse.up()
 
 
 def test_the_panel_fits_a_phone(stub: StubServer, open_console: OpenConsole) -> None:
     console = open_console(f"{stub.url}#/rig", options={"viewport": PHONE})
     expect(pad(console.page, "Both eyes")).to_be_visible()
-    assert console.overflow_px() == 0
+    expect_to_fit(console.page)

@@ -67,14 +67,14 @@ export class Fixations {
       void this.recall(data["fixation_id"]);
   }
 
-  /** Read which fixation runs, after the page has opened or the server has come back. */
+  /** Read which fixation runs, or else the last one, after the page has opened or the server has come back. */
   async resume() {
     const current = this.#store.state.current;
     if (current?.job_id && this.running) await this.#watch.read(current.job_id);
     if (this.#store.state.current) return;
     const recent = /** @type {FixationDocument[]} */ (await request("GET", "/fixations?limit=1"));
     const last = recent[0];
-    if (last)
+    if (last && !this.#store.state.current)
       this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
   }
 
@@ -104,6 +104,7 @@ export class Fixations {
     const step = /** @type {StepDocument} */ (data["step"] ?? data);
     if (typeof step.index !== "number") return;
     let current = this.#store.state.current;
+    if (current?.fixation && current.job_id === job_id) return; // its result was read before this event came
     if (!current || (job_id && current.job_id !== job_id)) {
       current = { ...fresh(job_id, current?.state === "sending" ? current.request : null, false), state: "running" };
     }

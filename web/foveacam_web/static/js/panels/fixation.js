@@ -37,7 +37,7 @@ export function mountFixation(place, announcer, { store, ...orders }) {
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
     place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
-    place.dataset["fixation"] = current?.fixation?.id ?? "";
+    place.dataset["job"] = current?.job_id ?? "";
     showOutcome(current);
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
     say(announcer, announcement(current));
