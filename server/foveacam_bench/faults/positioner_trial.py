@@ -5,7 +5,6 @@ true one. The bench takes random steps; the tests let hypothesis choose them.
 """
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -45,6 +44,7 @@ RAIL_LIMITS = RailLimits(min_m=-0.3, max_m=0.3)
 SPEED_PER_S = 100.0
 MOTORS = {24: 6e3, 25: 6e3, 110: 6e3, 111: 6e3, 112: 6e3, 120: 1e3, 121: 1e3, 122: 1e3}
 """Settings of a Grbl board with fast motors: a whole turn takes a second and a half."""
+PTU_STEPS_PER_S = 50_000
 WITHOUT_SWITCHES = {20: 0.0, 22: 0.0}
 
 Position = tuple[float, ...]
@@ -232,6 +232,7 @@ class PositionerTrial:
     def _make_device(self) -> GrblPanTilt | GrblRail | PtuPanTilt:
         kind, board, clock = self.kind, self._board, self.clock
         if kind.is_ptu:
+            board.set_faults(steps_per_s=PTU_STEPS_PER_S)
             return PtuPanTilt(
                 board.open,
                 clock,
@@ -264,19 +265,19 @@ class PositionerTrial:
         )
 
 
-STEPS: tuple[Callable[[PositionerTrial], None], ...] = (
-    PositionerTrial.connect,
-    PositionerTrial.home,
-    PositionerTrial.hold,
-    PositionerTrial.confirm_zero,
-    PositionerTrial.close,
-    PositionerTrial.silence,
-    PositionerTrial.end_silence,
-    PositionerTrial.lose_power,
-    PositionerTrial.unplug,
-    PositionerTrial.plug,
-    PositionerTrial.hit_a_limit,
-    PositionerTrial.reset_by_another_program,
+STEPS = (
+    "connect",
+    "home",
+    "hold",
+    "confirm_zero",
+    "close",
+    "silence",
+    "end_silence",
+    "lose_power",
+    "unplug",
+    "plug",
+    "hit_a_limit",
+    "reset_by_another_program",
 )
 """Steps without an argument."""
 WAITS_S = (0.05, 0.3, 0.6, 1.5, 5.0)

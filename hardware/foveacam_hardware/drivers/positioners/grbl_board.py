@@ -210,7 +210,7 @@ class GrblBoard:
                     f"{self._name}: asked to move while it looks for its switches; wait until it rests"
                 )
             if not self.life.homed:
-                unknown = f"{self._name}: it does not know where it stands; {self.life.remedy} first"
+                unknown = f"{self._name}: it does not know where it stands; {self.life.remedy}"
                 raise DeviceFault(f"{self.life.fault or unknown} (asked to move)")
             self.life.fault = None
             moving = self._is_moving
