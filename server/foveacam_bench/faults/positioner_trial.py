@@ -154,6 +154,12 @@ class PositionerTrial:
         """Switch the board's supply off and on, wherever the axes are and whether it is heard or not."""
         self._board.power_cycle()
 
+    def lose_power_unheard(self) -> None:
+        """Switch its supply off and on; its greeting gets lost."""
+        self._board.set_faults(silent=True)
+        self._board.power_cycle()
+        self._board.set_faults(silent=self._silent_since_ns is not None)
+
     def unplug(self) -> None:
         """Pull its cable."""
         self._board.unplug()
@@ -274,6 +280,7 @@ STEPS = (
     "silence",
     "end_silence",
     "lose_power",
+    "lose_power_unheard",
     "unplug",
     "plug",
     "hit_a_limit",
