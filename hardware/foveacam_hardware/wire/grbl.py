@@ -112,6 +112,10 @@ class GrblMessage:
     text: str
 
 
+UNLOCKED = GrblMessage(text="MSG:Caution: Unlocked")
+"""Sent before the answer to `UNLOCK`."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblStatusReport:
     """A status report, with either the `machine` or the `work` position, in the machine's units."""

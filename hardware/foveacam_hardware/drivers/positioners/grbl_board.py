@@ -29,6 +29,7 @@ from foveacam_hardware.wire.grbl import (
     JOG_CANCEL,
     RESET,
     UNLOCK,
+    UNLOCKED,
     GrblAlarm,
     GrblOk,
     GrblStatusReport,
@@ -285,7 +286,9 @@ class GrblBoard:
             why = f"no switch was found within {HOMING_S:g} s"
         held = self.life.phase is Phase.HELD  # then a reset was sent
         self._restarts, self._dealt_with = session.restarts, session.alarm
-        if isinstance(sent.answer, GrblOk) and session.alarm is None and not held:
+        if UNLOCKED in sent.told:  # the line was damaged
+            why = "it took the command for another one"
+        elif isinstance(sent.answer, GrblOk) and session.alarm is None and not held:
             self._begin_mark(session)
             self._apply(Event.HOMING_DONE)
             self._move.plan({axis.letter: axis.rest for axis in self._axes.values()})

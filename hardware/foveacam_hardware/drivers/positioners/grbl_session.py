@@ -27,7 +27,7 @@ from foveacam_hardware.wire.grbl import (
     encode,
     parse,
 )
-from foveacam_hardware.wire.link import ByteLink
+from foveacam_hardware.wire.link import ByteLink, discard_input
 
 logger = logging.getLogger(__name__)
 
@@ -171,6 +171,10 @@ class GrblSession:
                 except BadGrblLine:
                     self.may_have_restarted = True
                     logger.warning("%s: not a line of Grbl's: %r", self._name, text[:80])
+
+    def discard_input(self) -> None:
+        """Discard what was sent before anybody asked: answers and reports of an earlier session."""
+        discard_input(self._link)
 
     def close(self) -> None:
         """Release the link."""

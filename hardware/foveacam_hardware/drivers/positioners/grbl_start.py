@@ -29,6 +29,7 @@ READY = frozenset({"Idle", "Alarm"})
 
 def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_switches: bool) -> str:
     """Bring the board to rest, check its settings and return its version; raise when it is not usable."""
+    session.discard_input()
     report = _first_report(session, name)
     for _ in range(REST_TRIES):
         if report.state in READY and session.position(report) is not None:  # else an alarm has silenced it

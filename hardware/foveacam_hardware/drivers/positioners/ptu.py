@@ -31,6 +31,8 @@ from foveacam_hardware.wire.ptu import HALT, RESET, PtuAxis, PtuDone, PtuQuery, 
 
 HOMING_S = 90.0
 """Deadline of homing, during which the unit is silent; the slowest unit needs half of this."""
+NEAR_STEPS = 2
+"""A homing ends at 0/0; farther away, the success was another command's."""
 STILL_NS = 250_000_000
 """Time without a change of position after which the unit counts as at rest."""
 
@@ -214,13 +216,10 @@ class PtuPanTilt:
         if self._hold_sent.is_set():
             self._hold_sent.clear()
             self._life.apply(Event.HOLD)
-        why = "" if isinstance(sent.reply, PtuDone) else "homing failed"
-        if sent.lost or session.restarts != self._restarts:
-            why = "homing failed (it restarted)"
-        elif sent.reply is None:
+        if sent.reply is None and not sent.lost and session.restarts == self._restarts:
             if self._clock.now_ns() <= self._homing_ends_ns:
                 return False
-            why = f"its limits were not found within {HOMING_S:g} s"
+        why = self._homing_failure(session, sent)
         held = self._life.phase is Phase.HELD
         self._restarts = session.restarts
         session.limits_hit.clear()  # homing runs into the limits deliberately
@@ -231,6 +230,20 @@ class PtuPanTilt:
         if self._axes is not None and not held:
             self._send_goal(session, self._axes.steps(STRAIGHT_AHEAD))
         return True
+
+    def _homing_failure(self, session: PtuSession, sent: SentCommand) -> str:
+        """Return why a homing that has ended failed; "" when it succeeded."""
+        away = False
+        if isinstance(sent.reply, PtuDone):
+            session.doubt_order()  # a success is the same for every command
+            away = any(abs(steps) > NEAR_STEPS for steps in self._positions(session))
+        if sent.lost or session.restarts != self._restarts:
+            return "homing failed (it restarted)"
+        if sent.reply is None:
+            return f"its limits were not found within {HOMING_S:g} s"
+        if away:
+            return "homing failed (it does not count zero at its end)"
+        return "" if isinstance(sent.reply, PtuDone) else "homing failed"
 
     def _send_goal(self, session: PtuSession, goal: Steps) -> None:
         """Send both axes to a goal; a hold issued meanwhile takes effect."""
