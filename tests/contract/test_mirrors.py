@@ -105,11 +105,9 @@ def test_an_exposure_is_told_until_it_is_over(bench: Bench) -> None:
 
 def test_two_exposures_may_be_under_way_and_a_third_is_refused_before_anything_moves(bench: Bench) -> None:
     places = [ASIDE, StereoVolts(left=ASIDE.right, right=ASIDE.left)]
-    begun = [
-        bench.mirrors.begin_exposure(volts, settle_us=SETTLE_US, pulse_us=PULSE_US) for volts in places
-    ]
+    begun = [bench.mirrors.begin_exposure(volts, settle_us=SETTLE_US, pulse_us=PULSE_US) for volts in places]
 
-    with pytest.raises(Busy, match="while 2 are under way.*wait for the end of one"):
+    with pytest.raises(Busy, match=r"while 2 are under way.*wait for the end of one"):
         bench.mirrors.begin_exposure(PARKED, settle_us=SETTLE_US, pulse_us=PULSE_US)
 
     receipts = [exposure.wait() for exposure in begun]

@@ -43,7 +43,9 @@ def silent(bench: Bench, silent_s: float, *, restarts: bool, watched: bool = Tru
     bench.board.set_faults(silent=False)
 
 
-def test_a_board_that_restarted_in_silence_awaits_its_zero_when_it_is_connected_again(counting: Bench) -> None:
+def test_a_board_that_restarted_in_silence_awaits_its_zero_when_it_is_connected_again(
+    counting: Bench,
+) -> None:
     silent(counting, 1.5, restarts=True)
     assert not counting.driver.state.connected
 
@@ -244,3 +246,43 @@ def test_homing_that_was_held_ends_soon_though_the_board_died_of_it() -> None:
         bench.driver.home()
 
     assert not bench.wait(6.0).connected
+
+
+def test_what_a_board_sent_before_it_was_connected_is_not_believed() -> None:
+    bench = grbl_bench().homed()
+    bench.driver.close()
+    bench.board.far_end.feed(b"?")  # another session asked, and is gone
+    bench.board.hit_a_limit()  # it is silent now, until it is reset
+
+    bench.driver.connect()
+
+    assert bench.driver.state == PanTiltState(connected=True)
+    bench.driver.home()
+    assert bench.rest().homed
+
+
+def test_a_homing_command_that_arrived_as_an_unlocking_one_has_not_homed() -> None:
+    bench = grbl_bench()
+    bench.driver.connect()
+    bench.board.damage_to_device(LineDamage(kind=DamageKind.CORRUPT, skip=5, value=ord("H") ^ ord("X")))
+
+    bench.driver.home()
+
+    state = bench.rest()
+    assert not state.homed
+    assert "homing failed (it took the command for another one)" in (state.fault or "")
+
+
+def test_the_success_of_a_hold_is_not_taken_for_that_of_a_homing_that_a_limit_broke_off() -> None:
+    bench = ptu_bench()
+    bench.driver.connect()
+    bench.driver.home()
+    bench.wait(3.0)
+    bench.board.hit_a_limit()
+    bench.driver.hold()
+
+    state = bench.rest()
+
+    assert not state.homed
+    bench.driver.home()
+    assert bench.rest() == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))

@@ -1,6 +1,6 @@
 """Any sequence of commands, silence, restarts, alarms and cut cables: no positioner claims a false position.
 
-`foveacam bench faults` takes thousands of random sequences; here hypothesis chooses a few, the same every time.
+`foveacam bench faults` takes thousands of random sequences; here hypothesis chooses a few.
 """
 
 import pytest

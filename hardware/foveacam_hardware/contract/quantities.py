@@ -17,6 +17,6 @@ def check_ordered(what: str, **ends: float) -> None:
     (low_name, low), (high_name, high) = ends.items()
     if not (-math.inf < low < high < math.inf):
         raise InvalidInput(
-            f"{what}: {low_name} = {low:g} and {high_name} = {high:g} enclose nothing; give finite numbers, the"
-            " first below the second"
+            f"{what}: {low_name} = {low:g} and {high_name} = {high:g} enclose nothing; give finite numbers,"
+            " the first below the second"
         )

@@ -7,13 +7,14 @@ those that do not end usable.
 import random
 
 from foveacam_bench.faults.mirror_trial import STEPS as MIRROR_STEPS
-from foveacam_bench.faults.mirror_trial import FalseVolts, MirrorTrial
-from foveacam_bench.faults.positioner_trial import KINDS, STEPS, WAITS_S, FalseHomed, PositionerTrial
+from foveacam_bench.faults.mirror_trial import MirrorTrial
+from foveacam_bench.faults.positioner_trial import KINDS, STEPS, WAITS_S, PositionerTrial
 from foveacam_bench.faults.tally import FaultTally
+from foveacam_bench.faults.trial_checks import FalsePosition, TrialFailed
 from foveacam_hardware.contract import FoveaError
 
-RUNS, QUICK_RUNS = 2000, 50
-MIRROR_RUNS, QUICK_MIRROR_RUNS = 500, 20
+RUNS, QUICK_RUNS = 2000, 25
+MIRROR_RUNS, QUICK_MIRROR_RUNS = 500, 10
 SEED = 4040
 LEAST_STEPS, MOST_STEPS = 4, 14
 HOMED_SHARE, HOMING_S = 0.8, 6.0
@@ -44,9 +45,9 @@ def _positioner_fails(tally: FaultTally, number: int) -> bool:
             _positioner_step(trial, rng)
             trial.check()
         trial.recover()
-    except FalseHomed:
+    except FalsePosition:
         return True
-    except (AssertionError, FoveaError):  # it says other nonsense, or cannot be used any more
+    except (TrialFailed, FoveaError):  # it says other nonsense, or cannot be used any more
         tally.add_hang()
     return False
 
@@ -74,9 +75,9 @@ def _mirrors_fail(tally: FaultTally, number: int) -> bool:
             _mirror_step(trial, rng)
             trial.check()
         trial.recover()
-    except FalseVolts:
+    except FalsePosition:
         return True
-    except (AssertionError, FoveaError):
+    except (TrialFailed, FoveaError):
         tally.add_hang()
     finally:
         trial.close()

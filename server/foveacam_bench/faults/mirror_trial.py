@@ -6,6 +6,7 @@ are those of its volts. The bench takes random steps; the tests let hypothesis c
 
 from contextlib import suppress
 
+from foveacam_bench.faults.trial_checks import FalsePosition, require
 from foveacam_hardware.contract import FoveaError, MirrorLimits, MirrorVolts, StereoVolts, VirtualClock
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.drivers.controller.volts import bias_code, mirror_codes
@@ -16,10 +17,6 @@ LIMITS = MirrorLimits()
 SUPPLY_S = 0.1
 """Shortest time for which a supply stays on; a restart is recognised by the clock, to 50 ms."""
 SETTLE_US, PULSE_US = 100, 4000
-
-
-class FalseVolts(AssertionError):
-    """A driver said enabled, with volts that are not the true ones."""
 
 
 class MirrorTrial:
@@ -100,18 +97,18 @@ class MirrorTrial:
         self._controller.plug()
 
     def check(self) -> None:
-        """Measure, and compare the driver's state with the truth; raise `AssertionError` or `FalseVolts`."""
+        """Measure, and compare the driver's state with the truth; raise `TrialFailed` or `FalsePosition`."""
         with suppress(FoveaError):
             self._mirrors.ping()
         state = self._mirrors.state
-        assert state.connected or not state.enabled, state
+        require(state.connected or not state.enabled, state)
         if not state.enabled:
             return
         bias = bias_code(LIMITS)
         codes = (*mirror_codes(state.volts.left, bias=bias), *mirror_codes(state.volts.right, bias=bias))
         if not self._cables.rail_on or self._cables.codes != codes:
             found = f"rail {'on' if self._cables.rail_on else 'off'}, codes {self._cables.codes}"
-            raise FalseVolts(f"mirrors: the driver says {state.volts}, and it is {found}")
+            raise FalsePosition(f"mirrors: the driver says {state.volts}, and it is {found}")
 
     def recover(self) -> None:
         """Mend everything: it must be usable at the first connect."""
@@ -124,7 +121,7 @@ class MirrorTrial:
         self._mirrors.enable()
         self._mirrors.steer(_volts(0.25))
         self.check()
-        assert self._mirrors.state.enabled
+        require(self._mirrors.state.enabled, "the mirrors were enabled and are not")
         self._mirrors.close()
 
 

@@ -8,6 +8,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass
 
+from foveacam_bench.faults.trial_checks import FalsePosition, require
 from foveacam_hardware.contract import (
     FoveaError,
     PanTiltLimits,
@@ -49,10 +50,6 @@ WITHOUT_SWITCHES = {20: 0.0, 22: 0.0}
 
 Position = tuple[float, ...]
 """Pan and tilt, deg; or the rail's position, mm."""
-
-
-class FalseHomed(AssertionError):
-    """A driver said that it knows a position which is not the true one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,10 +117,10 @@ class PositionerTrial:
 
     def confirm_zero(self) -> None:
         """Bring it to its zero by hand and confirm that, if it asks for it; else confirm what is true."""
-        if self._device.state.awaits_zero and not self._far_end_moves():
-            assert isinstance(self._far_end, GrblFarEnd)
-            self._far_end.firmware.push_by_hand(self.clock.now_ns(), ZERO_POSITIONS)
-        elif max(map(abs, self._true_position())) > STEP or self._far_end_moves():
+        far_end, moves = self._far_end, self._far_end_moves()
+        if self._device.state.awaits_zero and isinstance(far_end, GrblFarEnd) and not moves:
+            far_end.firmware.push_by_hand(self.clock.now_ns(), ZERO_POSITIONS)
+        elif max(map(abs, self._true_position())) > STEP or moves:
             return
         with suppress(FoveaError):
             self._device.confirm_zero()
@@ -178,22 +175,22 @@ class PositionerTrial:
         self._far_end.feed(b"H " if self.kind.is_ptu else b"\x18")
 
     def check(self) -> None:
-        """Compare the driver's state with the truth; raise `AssertionError`, or `FalseHomed`."""
+        """Compare the driver's state with the truth; raise `TrialFailed` or `FalsePosition`."""
         began_ns = self.clock.now_ns()
         state = self._device.state
         position = _position_of(state)
-        if not state.connected:
-            assert (state.homed, state.moving, state.awaits_zero) == (False, False, False), state
-        assert state.homed or position is None, state
-        assert not (state.awaits_zero and (self.kind.has_switches or state.homed)), state
+        require(state.connected or not (state.homed or state.moving or state.awaits_zero), state)
+        require(state.homed or position is None, state)
+        require(not (state.awaits_zero and (self.kind.has_switches or state.homed)), state)
         if self._silent_since_ns is not None and state.connected:
             silent_s = (began_ns - self._silent_since_ns) / 1e9
-            assert silent_s < (HOMING_LAST_WORD_S if state.moving else LAST_WORD_S), "it had its last word"
+            longest_s = HOMING_LAST_WORD_S if state.moving else LAST_WORD_S
+            require(silent_s < longest_s, f"connected after {silent_s:.1f} s of silence: {state}")
         if position is not None:
             allowed = STEP + TOP_SPEED * (self.clock.now_ns() - began_ns) / 1e9
             truth = self._true_position()
             if max(abs(said - true) for said, true in zip(position, truth, strict=True)) > allowed:
-                raise FalseHomed(f"{self.kind.name}: it says {position}, and stands at {truth}")
+                raise FalsePosition(f"{self.kind.name}: it says {position}, and stands at {truth}")
 
     def recover(self) -> None:
         """Mend everything, and do what the states ask for, once: it must be usable afterwards."""
@@ -209,16 +206,16 @@ class PositionerTrial:
             self.lose_power()
             self.wait(1.0)
             self.confirm_zero()
-        assert self._rest().homed, f"{self.kind.name}: it was told what it needs: {self._device.state}"
+        require(self._rest().homed, f"{self.kind.name}: it has all it needs: {self._device.state}")
         self.move(0.5)
         state = self._rest()
-        assert state.fault is None and state.homed, state
-        assert abs(self._true_position()[0]) > 1.0, "it did not move"
+        require(state.fault is None and state.homed, state)
+        require(abs(self._true_position()[0]) > 1.0, "it was moved and stands at its zero")
 
     def _rest(self) -> PanTiltState | RailState:
         end_ns = self.clock.now_ns() + round(REST_S * 1e9)
         while (state := self._device.state).moving:
-            assert self.clock.now_ns() < end_ns, "it never came to rest"
+            require(self.clock.now_ns() < end_ns, f"it never came to rest: {state}")
             self._sleep(POLL_S)
         self.check()
         return state
@@ -293,4 +290,6 @@ WAITS_S = (0.05, 0.3, 0.6, 1.5, 5.0)
 def _position_of(state: PanTiltState | RailState) -> Position | None:
     if isinstance(state, RailState):
         return None if state.position_m is None else (1e3 * state.position_m,)
-    return None if state.pose is None else (math.degrees(state.pose.pan_rad), math.degrees(state.pose.tilt_rad))
+    return (
+        None if state.pose is None else (math.degrees(state.pose.pan_rad), math.degrees(state.pose.tilt_rad))
+    )

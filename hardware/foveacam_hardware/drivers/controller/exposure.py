@@ -71,8 +71,8 @@ class PendingExposures:
         pending = [exposure for exposure in self._begun if exposure.under_way and t_ns < exposure.due_ns]
         if len(pending) >= MOST_PENDING:
             raise Busy(
-                f"mirrors: asked for an exposure while {MOST_PENDING} are under way, as many as the controller"
-                " holds; wait for the end of one"
+                f"mirrors: asked for an exposure while {MOST_PENDING} are under way, as many as the"
+                " controller holds; wait for the end of one"
             )
 
     def add(self, exposure: ExposureUnderWay) -> None:

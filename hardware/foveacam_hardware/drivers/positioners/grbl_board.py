@@ -41,9 +41,7 @@ HOMING_S = 90.0
 """Deadline of homing, during which the board is silent; the full travel takes a fraction of this."""
 HELD_NS = 3_000_000_000
 """Deadline of the end of a homing that is held: the board is reset, and greets again."""
-RESTART_AND_CONFIRM = (
-    "bring it to its zero, switch the board off and on, then confirm that it stands there"
-)
+RESTART_AND_CONFIRM = "bring it to its zero, switch the board off and on, then confirm that it stands there"
 LONG_NS, PAUSE_NS = 1_000_000_000, 10_000_000_000
 """A failed connect longer than `LONG_NS` is not repeated for `PAUSE_NS`: the caller has other devices."""
 GARBLED = frozenset({1, 2, 3, 11, 15, 16, 20, 22})
@@ -330,9 +328,7 @@ class GrblBoard:
             f" counts {counted}; bring it to its zero, switch the board off and on, then confirm again"
         )
 
-    def _lose_position(
-        self, session: GrblSession, report: GrblStatusReport, *, proven: bool = True
-    ) -> None:
+    def _lose_position(self, session: GrblSession, report: GrblStatusReport, *, proven: bool = True) -> None:
         """Mark the position as lost, if it was known, and record why."""
         restarted = session.restarts != self._restarts or not proven
         alarm = None if session.alarm is self._dealt_with else session.alarm

@@ -216,9 +216,9 @@ class PtuPanTilt:
         if self._hold_sent.is_set():
             self._hold_sent.clear()
             self._life.apply(Event.HOLD)
-        if sent.reply is None and not sent.lost and session.restarts == self._restarts:
-            if self._clock.now_ns() <= self._homing_ends_ns:
-                return False
+        restarted = sent.lost or session.restarts != self._restarts
+        if sent.reply is None and not restarted and self._clock.now_ns() <= self._homing_ends_ns:
+            return False
         why = self._homing_failure(session, sent)
         held = self._life.phase is Phase.HELD
         self._restarts = session.restarts
