@@ -59,7 +59,7 @@ def test_a_position_is_known_only_where_it_is_true_and_can_be_found_again(kind: 
     run_state_machine_as_test(  # type: ignore[no-untyped-call]  # hypothesis leaves it untyped
         machine,
         settings=settings(
-            max_examples=20,
+            max_examples=15,
             stateful_step_count=12,
             derandomize=True,
             deadline=None,
