@@ -183,6 +183,19 @@ def test_a_hold_by_another_thread_just_before_a_move_begins_stops_it() -> None:
     assert bench.place_deg[0] < 1.0
 
 
+def test_a_board_that_a_person_holds_is_homed_only_once_it_is_released() -> None:
+    bench = grbl_bench().homed()
+    bench.board.far_end.feed(b"!")
+
+    assert "it is in state Hold: release it at the board; home it again" in (bench.driver.state.fault or "")
+    with pytest.raises(DeviceFault, match="in state Hold; release it at the board first"):
+        bench.driver.home()
+    bench.board.far_end.feed(b"~")
+    bench.driver.home()
+
+    assert bench.rest() == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
+
+
 def mute_rail() -> tuple[BoardLoopback[BoardFarEnd], VirtualClock, GrblRail]:
     """Return a rail without switches whose board an alarm has silenced."""
     clock = VirtualClock(1_000_000_000)

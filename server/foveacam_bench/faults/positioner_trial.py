@@ -170,6 +170,16 @@ class PositionerTrial:
         """Let an axis run into its limit."""
         self._board.hit_a_limit()
 
+    def hold_at_the_board(self) -> None:
+        """Let a person hold a Grbl board by its own button."""
+        if not self.kind.is_ptu:
+            self._far_end.feed(b"!")
+
+    def release_at_the_board(self) -> None:
+        """Let the person release it."""
+        if not self.kind.is_ptu:
+            self._far_end.feed(b"~")
+
     def reset_by_another_program(self) -> None:
         """Let another program reset the board, or a FLIR unit's motion halt."""
         self._far_end.feed(b"H " if self.kind.is_ptu else b"\x18")
@@ -196,6 +206,7 @@ class PositionerTrial:
         """Mend everything, and do what the states ask for, once: it must be usable afterwards."""
         self.end_silence()
         self.plug()
+        self.release_at_the_board()
         self.wait(CONNECT_PAUSE_S)
         if not self._device.state.connected:
             self._device.connect()
@@ -281,6 +292,8 @@ STEPS = (
     "unplug",
     "plug",
     "hit_a_limit",
+    "hold_at_the_board",
+    "release_at_the_board",
     "reset_by_another_program",
 )
 """Steps without an argument."""

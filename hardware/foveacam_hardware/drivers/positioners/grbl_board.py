@@ -366,8 +366,11 @@ class GrblBoard:
             session.realtime(JOG_CANCEL)
 
     def _clear_alarm(self, session: GrblSession) -> None:
-        """Clear an alarm by a reset, which some alarms require."""
-        if session.alarm is not None or session.report().state == "Alarm":
+        """Clear an alarm by a reset, which some alarms require; leave a hold at the board to who set it."""
+        state = session.report().state
+        if state not in READY | MOVING:
+            raise DeviceFault(f"{self._name}: asked to home in state {state}; release it at the board first")
+        if session.alarm is not None or state == "Alarm":
             session.reset()
             session.report()
             self._restarts = session.restarts

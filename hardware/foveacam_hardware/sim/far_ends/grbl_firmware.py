@@ -112,6 +112,10 @@ class GrblFirmware:
     @property
     def blocked(self) -> bool:
         """Whether lines have to wait."""
+        return self._is_mute or self.state == "Hold"
+
+    @property
+    def _is_mute(self) -> bool:
         return self.state == "Home" or self._locked or self.ignores_input
 
     def execute_realtime(self, t_ns: int, byte: bytes) -> None:
@@ -120,8 +124,13 @@ class GrblFirmware:
             case b"?":
                 self._report_requested = True
                 self._send_report(t_ns)
-            case b"\x85" | b"!":
+            case b"\x85":
                 self._cancel(t_ns)
+            case b"!":
+                self._cancel(t_ns)
+                self.state = "Hold" if self.state == "Idle" else self.state
+            case b"~":
+                self.state = "Idle" if self.state == "Hold" else self.state
             case b"\x18":
                 self._reset(t_ns)
 
@@ -166,15 +175,16 @@ class GrblFirmware:
         self._send(max(t_ns, self._busy_until_ns), line)
 
     def _send_report(self, t_ns: int) -> None:
-        if self.blocked or not self._report_requested:
+        if self._is_mute or not self._report_requested:
             return
         self._report_requested = False
         kind = "MPos" if self.settings[10] else "WPos"
         extra = ("|WCO:0.000,0.000,0.000", "|Ov:100,100,100", "")[min(self._reports % 10, 2)]
         self._reports += 1
+        state = "Hold:0" if self.state == "Hold" else self.state
         feed = self.motors.speed_per_s(t_ns) * 60.0
         position = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine_positions(t_ns))
-        self._send_line(t_ns, f"<{self.state}|{position}|FS:{feed:.0f},0{extra}>")
+        self._send_line(t_ns, f"<{state}|{position}|FS:{feed:.0f},0{extra}>")
 
     def _execute_word(self, text: str) -> str:
         """Program the feed, the only word of G-code that is known here."""
@@ -282,6 +292,7 @@ class GrblFirmware:
         code = 6 if self.state == "Home" else 3
         self._halt(t_ns)
         self._locked = self._report_requested = False
+        self.state = "Idle" if self.state == "Hold" else self.state
         if lost:
             self._raise_alarm(t_ns, code)
         else:
