@@ -46,7 +46,7 @@ class MirrorSequence(RuleBasedStateMachine):
 
 
 def test_enabled_with_volts_is_said_only_where_rail_and_outputs_have_them() -> None:
-    run_state_machine_as_test(  # type: ignore[no-untyped-call]  # hypothesis leaves it untyped
+    run_state_machine_as_test(
         MirrorSequence,
         settings=settings(
             max_examples=10,

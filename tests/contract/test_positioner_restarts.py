@@ -149,16 +149,16 @@ def test_homing_after_a_hold_in_an_alarm_ends_homed_at_rest_straight_ahead() -> 
         assert bench.stands_at(0.0, 0.0)
 
 
-def hold_before(bench: Bench, data: bytes) -> None:
+def hold_before(bench: Bench, line: bytes) -> None:
     """Let another thread hold it between a driver's last check and the bytes that it then sends."""
     far_end = bench.board.far_end
     feed = far_end.feed
 
-    def feed_late(sent: bytes) -> None:
-        if sent.startswith(data):
+    def feed_late(data: bytes) -> None:
+        if data.startswith(line):
             far_end.feed = feed  # type: ignore[method-assign]  # a far end has no hook for this
             bench.driver.hold()
-        feed(sent)
+        feed(data)
 
     far_end.feed = feed_late  # type: ignore[method-assign]  # as above
 

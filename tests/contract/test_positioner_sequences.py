@@ -56,7 +56,7 @@ class PositionerSequence(RuleBasedStateMachine):
 def test_a_position_is_known_only_where_it_is_true_and_can_be_found_again(kind: TrialKind) -> None:
     machine = type("Sequence", (PositionerSequence,), {"kind": kind})
 
-    run_state_machine_as_test(  # type: ignore[no-untyped-call]  # hypothesis leaves it untyped
+    run_state_machine_as_test(
         machine,
         settings=settings(
             max_examples=15,
