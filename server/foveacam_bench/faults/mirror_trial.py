@@ -100,7 +100,9 @@ class MirrorTrial:
         """Measure, and compare the driver's state with the truth; raise `TrialFailed` or `FalsePosition`."""
         with suppress(FoveaError):
             self._mirrors.ping()
-        state = self._mirrors.state
+        state, far_end = self._mirrors.state, self._controller.far_end
+        answers = not (far_end.silent or far_end.dead or far_end.unplugged)
+        require(answers or not state.connected, f"connected to a controller that does not answer: {state}")
         require(state.connected or not state.enabled, state)
         if not state.enabled:
             return

@@ -81,12 +81,11 @@ class PtuPanTilt:
                     self._lose(str(failure))
                 except FoveaError as failure:  # the turn straight ahead was refused
                     self._life.fault = str(failure)
-            known = self._life.homed and self._axes is not None and self._at is not None
             return PanTiltState(
                 connected=self._life.connected,
                 moving=self._is_moving,
                 homed=self._life.homed,
-                pose=self._axes.bearing(self._at) if known and self._axes and self._at else None,
+                pose=self._axes.bearing(self._at) if self._life.homed and self._axes and self._at else None,
                 fault=self._life.fault,
             )
 
