@@ -3,6 +3,8 @@
 `foveacam bench faults` takes hundreds of random sequences; here hypothesis chooses a few.
 """
 
+from collections.abc import Callable
+
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
@@ -19,8 +21,8 @@ class MirrorSequence(RuleBasedStateMachine):
         self.trial.connect()
 
     @rule(step=st.sampled_from(STEPS))
-    def step(self, step: str) -> None:
-        getattr(self.trial, step)()
+    def step(self, step: Callable[[MirrorTrial], None]) -> None:
+        step(self.trial)
 
     @rule(share=st.floats(-1.0, 1.0))
     def steer(self, share: float) -> None:

@@ -3,6 +3,8 @@
 `foveacam bench faults` takes thousands of random sequences; here hypothesis chooses a few.
 """
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -29,8 +31,8 @@ class PositionerSequence(RuleBasedStateMachine):
             self.trial.wait(6.0)
 
     @rule(step=st.sampled_from(STEPS))
-    def step(self, step: str) -> None:
-        getattr(self.trial, step)()
+    def step(self, step: Callable[[PositionerTrial], None]) -> None:
+        step(self.trial)
 
     @rule(share=st.floats(-1.0, 1.0))
     def move(self, share: float) -> None:

@@ -62,7 +62,7 @@ def _positioner_step(trial: PositionerTrial, rng: random.Random) -> None:
         case "look away":
             trial.look_away(rng.choice(WAITS_S))
         case _:
-            getattr(trial, rng.choice(STEPS))()
+            rng.choice(STEPS)(trial)
 
 
 def _mirrors_fail(tally: FaultTally, number: int) -> bool:
@@ -94,4 +94,4 @@ def _mirror_step(trial: MirrorTrial, rng: random.Random) -> None:
         case "wait":
             trial.wait(rng.choice(WAITS_S))
         case _:
-            getattr(trial, rng.choice(MIRROR_STEPS))()
+            rng.choice(MIRROR_STEPS)(trial)

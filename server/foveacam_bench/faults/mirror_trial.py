@@ -4,6 +4,7 @@ After each step the driver measures by a ping; whenever it then says enabled, th
 are those of its volts. The bench takes random steps; the tests let hypothesis choose them.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
 
 from foveacam_bench.faults.trial_checks import FalsePosition, require
@@ -127,19 +128,19 @@ class MirrorTrial:
         self._mirrors.close()
 
 
-STEPS = (
-    "connect",
-    "enable",
-    "disable",
-    "park",
-    "close",
-    "silence",
-    "end_silence",
-    "lose_power",
-    "stop_for_good",
-    "unplug",
-    "unplug_link_alone",
-    "plug",
+STEPS: tuple[Callable[[MirrorTrial], None], ...] = (
+    MirrorTrial.connect,
+    MirrorTrial.enable,
+    MirrorTrial.disable,
+    MirrorTrial.park,
+    MirrorTrial.close,
+    MirrorTrial.silence,
+    MirrorTrial.end_silence,
+    MirrorTrial.lose_power,
+    MirrorTrial.stop_for_good,
+    MirrorTrial.unplug,
+    MirrorTrial.unplug_link_alone,
+    MirrorTrial.plug,
 )
 """Steps without an argument."""
 

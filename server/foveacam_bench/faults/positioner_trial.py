@@ -5,6 +5,7 @@ true one. The bench takes random steps; the tests let hypothesis choose them.
 """
 
 import math
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -279,22 +280,22 @@ class PositionerTrial:
         )
 
 
-STEPS = (
-    "connect",
-    "home",
-    "hold",
-    "confirm_zero",
-    "close",
-    "silence",
-    "end_silence",
-    "lose_power",
-    "lose_power_unheard",
-    "unplug",
-    "plug",
-    "hit_a_limit",
-    "hold_at_the_board",
-    "release_at_the_board",
-    "reset_by_another_program",
+STEPS: tuple[Callable[[PositionerTrial], None], ...] = (
+    PositionerTrial.connect,
+    PositionerTrial.home,
+    PositionerTrial.hold,
+    PositionerTrial.confirm_zero,
+    PositionerTrial.close,
+    PositionerTrial.silence,
+    PositionerTrial.end_silence,
+    PositionerTrial.lose_power,
+    PositionerTrial.lose_power_unheard,
+    PositionerTrial.unplug,
+    PositionerTrial.plug,
+    PositionerTrial.hit_a_limit,
+    PositionerTrial.hold_at_the_board,
+    PositionerTrial.release_at_the_board,
+    PositionerTrial.reset_by_another_program,
 )
 """Steps without an argument."""
 WAITS_S = (0.05, 0.3, 0.6, 1.5, 5.0)
