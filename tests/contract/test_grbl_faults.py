@@ -125,11 +125,16 @@ def test_a_board_that_reports_work_positions_is_understood(homed: Bench) -> None
     assert homed.place_deg == (4.0, 2.0)
 
 
-def test_without_switches_it_counts_from_where_it_stood() -> None:
+def test_without_switches_it_counts_from_where_its_zero_is_confirmed() -> None:
     bench = grbl_bench(zero_deg=(0.0, 0.0), has_switches=False)
     bench.board.set_faults(settings={20: 0.0, 22: 0.0})
     bench.board.power_cycle()
     bench.driver.connect()
+
+    assert bench.driver.state == PanTiltState(connected=True, awaits_zero=True)  # nobody saw it start
+    with pytest.raises(DeviceFault, match="bring it to its zero, then confirm"):
+        bench.driver.move_to(bearing(9.0, -3.0))
+    bench.driver.confirm_zero()
 
     assert bench.driver.state == PanTiltState(connected=True, homed=True, pose=bearing(0.0, 0.0))
     with pytest.raises(DeviceFault, match="no reference switches"):
@@ -145,6 +150,7 @@ def counting() -> Bench:
     bench.board.set_faults(settings={20: 0.0, 22: 0.0})
     bench.board.power_cycle()
     bench.driver.connect()
+    bench.driver.confirm_zero()
     bench.driver.move_to(bearing(9.0, -3.0))
     bench.rest()
     return bench

@@ -8,6 +8,7 @@ import pytest
 
 from foveacam_hardware.contract import (
     PARKED,
+    Busy,
     DeviceFault,
     FoveaError,
     Mirrors,
@@ -100,6 +101,19 @@ def test_an_exposure_is_told_until_it_is_over(bench: Bench) -> None:
     pending.wait()
 
     assert not bench.mirrors.state.exposing
+
+
+def test_two_exposures_may_be_under_way_and_a_third_is_refused_before_anything_moves(bench: Bench) -> None:
+    places = [ASIDE, StereoVolts(left=ASIDE.right, right=ASIDE.left)]
+    begun = [bench.mirrors.begin_exposure(volts, settle_us=SETTLE_US, pulse_us=PULSE_US) for volts in places]
+
+    with pytest.raises(Busy, match=r"while 2 are under way.*wait for the end of one"):
+        bench.mirrors.begin_exposure(PARKED, settle_us=SETTLE_US, pulse_us=PULSE_US)
+
+    receipts = [exposure.wait() for exposure in begun]
+    for receipt, volts in zip(receipts, places, strict=True):
+        assert receipt.volts.left.x_v == pytest.approx(volts.left.x_v, abs=HALF_STEP_V)
+    assert bench.mirrors.expose(PARKED, settle_us=SETTLE_US, pulse_us=PULSE_US).volts == PARKED
 
 
 def test_recover_starts_the_dacs_anew_and_the_mirrors_stand_where_they_were(bench: Bench) -> None:

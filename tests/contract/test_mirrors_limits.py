@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from foveacam_hardware.contract import (
     PARKED,
+    Busy,
     InvalidInput,
     MirrorLimits,
     MirrorVolts,
@@ -215,3 +216,24 @@ def test_receipts_stay_on_the_hosts_clock_while_the_controllers_drifts() -> None
         # A ping is at most 2 s old: 160 µs at 80 ppm, and a microsecond of rounding.
         assert receipt.t_trigger_ns == pytest.approx(cables.triggers[-1].t_ns, abs=162_000)
     mirrors.close()
+
+
+def test_exposures_that_nobody_waits_for_do_not_block_others_for_ever() -> None:
+    rig = Rig(MirrorLimits())
+    for _ in range(2):
+        rig.mirrors.begin_exposure(PARKED, settle_us=0, pulse_us=4000)
+    with pytest.raises(Busy, match="2 are under way"):
+        rig.mirrors.expose(PARKED, settle_us=0, pulse_us=4000)
+
+    rig.controller.clock.sleep_until_ns(rig.controller.clock.now_ns() + 500_000_000)
+
+    assert rig.mirrors.expose(PARKED, settle_us=0, pulse_us=4000).volts == PARKED
+    rig.mirrors.close()
+
+
+def test_a_controller_whose_clock_ran_backwards_has_restarted_however_young_it_was() -> None:
+    clock_map = ClockMap()
+    assert clock_map.add(sent_ns=1_000_000, received_ns=1_100_000, controller_us=20_000)
+    assert clock_map.add(sent_ns=2_000_000, received_ns=2_100_000, controller_us=21_000)
+
+    assert not clock_map.add(sent_ns=3_000_000, received_ns=3_100_000, controller_us=500)

@@ -128,9 +128,9 @@ def without_switches(homed: Running) -> Iterator[Running]:
     assert isinstance(rail, GrblRail)
     board = rail._board
     homed.truth.pan_tilt.set_faults(settings={20: 0.0, 22: 0.0})
-    board.has_switches = False
+    board.life.has_switches = False
     yield homed
-    board.has_switches = True
+    board.life.has_switches = True
     homed.truth.pan_tilt.set_faults(settings={20: 1.0, 22: 1.0})
 
 

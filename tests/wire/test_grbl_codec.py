@@ -14,8 +14,10 @@ from foveacam_hardware.wire.grbl import (
     GrblWelcome,
     Line,
     encode,
+    feed,
     jog,
     parse,
+    programmed_feed,
 )
 
 
@@ -93,3 +95,14 @@ def test_a_flood_without_an_end_is_dropped_and_the_next_line_is_read() -> None:
     assert reader.feed(b"\xaa" * 5000) == []
 
     assert reader.feed(b"ok\r\n") == ["ok"]
+
+
+def test_the_programmed_feed_is_read_from_the_parser_state_alone() -> None:
+    assert feed(1_234_567) == "F1234567"
+    for text, found in (
+        ("GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F1234567 S0", 1_234_567),
+        ("GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F0.000", 0),
+        ("GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 S0", None),
+        ("MSG:Caution: Unlocked", None),
+    ):
+        assert programmed_feed(GrblMessage(text=text)) == found

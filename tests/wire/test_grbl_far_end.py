@@ -104,6 +104,36 @@ def test_a_jog_is_taken_or_refused_with_its_reason(
     assert terminal.type(sent) == received
 
 
+def test_a_programmed_feed_is_told_and_lasts_until_the_next_reset(terminal: Terminal) -> None:
+    assert terminal.type("F1234567") == ["error:9"]  # locked
+    terminal.home()
+    assert terminal.type("F1234567") == ["ok"]
+    terminal.type("$J=G53X-72Y-32F1500")
+    told = "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F{} S0]"
+
+    assert terminal.type("$G") == [told.format(1_234_567), "ok"]  # on its way, too
+
+    terminal.after(10.0)
+    terminal.press(b"\x18")
+    assert terminal.type("$G") == [told.format(0), "ok"]
+
+
+def test_the_first_report_after_a_start_or_reset_has_the_work_offset(terminal: Terminal) -> None:
+    for _ in range(2):
+        assert "|WCO:" in terminal.press(b"?")[0]
+        assert "|WCO:" not in terminal.press(b"?")[0]
+        terminal.press(b"\x18")
+
+
+def test_a_hold_at_rest_keeps_lines_waiting_until_it_is_released(terminal: Terminal) -> None:
+    terminal.home()
+    terminal.press(b"!")
+
+    assert terminal.press(b"?")[0].startswith("<Hold:0|MPos:")
+    assert terminal.type("$G") == []
+    assert terminal.press(b"~")[-1] == "ok"
+
+
 def test_homing_is_silent_until_it_is_done_and_then_answers_what_was_asked(terminal: Terminal) -> None:
     terminal.board.feed(b"$H\n")
     assert terminal.after(1.0) == []

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { withEvent } from "../foveacam_web/static/js/event_log.js";
+import * as positioner from "../foveacam_web/static/js/rig/positioner_words.js";
 import * as scale from "../foveacam_web/static/js/rig/scale.js";
 import * as words from "../foveacam_web/static/js/rig/words.js";
 import { only } from "./documents.js";
@@ -81,4 +82,20 @@ test("the event log keeps 200 events, each once, and none that is shown elsewher
   assert.deepEqual([log.length, log[0]?.id, log.at(-1)?.id], [200, 50, 249]);
   assert.equal(withEvent(log, event(249)), log);
   assert.equal(withEvent(log, event(250, "job.updated")), log);
+});
+
+test("a positioner says what is known of its place, and what to do where it is not known", () => {
+  const now = { connected: true, moving: false, homed: false, awaits_zero: false };
+  const said = (/** @type {Partial<typeof now>} */ changed) => [
+    positioner.stateWord({ ...now, ...changed }, "turning"),
+    positioner.nextStep({ ...now, ...changed }, "points"),
+  ];
+  assert.deepEqual(said({}), ["not homed", "Home it first: nobody knows where it points."]);
+  assert.deepEqual(said({ awaits_zero: true }), [
+    "waits for its zero",
+    "Bring it to its zero, then confirm that: nobody knows where it points.",
+  ]);
+  assert.deepEqual(said({ homed: true }), ["at rest", ""]);
+  assert.deepEqual(said({ moving: true }), ["turning", ""]);
+  assert.deepEqual(said({ connected: false }), ["not connected", ""]);
 });

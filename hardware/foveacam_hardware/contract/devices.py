@@ -167,7 +167,11 @@ class Mirrors(Protocol):
     def begin_exposure(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
-        """Request the same without waiting: the exposure is over when `wait` returns. One at a time."""
+        """Request the same without waiting: the exposure is over when `wait` returns.
+
+        Two may be under way at most, the second exposed after the first; raise `Busy` for a third. One that
+        nobody waits for counts until its answer is overdue.
+        """
         ...
 
     def park(self) -> None:

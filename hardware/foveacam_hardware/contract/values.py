@@ -7,6 +7,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract.quantities import check_ordered, check_positive
+
 Image: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]
 """(h, w) grey or (h, w, 3) RGB, uint8, or uint16 holding `Frame.bits` significant bits."""
 
@@ -127,6 +129,9 @@ class MirrorLimits:
     max_slew_v: float = 400.0
     """Largest change of one axis in one update, volts (400 is the full stroke: no slew limit)."""
 
+    def __post_init__(self) -> None:
+        check_positive("mirror limits", max_v=self.max_v, bias_v=self.bias_v, max_slew_v=self.max_slew_v)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MirrorState:
@@ -135,6 +140,7 @@ class MirrorState:
     connected: bool
     enabled: bool
     volts: StereoVolts
+    """Volts last commanded; what the mirrors have is known only while `enabled`."""
     fault: str | None = None
     """Why the controller is not usable, for the operator; None when it is."""
     guarded: bool = False
@@ -208,6 +214,10 @@ class PanTiltLimits:
     tilt_min_rad: float
     tilt_max_rad: float
 
+    def __post_init__(self) -> None:
+        check_ordered("pan-tilt limits", pan_min_rad=self.pan_min_rad, pan_max_rad=self.pan_max_rad)
+        check_ordered("pan-tilt limits", tilt_min_rad=self.tilt_min_rad, tilt_max_rad=self.tilt_max_rad)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PanTiltState:
@@ -220,7 +230,7 @@ class PanTiltState:
     fault: str | None = None
     """Why it is not usable, for the operator; None when it is."""
     awaits_zero: bool = False
-    """Whether the operator must confirm its zero: it has no switches and has lost its position."""
+    """Whether the operator must confirm its zero: it has no switches and its position is not known."""
     wanted: PanTiltPose | None = None
     """Requested bearing of a manual pan-tilt; None when nothing is requested or when it has motors."""
 
@@ -247,6 +257,9 @@ class RailLimits:
     min_m: float
     max_m: float
 
+    def __post_init__(self) -> None:
+        check_ordered("rail limits", min_m=self.min_m, max_m=self.max_m)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailState:
@@ -260,7 +273,7 @@ class RailState:
     fault: str | None = None
     """Why it is not usable, for the operator; None when it is."""
     awaits_zero: bool = False
-    """Whether the operator must confirm its zero: it has no switch and has lost its position."""
+    """Whether the operator must confirm its zero: it has no switch and its position is not known."""
     wanted_m: float | None = None
     """Requested position of a manual rail; None when nothing is requested or when it has a motor."""
 

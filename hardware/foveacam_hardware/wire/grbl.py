@@ -25,6 +25,9 @@ LETTERS = "XYZ"
 HOME = "$H"
 SETTINGS = "$$"
 BUILD_INFO = "$I"
+UNLOCK = "$X"
+PARSER_STATE = "$G"
+"""Answered in every state but a hold; the answer tells the programmed feed, see `feed`."""
 
 STATES = frozenset({"Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep", "Tool"})
 LONGEST_LINE = 70
@@ -109,6 +112,10 @@ class GrblMessage:
     text: str
 
 
+UNLOCKED = GrblMessage(text="MSG:Caution: Unlocked")
+"""Sent before the answer to `UNLOCK`."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrblStatusReport:
     """A status report, with either the `machine` or the `work` position, in the machine's units."""
@@ -126,6 +133,7 @@ Line: TypeAlias = (
 )
 
 _NUMBERED = re.compile(r"(error|ALARM):(\d+)")
+_FEED = re.compile(r"GC:.* F(\d+)(?:\.0*)?(?: .*)?")
 _SETTING = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
 _WELCOME = re.compile(r"Grbl(?:HAL)? (\d\S*)", re.IGNORECASE)
 
@@ -137,6 +145,20 @@ def jog(goals: Mapping[str, float], *, feed_per_min: float) -> str:
     """
     words = "".join(f"{letter}{goals[letter]:.3f}" for letter in LETTERS if letter in goals)
     return f"$J=G21G53{words}F{feed_per_min:.1f}"
+
+
+def feed(value: int) -> str:
+    """Return the line that programs the feed of cutting moves, which jogs neither use nor change.
+
+    The board holds it in its working memory alone: it is 0 after every start and reset.
+    """
+    return f"F{value:d}"
+
+
+def programmed_feed(message: GrblMessage) -> int | None:
+    """Return the programmed feed that an answer to `PARSER_STATE` tells; None for another message."""
+    found = _FEED.fullmatch(message.text)
+    return int(found[1]) if found else None
 
 
 def encode(line: str) -> bytes:

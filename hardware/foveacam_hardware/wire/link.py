@@ -25,6 +25,8 @@ from foveacam_hardware.wire.usb_ports import PortIdentity, UsbPort, identify
 WRITE_TIMEOUT_S = 0.25
 """Time after which a port that accepts no bytes counts as unplugged."""
 ECHO_TIMEOUT_S = 2.0
+QUIET_S, MOST_READS = 0.05, 8
+"""Silence after which nothing more is on its way, and the reads after which a port that chatters is left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +59,13 @@ class ByteLink(Protocol):
     def close(self) -> None:
         """Release the link; do nothing when closed."""
         ...
+
+
+def discard_input(link: ByteLink) -> None:
+    """Discard what has arrived and what is on its way, on a link that was just opened."""
+    for _ in range(MOST_READS):
+        if not link.read(QUIET_S):
+            return
 
 
 class PortLink(ByteLink, Protocol):

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeAlias
 
 from foveacam_bench.faults import (
+    false_positions,
     full_disk,
     gige_camera,
     kills,
@@ -40,6 +41,7 @@ DEVICES = in_parallel(simulated_rig.measure, gige_camera.measure, full_disk.meas
 """Cameras, cables and disk."""
 PARTS: tuple[Part, ...] = (
     limits.measure,
+    false_positions.measure,
     in_parallel(serial_line.measure, DEVICES),
     kills.measure,
 )

@@ -2,10 +2,13 @@
 
 import pytest
 
-from foveacam_bench.faults import all_kinds, limits
+from foveacam_bench.faults import all_kinds, false_positions, limits
+from foveacam_bench.faults.positioner_trial import KINDS, PositionerTrial
 from foveacam_bench.faults.tally import FaultTally, LimitCables
+from foveacam_bench.faults.trial_checks import FalsePosition
 from foveacam_hardware.contract import MirrorLimits
 from foveacam_hardware.drivers.controller import commanded_position as controller_targets
+from foveacam_hardware.drivers.positioners import grbl_board
 
 REST = (29_490,) * 8
 
@@ -73,3 +76,30 @@ def test_every_part_of_the_bench_is_asked(monkeypatch: pytest.MonkeyPatch) -> No
 
     assert figures["sequences"] == 2
     assert figures["quick"] is True
+
+
+def test_no_positioner_and_no_mirror_claims_a_false_position() -> None:
+    tally = FaultTally()
+
+    figures = false_positions.measure(tally, True)
+
+    assert (figures["false_homed"], figures["false_volts"], tally.hangs) == (0, 0, 0)
+    assert (figures["false_homed_runs"], figures["false_volts_runs"]) == (25, 10)
+
+
+def test_a_board_that_is_believed_to_run_on_would_be_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grbl_board, "has_mark", lambda *_: True)
+    kind = next(kind for kind in KINDS if kind.name == "grbl without switches")
+    trial = PositionerTrial(kind)
+    trial.connect()
+    trial.confirm_zero()
+    trial.move(0.5)
+    trial.wait(3.0)
+
+    trial.unplug()
+    trial.check()
+    trial.plug()
+    trial.connect()
+
+    with pytest.raises(FalsePosition, match=r"it says \(0.0, 0.0\), and stands at"):
+        trial.check()

@@ -22,6 +22,10 @@ class _Ping:
     uncertainty_ns: int
     offset_ns: int
 
+    @property
+    def controller_ns(self) -> int:
+        return self.middle_ns - self.offset_ns
+
     def uncertainty_at(self, t_ns: int) -> float:
         return self.uncertainty_ns + abs(t_ns - self.middle_ns) * DRIFT
 
@@ -93,6 +97,10 @@ class ClockMap:
     def _agrees(self, ping: _Ping) -> bool:
         if not self._pings:
             return True
+        last = self._pings[-1]
+        later = ping.middle_ns - ping.uncertainty_ns >= last.middle_ns + last.uncertainty_ns
+        if later and ping.controller_ns < last.controller_ns:  # no clock runs backwards
+            return False
         best = self._best(ping.middle_ns)
         allowed_ns = best.uncertainty_at(ping.middle_ns) + ping.uncertainty_ns + RESTART_NS
         return abs(ping.offset_ns - best.offset_ns) <= allowed_ns

@@ -1,6 +1,6 @@
 """One triggered exposure of the controller: checks its times, awaits its replies, converts its report."""
 
-from foveacam_hardware.contract import ExposureReceipt, OutOfRange, StereoVolts
+from foveacam_hardware.contract import Busy, ExposureReceipt, OutOfRange, StereoVolts
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.recovery import LinkRecovery
 from foveacam_hardware.drivers.controller.replies import PendingReply
@@ -11,6 +11,8 @@ from foveacam_hardware.wire.controller_payloads import FrameReport
 STROBE_GRACE_US = 5000
 """Time after the pulse within which an exposure must end."""
 MAX_U32 = 0xFFFF_FFFF
+MOST_PENDING = 2
+"""Exposures that may be under way: one on each stream. A third would move the mirrors of the first."""
 
 
 class ExposureUnderWay:
@@ -22,12 +24,15 @@ class ExposureUnderWay:
         replies: tuple[PendingReply, PendingReply],
         *,
         duration_s: float,
+        due_ns: int,
         clock_map: ClockMap,
         recovery: LinkRecovery,
     ) -> None:
         self._requests = requests
         self._update, self._frame = replies
         self._duration_s = duration_s
+        self.due_ns = due_ns
+        """Time at which its answer is overdue, whether anybody waits for it or not."""
         self._clock_map = clock_map
         self._recovery = recovery
         self.under_way = True
@@ -48,6 +53,35 @@ class ExposureUnderWay:
             return FrameReport.unpack(requests.wait(frame, extra_s=self._duration_s).packet.payload)
         finally:
             requests.session.forget(frame)
+
+
+class PendingExposures:
+    """The exposures under way of one session."""
+
+    def __init__(self) -> None:
+        self._begun: list[ExposureUnderWay] = []
+
+    @property
+    def exposing(self) -> bool:
+        """Whether nobody has waited for the end of the last one yet."""
+        return bool(self._begun) and self._begun[-1].under_way
+
+    def check_room(self, t_ns: int) -> None:
+        """Raise `Busy` when no more can be begun."""
+        pending = [exposure for exposure in self._begun if exposure.under_way and t_ns < exposure.due_ns]
+        if len(pending) >= MOST_PENDING:
+            raise Busy(
+                f"mirrors: asked for an exposure while {MOST_PENDING} are under way, as many as the"
+                " controller holds; wait for the end of one"
+            )
+
+    def add(self, exposure: ExposureUnderWay) -> None:
+        """Add one that has begun."""
+        self._begun = [*self._begun[1 - MOST_PENDING :], exposure]
+
+    def clear(self) -> None:
+        """Forget all: the session is over."""
+        self._begun.clear()
 
 
 def timeout_s(*, settle_us: int, pulse_us: int) -> float:

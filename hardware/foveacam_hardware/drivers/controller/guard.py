@@ -6,6 +6,7 @@ Both are optional: controllers in the field have no watchdog, and a script may n
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import DeviceFault, MirrorLimits
+from foveacam_hardware.contract.quantities import check_positive
 from foveacam_hardware.drivers.controller.commanded_position import CommandedPosition
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
 from foveacam_hardware.drivers.controller.guardian import Guardian
@@ -50,6 +51,15 @@ class LinkSupervision:
     """Parks the mirrors when this process is killed; closed by the driver."""
     crc: Crc = Crc.PREFER
     """Whether to negotiate a CRC."""
+
+    def __post_init__(self) -> None:
+        check_positive(
+            "link supervision",
+            answer_s=self.answer_s,
+            probe_s=self.probe_s,
+            ceiling_hz=self.ceiling_hz,
+            least_baseline_ms=self.least_baseline_ms,
+        )
 
 
 def set_watchdog(

@@ -27,12 +27,17 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.drivers.controller.commanded_position import STREAMS, CommandedPosition
 from foveacam_hardware.drivers.controller.crc_agreement import agree_on_crc
-from foveacam_hardware.drivers.controller.exposure import ExposureUnderWay, check_times, timeout_s
+from foveacam_hardware.drivers.controller.exposure import (
+    ExposureUnderWay,
+    PendingExposures,
+    check_times,
+    timeout_s,
+)
 from foveacam_hardware.drivers.controller.guard import LinkSupervision, SessionGuard, set_watchdog
 from foveacam_hardware.drivers.controller.identity import UNKNOWN, identify_controller
 from foveacam_hardware.drivers.controller.recovery import LinkRecovery, switch_off, undo_start
 from foveacam_hardware.drivers.controller.replies import ControllerRefusal
-from foveacam_hardware.drivers.controller.requests import ControllerRequests
+from foveacam_hardware.drivers.controller.requests import ControllerRequests, check_low_pass
 from foveacam_hardware.drivers.controller.session import ControllerSession
 from foveacam_hardware.drivers.controller.traffic import NO_TRAFFIC
 from foveacam_hardware.drivers.controller.update_rate import SteeringPacer, UpdateRateGovernor
@@ -67,6 +72,7 @@ class ControllerMirrors:
         self._link_factory = link_factory
         self._clock = clock
         self._limits = limits or MirrorLimits()
+        check_low_pass(low_pass_hz)
         self._low_pass_hz = low_pass_hz
         self._info = DeviceInfo(vendor="FoveaCam", model="mirror controller", serial=name)
         self._supervision = supervision or LinkSupervision()
@@ -77,7 +83,7 @@ class ControllerMirrors:
         self._requests: ControllerRequests | None = None
         self._clock_map: ClockMap | None = None
         self._enabled = False
-        self._exposure: ExposureUnderWay | None = None
+        self._exposures = PendingExposures()
         self._pacer = SteeringPacer(
             UpdateRateGovernor(
                 ceiling_hz=self._supervision.ceiling_hz,
@@ -105,7 +111,6 @@ class ControllerMirrors:
         requests = self._requests
         failure = requests.session.failure if requests else None
         connected = requests is not None and failure is None
-        exposure = self._exposure
         return MirrorState(
             connected=connected,
             enabled=connected and self._enabled,
@@ -113,7 +118,7 @@ class ControllerMirrors:
             fault=self._recovery.fault or (str(failure) if failure else None),
             guarded=connected and self._guard.protects(self._controller),
             parks=self._position.parks,
-            exposing=connected and exposure is not None and exposure.under_way,
+            exposing=connected and self._exposures.exposing,
         )
 
     @property
@@ -214,6 +219,7 @@ class ControllerMirrors:
             if clock_map is None or not self._controller.has_frames:
                 found = f"controller: firmware {self._info.version} has no triggered exposures"
                 raise DeviceFault(f"{found}; update it to 2.0")
+            self._exposures.check_room(self._clock.now_ns())
             self._compare_clocks(requests, clock_map)
             if not self._position.stream_known:
                 # With the active stream unknown, it is unknown whether the controller waits for settling.
@@ -227,11 +233,17 @@ class ControllerMirrors:
                 without=without,
                 t_ns=self._clock.now_ns(),
             )
-        duration_s = timeout_s(settle_us=settle_us, pulse_us=pulse_us)
-        self._exposure = ExposureUnderWay(
-            requests, (update, frame), duration_s=duration_s, clock_map=clock_map, recovery=self._recovery
-        )
-        return self._exposure
+            duration_s = timeout_s(settle_us=settle_us, pulse_us=pulse_us)
+            exposure = ExposureUnderWay(
+                requests,
+                (update, frame),
+                duration_s=duration_s,
+                due_ns=self._clock.now_ns() + round((duration_s + requests.deadline_s) * 1e9),
+                clock_map=clock_map,
+                recovery=self._recovery,
+            )
+            self._exposures.add(exposure)
+        return exposure
 
     @property
     def low_pass_hz(self) -> int:
@@ -339,6 +351,7 @@ class ControllerMirrors:
         requests, self._requests = self._requests, None
         self._enabled = False
         self._clock_map = None
+        self._exposures.clear()
         self._guard.release()
         if requests is not None:
             requests.session.close()

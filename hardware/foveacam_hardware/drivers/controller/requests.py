@@ -31,6 +31,15 @@ def stream_message(operation: StreamOperation, stream: int, left: MirrorCodes, r
     return PacketMethod.SET, PacketProperty.STREAM, command.pack()
 
 
+def check_low_pass(cutoff_hz: int) -> None:
+    """Raise `OutOfRange` for a cut-off of the drive filters that the controller does not have."""
+    if not is_whole(cutoff_hz) or not 1 <= cutoff_hz <= MAX_LOW_PASS_HZ:
+        raise OutOfRange(
+            f"mirrors: a filter of {cutoff_hz} Hz is none of the whole numbers from 1 to"
+            f" {MAX_LOW_PASS_HZ}; choose one of them"
+        )
+
+
 class ControllerRequests:
     """Requests to a controller over one session."""
 
@@ -86,11 +95,7 @@ class ControllerRequests:
 
     def set_low_pass(self, cutoff_hz: int) -> None:
         """Set the cut-off of the drive filters, Hz; raise `OutOfRange` for an unsupported one."""
-        if not is_whole(cutoff_hz) or not 1 <= cutoff_hz <= MAX_LOW_PASS_HZ:
-            raise OutOfRange(
-                f"mirrors: a filter of {cutoff_hz} Hz is none of the whole numbers from 1 to"
-                f" {MAX_LOW_PASS_HZ}; choose one of them"
-            )
+        check_low_pass(cutoff_hz)
         self.configure(PacketProperty.LPF, cutoff_hz)
 
     def recover_dacs(self) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import PanTiltLimits, PanTiltPose
+from foveacam_hardware.contract.quantities import check_positive
 from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD
 from foveacam_hardware.wire.grbl import LETTERS
 
@@ -67,12 +68,15 @@ class GrblMounting:
     """Relation between the base's bearing and its motor positions.
 
     `zero`: bearing at machine zero, which after homing is at the reference switches. `has_switches` false:
-    there are none, and machine zero is the position at power-on.
+    there are none, and machine zero is the position at power-on, which the operator confirms.
     """
 
     zero: PanTiltPose = STRAIGHT_AHEAD
     speed_rad_s: float = math.radians(25.0)
     has_switches: bool = True
+
+    def __post_init__(self) -> None:
+        check_positive("pan-tilt", speed_rad_s=self.speed_rad_s)
 
     def goals(self, pose: PanTiltPose) -> dict[str, float]:
         """Return the machine positions X and Y of a bearing, degrees."""

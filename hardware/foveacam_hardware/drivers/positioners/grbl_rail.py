@@ -7,6 +7,7 @@ is left to `grbl_board`.
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, DeviceInfo, RailLimits, RailState
+from foveacam_hardware.contract.quantities import check_positive
 from foveacam_hardware.drivers.positioners.grbl_axes import GrblAxis
 from foveacam_hardware.drivers.positioners.grbl_board import GrblBoard
 from foveacam_hardware.drivers.positioners.limits import check_position
@@ -28,6 +29,9 @@ class GrblRailMounting:
     speed_m_s: float = 0.05
     has_switches: bool = True
     reversed: bool = False
+
+    def __post_init__(self) -> None:
+        check_positive("rail", speed_m_s=self.speed_m_s)
 
     def goal_mm(self, position_m: float) -> float:
         """Return the machine position Z of a rig position, mm."""

@@ -27,7 +27,7 @@ from foveacam_hardware.wire.grbl import (
     encode,
     parse,
 )
-from foveacam_hardware.wire.link import ByteLink
+from foveacam_hardware.wire.link import ByteLink, discard_input
 
 logger = logging.getLogger(__name__)
 
@@ -35,6 +35,12 @@ REPORT_S = 0.3
 REPORT_TRIES = 3
 LINE_S = 3.0
 """Deadline of an answer: usually milliseconds, longer while a setting is written to slow memory."""
+MUTE_NS = 1_000_000_000
+"""Time that a board may be silent after an alarm before it is reset, which is all that it then answers to."""
+GREETING_NS = 3_000_000_000
+"""Deadline of the answer to that reset."""
+UNWATCHED_NS = 1_000_000_000
+"""Time between two reports in which a board may have restarted unnoticed."""
 LOST_AFTER_REPORTS = 3
 """Reports after a line's deadline at which its missing answer counts as lost."""
 SLICE_S = 0.05
@@ -66,18 +72,26 @@ class GrblSession:
     def __init__(self, link: ByteLink, clock: Clock, *, name: str) -> None:
         self._link = link
         self._clock = clock
-        self._name = name
+        self.name = self._name = name
         self._reader = GrblLineReader()
         self._sent: deque[SentLine] = deque()
         self._lock = threading.RLock()
         self._offset: tuple[float, ...] = (0.0, 0.0)
         self._report: GrblStatusReport | None = None
+        self._reported_ns = clock.now_ns()
         self.alarm: GrblAlarm | None = None
         """The last alarm; cleared by whoever handles it."""
-        self._mute = False
-        """Whether the board is silent because of its alarm."""
+        self._mute_since_ns: int | None = None
+        """Time since which the board is silent because of its alarm."""
+        self._mute_reset = False
+        """Whether a mute board has been reset."""
         self.restarts = 0
         """Number of greetings received."""
+        self.may_have_restarted = False
+        """Whether its greeting may have been missed: something was lost, or a report looks like the first.
+
+        Cleared by whoever has made sure.
+        """
 
     def realtime(self, byte: bytes) -> None:
         """Send a real-time byte, without waiting."""
@@ -96,7 +110,7 @@ class GrblSession:
     def report(self, *, tries: int = REPORT_TRIES) -> GrblStatusReport:
         """Request a status report and return it; raise `NotConnected` when none comes."""
         with self._lock:
-            if self._mute and self.alarm is not None and self._is_still_mute():
+            if self._is_mute():
                 return GrblStatusReport(state="Alarm")
             for _ in range(tries):
                 self._report = None
@@ -104,19 +118,20 @@ class GrblSession:
                 self._listen_until(lambda: self._latest() is not None, REPORT_S)
                 if (found := self._latest()) is not None:
                     return found
+                self.may_have_restarted = True
                 if self.alarm is not None:  # after some alarms the board is silent until it is reset
-                    self._mute = True
+                    self._mute_since_ns, self._mute_reset = self._clock.now_ns(), False
                     return GrblStatusReport(state="Alarm")
         raise NotConnected(
             f"{self._name}: it was asked {tries} times where it stands and said nothing;"
             " check its cable and its supply, then connect it again"
         )
 
-    def position(self, report: GrblStatusReport) -> tuple[float, ...]:
-        """Return the machine position of a report, in axis order and the axes' units."""
-        if report.machine is not None:
+    def position(self, report: GrblStatusReport) -> tuple[float, ...] | None:
+        """Return the machine position of a report, in axis order and the axes' units; None: it has none."""
+        if report.machine is not None or report.work is None:
             return report.machine
-        work = report.work or (0.0, 0.0)
+        work = report.work
         offset = (*self._offset, *(0.0 for _ in work[len(self._offset) :]))
         return tuple(at + off for at, off in zip(work, offset, strict=False))
 
@@ -154,18 +169,39 @@ class GrblSession:
                 try:
                     self._process(parse(text))
                 except BadGrblLine:
+                    self.may_have_restarted = True
                     logger.warning("%s: not a line of Grbl's: %r", self._name, text[:80])
+
+    def discard_input(self) -> None:
+        """Discard what was sent before anybody asked: answers and reports of an earlier session."""
+        discard_input(self._link)
 
     def close(self) -> None:
         """Release the link."""
         self._link.close()
 
-    def _is_still_mute(self) -> bool:
-        """Request a report without waiting, and process the answer to the previous request."""
+    def _is_mute(self) -> bool:
+        """Request a report without waiting, and return whether the previous request was not answered.
+
+        A board that stays mute is reset, once; raise `NotConnected` when it does not answer that either.
+        """
+        if self._mute_since_ns is None or self.alarm is None:
+            return False
         self.listen()
-        self._mute = self._report is None
+        if self._mute_since_ns is None or self._report is not None:
+            self._mute_since_ns = None
+            return False
+        mute_ns = self._clock.now_ns() - self._mute_since_ns
+        if mute_ns > MUTE_NS + GREETING_NS:
+            raise NotConnected(
+                f"{self._name}: it is silent since its {self.alarm}, and did not answer a reset;"
+                " check its cable and its supply, then connect it again"
+            )
+        if mute_ns > MUTE_NS and not self._mute_reset:
+            self._mute_reset = True
+            self.realtime(RESET)
         self.realtime(STATUS)
-        return self._mute
+        return True
 
     def _latest(self) -> GrblStatusReport | None:
         return self._report
@@ -180,17 +216,25 @@ class GrblSession:
             case GrblOk() | GrblRefused():
                 self._answer(line)
             case GrblStatusReport():
-                self._report = line
-                self._offset = line.offset or self._offset
-                self._expire_answers()
+                self._note_report(line)
             case GrblAlarm():
                 self.alarm = line
             case GrblWelcome():
                 self.restarts += 1
+                self._mute_since_ns = None
                 self._mark_all_lost()
             case GrblMessage() | GrblSetting():
                 if self._sent:
                     self._sent[0].told.append(line)
+
+    def _note_report(self, report: GrblStatusReport) -> None:
+        now_ns = self._clock.now_ns()
+        # Grbl tells its work offset in the first report after a start, and then in every tenth or so.
+        if report.offset is not None or now_ns - self._reported_ns > UNWATCHED_NS:
+            self.may_have_restarted = True
+        self._report, self._reported_ns = report, now_ns
+        self._offset = report.offset or self._offset
+        self._expire_answers()
 
     def _answer(self, answer: GrblOk | GrblRefused) -> None:
         if self._sent:

@@ -29,9 +29,10 @@ READY = frozenset({"Idle", "Alarm"})
 
 def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_switches: bool) -> str:
     """Bring the board to rest, check its settings and return its version; raise when it is not usable."""
+    session.discard_input()
     report = _first_report(session, name)
     for _ in range(REST_TRIES):
-        if report.state in READY:
+        if report.state in READY and session.position(report) is not None:  # else an alarm has silenced it
             break
         if report.state in MOVING:
             session.realtime(JOG_CANCEL)
@@ -45,7 +46,7 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
     told = session.ask(SETTINGS, deadline_s=SETTINGS_S).told
     settings = {setting.number: setting.value for setting in told if isinstance(setting, GrblSetting)}
     _check(settings, axes, name=name, has_switches=has_switches)
-    count = len(session.position(report))
+    count = len(session.position(report) or ())
     for axis in axes:
         if axis.index >= count:
             raise DeviceFault(

@@ -21,6 +21,7 @@ from foveacam_hardware.contract import (
     PanTiltState,
     Timeout,
 )
+from foveacam_hardware.drivers.positioners.life import Event, Phase, PositionerLife
 from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD, check_bearing
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuAxes, PtuMounting, Steps
 from foveacam_hardware.drivers.positioners.ptu_session import PtuSession, SentCommand
@@ -30,6 +31,8 @@ from foveacam_hardware.wire.ptu import HALT, RESET, PtuAxis, PtuDone, PtuQuery, 
 
 HOMING_S = 90.0
 """Deadline of homing, during which the unit is silent; the slowest unit needs half of this."""
+NEAR_STEPS = 2
+"""A homing ends at 0/0; farther away, the success was another command's."""
 STILL_NS = 250_000_000
 """Time without a change of position after which the unit counts as at rest."""
 
@@ -58,14 +61,14 @@ class PtuPanTilt:
         self._lock = threading.RLock()
         self._session: PtuSession | None = None
         self._restarts = 0
-        self._held = threading.Event()
-        self._homed = self._moving = self._slowing = False
+        self._life = PositionerLife()
+        self._hold_sent = threading.Event()  # until an update has dealt with it
+        self._slowing = False
         self._homing: SentCommand | None = None
         self._homing_ends_ns = 0
         self._goal: Steps | None = None
         self._at: Steps | None = None
         self._still_since_ns = 0
-        self._fault: str | None = None
 
     @property
     def state(self) -> PanTiltState:
@@ -77,14 +80,18 @@ class PtuPanTilt:
                 except (NotConnected, Timeout) as failure:
                     self._lose(str(failure))
                 except FoveaError as failure:  # the turn straight ahead was refused
-                    self._fault = str(failure)
+                    self._life.fault = str(failure)
             return PanTiltState(
-                connected=self._session is not None,
-                moving=self._moving,
-                homed=self._homed,
-                pose=self._axes.bearing(self._at) if self._homed and self._axes and self._at else None,
-                fault=self._fault,
+                connected=self._life.connected,
+                moving=self._is_moving,
+                homed=self._life.homed,
+                pose=self._axes.bearing(self._at) if self._life.homed and self._axes and self._at else None,
+                fault=self._life.fault,
             )
+
+    @property
+    def _is_moving(self) -> bool:
+        return self._life.is_homing or self._goal is not None or self._slowing
 
     def connect(self) -> None:
         """Open the link, identify the unit and check its range and speed."""
@@ -97,39 +104,37 @@ class PtuPanTilt:
                 self._axes = prepare(session, self._mounting, self.limits, name=self._name)
             except FoveaError as failure:
                 session.close()
-                self._reset_state(str(failure))
+                self._life.fault = str(failure)
                 raise
             self.info = DeviceInfo(vendor="FLIR", model="pan-tilt unit", serial=self._name, version=version)
-            self._reset_state(None)
             session.limits_hit.clear()
             self._session, self._restarts = session, session.restarts
-            self._held.clear()
+            self._hold_sent.clear()
+            self._apply(Event.CONNECTED)
 
     def close(self) -> None:
         """Stop and release; do nothing when closed."""
         with self._lock:
-            session, self._session = self._session, None
-            if session is not None:
+            if self._session is not None:
                 with suppress(NotConnected):
-                    session.begin(HALT)
-                session.close()
-            self._reset_state(None)
+                    self._session.begin(HALT)
+            self._lose(None)
 
     def home(self) -> None:
         """Begin to search for the limits; when found, the rig turns straight ahead."""
         with self._lock:
             session = self._updated_session()
-            if self._moving:
+            if self._is_moving:
                 raise Busy(f"{self._name}: asked to home while it moves; hold it first, or wait")
+            self._hold_sent.clear()  # it was at rest
             self._axes = prepare(
                 session, self._mounting, self.limits, name=self._name
             )  # it may have restarted
             session.limits_hit.clear()
             self._restarts = session.restarts
-            self._reset_state(None)
+            self._apply(Event.HOMING_BEGUN)
             self._homing = session.begin(RESET)
             self._homing_ends_ns = self._clock.now_ns() + round(HOMING_S * 1e9)
-            self._moving = True
 
     def confirm_zero(self) -> None:
         """Raise `InvalidInput`: the unit finds its limits by itself."""
@@ -142,12 +147,12 @@ class PtuPanTilt:
         check_bearing(pose, self.limits, name=self._name)
         with self._lock:
             session = self._updated_session()
-            if self._homing is not None:
+            if self._life.is_homing:
                 raise Busy(f"{self._name}: asked to move while it looks for its limits; wait until it rests")
-            if not self._homed or self._axes is None:
-                found = self._fault or f"{self._name}: it does not know where it stands; home it first"
+            if not self._life.homed or self._axes is None:
+                found = self._life.fault or f"{self._name}: it does not know where it stands; home it first"
                 raise DeviceFault(f"{found} (asked to move)")
-            self._fault = None
+            self._life.fault = None
             self._send_goal(session, self._axes.steps(pose))
 
     def hold(self) -> None:
@@ -155,13 +160,13 @@ class PtuPanTilt:
         session = self._session
         if session is None:
             raise NotConnected(f"{self._name}: asked to hold, but it is not connected; connect it first")
-        self._held.set()
+        self._hold_sent.set()
         session.begin(HALT)
 
     def _updated_session(self) -> PtuSession:
         """Update the state and return the session; raise when it is gone."""
         if self._session is None:
-            why = self._fault or f"{self._name}: it is not connected"
+            why = self._life.fault or f"{self._name}: it is not connected"
             raise NotConnected(f"{why}; connect it again")
         try:
             self._update(self._session)
@@ -181,8 +186,8 @@ class PtuPanTilt:
         now_ns = self._clock.now_ns()
         if at != self._at:
             self._at, self._still_since_ns = at, now_ns
-        if self._held.is_set():
-            self._held.clear()
+        if self._hold_sent.is_set():
+            self._hold_sent.clear()
             self._goal, self._slowing, self._still_since_ns = None, True, now_ns
         self._judge_motion(at, still=now_ns - self._still_since_ns >= STILL_NS)
 
@@ -192,12 +197,11 @@ class PtuPanTilt:
             self._goal = None
         elif self._goal is not None and still:
             self._goal = None
-            self._fault = (
+            self._life.fault = (
                 f"{self._name}: it came to rest elsewhere than it was sent to: stopped on its way, or"
                 " misheard; move it again"
             )
         self._slowing = self._slowing and not still
-        self._moving = self._goal is not None or self._slowing
 
     def _positions(self, session: PtuSession) -> Steps:
         return (
@@ -208,22 +212,37 @@ class PtuPanTilt:
     def _check_homing(self, session: PtuSession, sent: SentCommand) -> bool:
         """Return whether homing has succeeded; record the reason when it failed."""
         session.listen()
+        if self._hold_sent.is_set():
+            self._hold_sent.clear()
+            self._life.apply(Event.HOLD)
         restarted = sent.lost or session.restarts != self._restarts
-        if sent.reply is None and not restarted:
-            if self._clock.now_ns() > self._homing_ends_ns:
-                self._reset_state(
-                    f"{self._name}: its limits were not found within {HOMING_S:g} s; look at it, home again"
-                )
+        if sent.reply is None and not restarted and self._clock.now_ns() <= self._homing_ends_ns:
             return False
-        found = isinstance(sent.reply, PtuDone) and not restarted
+        why = self._homing_failure(session, sent)
+        held = self._life.phase is Phase.HELD
         self._restarts = session.restarts
         session.limits_hit.clear()  # homing runs into the limits deliberately
-        self._reset_state(None if found else f"{self._name}: homing failed; look at it, home again")
-        self._homed = found
-        if found and self._axes is not None and not self._held.is_set():
+        if why:
+            self._apply(Event.HOMING_FAILED, fault=f"{self._name}: {why}; look at it, home again")
+            return False
+        self._apply(Event.HOMING_DONE)
+        if self._axes is not None and not held:
             self._send_goal(session, self._axes.steps(STRAIGHT_AHEAD))
-        self._held.clear()
-        return found
+        return True
+
+    def _homing_failure(self, session: PtuSession, sent: SentCommand) -> str:
+        """Return why a homing that has ended failed; "" when it succeeded."""
+        away = False
+        if isinstance(sent.reply, PtuDone):
+            session.doubt_order()  # a success is the same for every command
+            away = any(abs(steps) > NEAR_STEPS for steps in self._positions(session))
+        if sent.lost or session.restarts != self._restarts:
+            return "homing failed (it restarted)"
+        if sent.reply is None:
+            return f"its limits were not found within {HOMING_S:g} s"
+        if away:
+            return "homing failed (it does not count zero at its end)"
+        return "" if isinstance(sent.reply, PtuDone) else "homing failed"
 
     def _send_goal(self, session: PtuSession, goal: Steps) -> None:
         """Send both axes to a goal; a hold issued meanwhile takes effect."""
@@ -232,30 +251,33 @@ class PtuPanTilt:
             session.ask(move(PtuAxis.TILT, goal[1]))
         except DeviceFault:
             session.begin(HALT)
-            self._goal, self._slowing, self._moving = None, True, True
+            self._goal, self._slowing = None, True
             raise
-        if self._held.is_set():
+        if self._hold_sent.is_set():
             session.begin(HALT)
-        self._goal, self._moving, self._still_since_ns = goal, True, self._clock.now_ns()
+        self._goal, self._still_since_ns = goal, self._clock.now_ns()
 
     def _lose_position(self, session: PtuSession) -> None:
-        """Mark the position as lost and record why."""
+        """Mark the position as lost, if it was known, and record why."""
         restarted, self._restarts = session.restarts != self._restarts, session.restarts
-        why = "it restarted by itself"
-        if not restarted:
-            axes = " and ".join(sorted({axis.name.lower() for axis in session.limits_hit}))
-            why = f"{axes} ran into a limit and lost count of its steps"
+        axes = " and ".join(sorted({axis.name.lower() for axis in session.limits_hit}))
         session.limits_hit.clear()
-        self._reset_state(f"{self._name}: {why}; home it again")
+        if not restarted:
+            why = f"{axes} ran into a limit and lost count of its steps"
+            self._apply(Event.ALARMED, fault=f"{self._name}: {why}; home it again")
+        elif self._life.homed:
+            self._apply(Event.RESTARTED, fault=f"{self._name}: it restarted by itself; home it again")
 
-    def _reset_state(self, fault: str | None) -> None:
-        """Reset the state to an unknown position, with an optional fault."""
-        self._homed = self._moving = self._slowing = False
-        self._homing = self._goal = self._at = None
-        self._fault = fault
+    def _apply(self, event: Event, *, fault: str | None = None) -> None:
+        """Go to the phase after an event; forget what is no longer so."""
+        self._life.apply(event, fault=fault)
+        self._slowing, self._goal, self._at = False, None, None
+        if not self._life.is_homing:
+            self._homing = None
 
-    def _lose(self, fault: str) -> None:
+    def _lose(self, fault: str | None) -> None:
+        """Release the link."""
         session, self._session = self._session, None
         if session is not None:
             session.close()
-        self._reset_state(fault)
+        self._apply(Event.LINK_LOST, fault=fault)

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import PanTiltPose
+from foveacam_hardware.contract.quantities import check_positive
 from foveacam_hardware.drivers.positioners.limits import STRAIGHT_AHEAD
 
 Steps = tuple[int, int]
@@ -19,6 +20,9 @@ class PtuMounting:
     speed_rad_s: float = math.radians(25.0)
     upside_down: bool = False
     """The unit is mounted upside down: both axes turn the other way."""
+
+    def __post_init__(self) -> None:
+        check_positive("pan-tilt", speed_rad_s=self.speed_rad_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

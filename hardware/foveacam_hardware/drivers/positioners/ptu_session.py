@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Clock, DeviceFault, NotConnected, Timeout
-from foveacam_hardware.wire.link import ByteLink
+from foveacam_hardware.wire.link import ByteLink, discard_input
 from foveacam_hardware.wire.ptu import (
     VERSION,
     BadPtuReply,
@@ -127,6 +127,14 @@ class PtuSession:
                 except BadPtuReply:
                     self.heard = text[:40]
                     logger.warning("%s: not a reply: %r", self._name, text[:80])
+
+    def discard_input(self) -> None:
+        """Discard what was sent before anybody asked: replies of an earlier session."""
+        discard_input(self._link)
+
+    def doubt_order(self) -> None:
+        """Query the version before the next command: a reply may have been taken for another command's."""
+        self._out_of_step = True
 
     def close(self) -> None:
         """Release the link."""

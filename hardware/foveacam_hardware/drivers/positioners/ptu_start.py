@@ -24,6 +24,7 @@ GREETING_TRIES = 3
 
 def greet(session: PtuSession, name: str) -> str:
     """Check that a FLIR unit answers, and return its version."""
+    session.discard_input()
     session.end_line()
     for _ in range(GREETING_TRIES):
         with suppress(NotConnected):

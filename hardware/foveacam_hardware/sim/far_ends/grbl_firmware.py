@@ -52,6 +52,7 @@ SEIZED_NS = 3_600_000_000_000
 MM_PER_INCH = 25.4
 _WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)")
 _ASSIGNMENT = re.compile(r"\$(\d+)=(-?\d+(?:\.\d*)?)")
+_FEED = re.compile(r"F(\d+\.?\d*)")
 _JOG_WORDS = {"G20", "G21", "G53", "G90", "G91"}
 
 Send = Callable[[int, str], None]
@@ -93,11 +94,12 @@ class GrblFirmware:
         self._locked = False
         self.ignores_input = False
         self._report_requested = False
-        self._reports = 0
-        self.send_welcome(t_ns)
+        self._start_parser(t_ns)
 
-    def send_welcome(self, t_ns: int) -> None:
-        """Send the start-up message."""
+    def _start_parser(self, t_ns: int) -> None:
+        """Begin with what the working memory holds after a start or reset; send the start-up message."""
+        self._feed = 0.0
+        self._reports = 0
         self._send_line(t_ns, f"Grbl {VERSION} ['$' for help]")
         if self.state == "Alarm":
             self._send_line(t_ns, "[MSG:'$H'|'$X' to unlock]")
@@ -110,6 +112,10 @@ class GrblFirmware:
     @property
     def blocked(self) -> bool:
         """Whether lines have to wait."""
+        return self._is_mute or self.state == "Hold"
+
+    @property
+    def _is_mute(self) -> bool:
         return self.state == "Home" or self._locked or self.ignores_input
 
     def execute_realtime(self, t_ns: int, byte: bytes) -> None:
@@ -118,8 +124,13 @@ class GrblFirmware:
             case b"?":
                 self._report_requested = True
                 self._send_report(t_ns)
-            case b"\x85" | b"!":
+            case b"\x85":
                 self._cancel(t_ns)
+            case b"!":
+                self._cancel(t_ns)
+                self.state = "Hold" if self.state == "Idle" else self.state
+            case b"~":
+                self.state = "Idle" if self.state == "Hold" else self.state
             case b"\x18":
                 self._reset(t_ns)
 
@@ -132,8 +143,10 @@ class GrblFirmware:
             answer = self._plan_jog(t_ns, text[3:])
         elif text.startswith("$"):
             answer = self._execute_system(t_ns, text)
+        elif self.state in ("Alarm", "Jog"):
+            answer = "error:9"
         else:
-            answer = "error:9" if self.state in ("Alarm", "Jog") else "error:20"
+            answer = self._execute_word(text)
         if answer:
             self._send_line(t_ns, answer)
 
@@ -143,6 +156,13 @@ class GrblFirmware:
         self.state, self._locked = "Alarm", True
         self._send_line(t_ns, "ALARM:1")
         self._send_line(t_ns, "[MSG:Reset to continue]")
+
+    def push_by_hand(self, t_ns: int, positions: AxisPositions) -> None:
+        """Let a person push the axes: their motors skip steps, and what it counts does not change."""
+        counted = self.machine_positions(t_ns)
+        self.motors.push(t_ns, positions)
+        pan, tilt, rail = (at - count for at, count in zip(positions, counted, strict=True))
+        self._offset = (pan, tilt, rail)
 
     def machine_positions(self, t_ns: int) -> AxisPositions:
         """Return the positions that the firmware counts."""
@@ -155,15 +175,23 @@ class GrblFirmware:
         self._send(max(t_ns, self._busy_until_ns), line)
 
     def _send_report(self, t_ns: int) -> None:
-        if self.blocked or not self._report_requested:
+        if self._is_mute or not self._report_requested:
             return
         self._report_requested = False
         kind = "MPos" if self.settings[10] else "WPos"
         extra = ("|WCO:0.000,0.000,0.000", "|Ov:100,100,100", "")[min(self._reports % 10, 2)]
         self._reports += 1
+        state = "Hold:0" if self.state == "Hold" else self.state
         feed = self.motors.speed_per_s(t_ns) * 60.0
         position = f"{kind}:" + ",".join(f"{at:.3f}" for at in self.machine_positions(t_ns))
-        self._send_line(t_ns, f"<{self.state}|{position}|FS:{feed:.0f},0{extra}>")
+        self._send_line(t_ns, f"<{state}|{position}|FS:{feed:.0f},0{extra}>")
+
+    def _execute_word(self, text: str) -> str:
+        """Program the feed, the only word of G-code that is known here."""
+        if found := _FEED.fullmatch(text):
+            self._feed = float(found[1])
+            return "ok"
+        return "error:20" if text[0].isalpha() else "error:1"
 
     def _execute_system(self, t_ns: int, text: str) -> str:
         if text == "$H":
@@ -172,6 +200,9 @@ class GrblFirmware:
             if self.state == "Alarm":
                 self.state = "Idle"
                 self._send_line(t_ns, "[MSG:Caution: Unlocked]")
+            return "ok"
+        if text == "$G":
+            self._send_line(t_ns, f"[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F{self._feed:.0f} S0]")
             return "ok"
         if self.state not in ("Idle", "Alarm"):
             return "error:8"
@@ -261,10 +292,11 @@ class GrblFirmware:
         code = 6 if self.state == "Home" else 3
         self._halt(t_ns)
         self._locked = self._report_requested = False
+        self.state = "Idle" if self.state == "Hold" else self.state
         if lost:
             self._raise_alarm(t_ns, code)
         else:
-            self.send_welcome(t_ns)
+            self._start_parser(t_ns)
 
     def _raise_alarm(self, t_ns: int, code: int) -> None:
         """Send an alarm, ignore the input for a time, and restart."""
@@ -274,7 +306,7 @@ class GrblFirmware:
 
     def _restart(self, t_ns: int) -> None:
         self.ignores_input = False
-        self.send_welcome(t_ns)
+        self._start_parser(t_ns)
 
     def _halt(self, t_ns: int) -> None:
         """Stop at once, losing steps, as a reset does."""

@@ -92,6 +92,10 @@ class GrblMotors:
         """Stop at once."""
         self._hold(t_ns, self._nearest_step(self.positions(t_ns)))
 
+    def push(self, t_ns: int, positions: AxisPositions) -> None:
+        """Push the axes to positions by hand, at once, without the firmware's knowledge."""
+        self._hold(t_ns, positions)
+
     def _speeds(self, t_ns: int) -> AxisPositions:
         return (*self._history.speed_deg_s(t_ns), self._history.slide_mm(t_ns)[1])
 

@@ -23,7 +23,7 @@ def confirm_zero(
         str, typer.Option(help="the running server; FOVEACAM_TOKEN is sent to it")
     ] = "http://127.0.0.1:8000",
 ) -> None:
-    """Say that the pan-tilt or the rail stands at its zero, after its board without switches restarted."""
+    """Say that the pan-tilt or the rail stands at its zero: a board without switches does not know."""
     path = f"/{positioner.replace('-', '_')}/zero_confirmations"
     with ServerClient(server, token=checked_settings({}).token) as client:
         found = client.post(path)

@@ -4,6 +4,7 @@
 import { changing, fill, h, html, say } from "../elements/dom.js";
 import { angle, MISSING, number, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { nextStep, stateWord } from "../rig/positioner_words.js";
 import { zeroOf } from "../rig/zero.js";
 import { choiceField, nothing } from "../elements/parts.js";
 import { isRunning } from "./state.js";
@@ -62,20 +63,13 @@ function stateOf({ pan_tilt, work }) {
       html`<p class="lead">${sentence(pan_tilt.fault)}</p>`,
     ];
   if (!pan_tilt.moves_itself) return byHand(work);
-  const word = !pan_tilt.connected
-    ? "not connected"
-    : pan_tilt.moving
-      ? "turning"
-      : pan_tilt.homed
-        ? "at rest"
-        : "not homed";
   const tone = !pan_tilt.connected ? "bad" : pan_tilt.homed || pan_tilt.moving ? "good" : "";
   return [
     html`<p class="pose number">
       <span class="lamp ${tone}"></span>
       pan ${angle(pan_tilt.pan_deg)}  tilt ${angle(pan_tilt.tilt_deg)}
     </p>`,
-    html`<p class="lead">${word}${reach(pan_tilt)}</p>`,
+    html`<p class="lead">${stateWord(pan_tilt, "turning")}${reach(pan_tilt)}</p>`,
   ];
 }
 
@@ -152,11 +146,12 @@ function driveOf({ store, orders }) {
   return {
     element,
     update: (/** @type {PanTiltDocument | null} */ pan_tilt, /** @type {boolean} */ busy) => {
-      element.hidden = !pan_tilt?.present || !pan_tilt.moves_itself || Boolean(pan_tilt.fault);
+      element.hidden = !pan_tilt?.present || !pan_tilt.moves_itself || Boolean(pan_tilt.fault && !pan_tilt.connected);
       const where = pan_tilt?.pan_deg != null && pan_tilt.connected;
       for (const button of arrows) button.disabled = busy || !where;
+      home.hidden = Boolean(pan_tilt?.awaits_zero);
       home.disabled = busy || !pan_tilt?.connected;
-      say(reason, busy ? "The procedure turns it." : where ? "" : "Home it first: nobody knows where it points.");
+      say(reason, busy ? "The procedure turns it." : nextStep(pan_tilt, "points"));
     },
   };
 }

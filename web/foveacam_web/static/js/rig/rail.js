@@ -5,6 +5,7 @@ import { isRunning } from "../calibration/state.js";
 import { changing, fill, h, html, say } from "../elements/dom.js";
 import { number, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { nextStep, stateWord } from "./positioner_words.js";
 import { zeroOf } from "./zero.js";
 
 /**
@@ -47,7 +48,6 @@ function stateOf(rail) {
       html`<p class="lead">${sentence(rail.fault)}</p>`,
     ];
   if (!rail.moves_itself) return byHand(rail);
-  const word = !rail.connected ? "not connected" : rail.moving ? "moving" : rail.homed ? "at rest" : "not homed";
   const tone = !rail.connected ? "bad" : rail.homed || rail.moving ? "good" : "";
   const reach = rail.limits ? `; reaches ${number(rail.limits.min_mm, 0)} … ${number(rail.limits.max_mm, 0)} mm` : "";
   return [
@@ -55,7 +55,7 @@ function stateOf(rail) {
       <span class="lamp ${tone}"></span>
       ${rail.position_mm === null ? "nobody knows where" : `${number(rail.position_mm, 1)} mm`}
     </p>`,
-    html`<p class="lead">${word}${reach}</p>`,
+    html`<p class="lead">${stateWord(rail, "moving")}${reach}</p>`,
   ];
 }
 
@@ -119,9 +119,7 @@ function driveOf(orders) {
             ? "The rail is not connected."
             : ready
               ? ""
-              : rail.awaits_zero
-                ? "Nobody knows where it stands."
-                : "Home it first: nobody knows where it stands.",
+              : nextStep(rail, "stands"),
       );
     },
   };

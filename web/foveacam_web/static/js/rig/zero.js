@@ -15,7 +15,7 @@ export function zeroOf(name, confirm) {
       class: "plain",
       "aria-label": `The ${name} stands at its zero`,
       on: { click: confirm },
-      title: "It has no reference switches: say so once it stands where it counts from",
+      title: "It has no reference switches: confirm this once it stands at its zero",
     },
     "It stands at its zero",
   );

@@ -1,0 +1,21 @@
+// What a pan-tilt or a rail says of its place, and what to do where its place is not known.
+
+/**
+ * @typedef {{connected: boolean, moving: boolean, homed: boolean, awaits_zero: boolean}} Positioner
+ */
+
+/** @param {Positioner} now @param {string} moving */
+export function stateWord(now, moving) {
+  if (!now.connected) return "not connected";
+  if (now.moving) return moving;
+  if (now.homed) return "at rest";
+  return now.awaits_zero ? "waits for its zero" : "not homed";
+}
+
+/** @param {Positioner | null} now @param {string} verb */
+export function nextStep(now, verb) {
+  if (!now?.connected || now.moving || now.homed) return "";
+  return now.awaits_zero
+    ? `Bring it to its zero, then confirm that: nobody knows where it ${verb}.`
+    : `Home it first: nobody knows where it ${verb}.`;
+}
