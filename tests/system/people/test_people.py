@@ -62,7 +62,7 @@ def ada(lab: Lab) -> httpx.Client:
     assert lab.server.get("/rig").status_code == lab.server.get("/users").status_code == 401
     assert "no user yet" in lab.server.http.get("/", headers={"Accept": "text/html"}).text
     browser = lab.browser()
-    code = lab.server.services.accounts.first_admin_code()
+    code = lab.server.services.accounts.first_admin.code()
     page = browser.get("/join", params={"code": code})
     assert page.status_code == 200 and "you are the first admin" in page.text
     form = {"code": code, "name": "Ada", "password": PASSWORD, "again": "something else"}

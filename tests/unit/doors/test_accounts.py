@@ -18,7 +18,7 @@ from foveacam_server.accounts.attempts import ACCOUNT_MOST_WRONG, MOST_WRONG
 from foveacam_server.accounts.audit import AuditEntry, AuditLog
 from foveacam_server.accounts.errors import forbidden
 from foveacam_server.accounts.rights import NOBODY, Principal, PrincipalKind, Right, UserRole, rights_of
-from foveacam_server.accounts.sign_ins import KEY_FILE
+from foveacam_server.accounts.signing_key import KEY_FILE
 from foveacam_server.accounts.tables import ServiceTokenRow, UserRow
 from foveacam_server.foundation.errors import NotFound, TooManyAttempts, WrongCredentials, problem_of
 from foveacam_server.foundation.store import Store
@@ -114,7 +114,7 @@ def test_an_invitation_expires(accounts: Accounts, ada: str, monkeypatch: pytest
 
 
 def test_the_terminals_code_makes_the_first_admin_once(accounts: Accounts) -> None:
-    code = accounts.first_admin_code()
+    code = accounts.first_admin.code()
     with pytest.raises(WrongCredentials, match="not good"):
         accounts.join("another code", PASSWORD, name="eve")
     with pytest.raises(WrongCredentials, match="needs a name"):
