@@ -3,6 +3,7 @@
 import json
 import os
 import ssl
+import stat
 import subprocess
 import sys
 import threading
@@ -17,7 +18,11 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 import foveacam_client
+from foveacam_bench.access import ended_sign_ins
+from foveacam_bench.access.ended_sign_ins import ended_figures
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
+from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.accounts.attempts import SignInLimits
 from foveacam_server.rig.chosen_rig import ChosenRig
 from tests.certificates import written_certificate
 from tests.system.conftest import API, CENTRE, PATIENCE_S, Running, missing_rig, read_until, running
@@ -141,6 +146,53 @@ def test_who_is_thrown_out_sees_nothing_more(lab: Lab, ada: httpx.Client) -> Non
     assert rex.get(f"{API}/rig").status_code == 401
 
 
+def test_nothing_of_a_users_sign_ins_is_left_after_a_link_a_new_password_a_removal_or_a_disabling(
+    lab: Lab, ada: httpx.Client
+) -> None:
+    figures = ended_figures(f"http://127.0.0.1:{lab.server.port}", ada)
+    assert figures["sessions_alive_after_reset_which"] == []
+    assert figures["sessions_tried_after_reset"] == 24
+
+
+def test_what_is_left_alive_is_found(lab: Lab, ada: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Accounts, "sign_out_user", lambda *_names, **_keep: None)
+    monkeypatch.setattr(ended_sign_ins, "LONGEST_S", 0.1)
+    monkeypatch.setattr(ended_sign_ins, "_CHANGES", {"a used link": ended_sign_ins._use_link})
+    figures = ended_figures(f"http://127.0.0.1:{lab.server.port}", ada)
+    assert figures["sessions_alive_after_reset"] == figures["sessions_tried_after_reset"] == 6
+
+
+def test_a_removed_admins_token_is_named_in_the_answer_and_refused(lab: Lab, ada: httpx.Client) -> None:
+    iris = joined(lab, ada, "iris", "admin")
+    made = iris.post(f"{API}/service_tokens", json={"name": "planner", "scopes": ["view", "administer"]})
+    service = {"Authorization": f"Bearer {made.json()['token']}"}
+    assert lab.server.http.get(f"{API}/users", headers=service).status_code == 200
+    removed = ada.delete(f"{API}/users/iris").json()
+    assert [token["name"] for token in removed["tokens_revoked"]] == ["planner"]
+    assert removed["tokens_kept"] == []
+    assert lab.server.http.get(f"{API}/users", headers=service).status_code == 401
+
+
+def test_a_known_browser_and_who_is_signed_in_are_not_held_up_by_strangers(
+    lab: Lab, ada: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lab.server.services.accounts, "limits", SignInLimits())
+    pia = joined(lab, ada, "pia", "viewer")
+    stranger, wrong = lab.browser(), {"name": "pia", "password": "a wrong password"}
+    statuses = [stranger.post(f"{API}/session", json=wrong).status_code for _ in range(11)]
+    assert statuses == [401] * 10 + [429]
+    right = {"name": "pia", "password": PASSWORD}
+    assert lab.browser().post(f"{API}/session", json=right).status_code == 429  # of the same address
+    change = {"password": PASSWORD, "new_password": PASSWORD}
+    assert pia.put(f"{API}/session/password", json=change).status_code == 204
+    assert pia.delete(f"{API}/session").status_code == 204
+    again = pia.post(f"{API}/session", json=right)
+    assert again.status_code == 200, again.text
+    assert pia.post("/sign_in", data=right).status_code == 303
+    known = next(text for text in again.headers.get_list("set-cookie") if text.startswith("foveacam_known="))
+    assert "HttpOnly" in known and "SameSite=lax" in known
+
+
 def test_the_client_works_with_the_token_of_a_service(lab: Lab, ada: httpx.Client) -> None:
     made = ada.post(f"{API}/service_tokens", json={"name": "robot", "scopes": ["view"], "days": 7}).json()
     url = f"http://127.0.0.1:{lab.server.port}"
@@ -259,7 +311,7 @@ def program_environment(folder: Path) -> dict[str, str]:
     return os.environ | found
 
 
-def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_path: Path) -> None:
+def test_the_program_serves_https_and_names_the_file_with_the_link_of_the_first_admin(tmp_path: Path) -> None:
     certificate, key = written_certificate(tmp_path, "127.0.0.1")
     command = [sys.executable, "-m", "foveacam_server", "serve", "--host", EVERYWHERE, "--port", "0"]
     command += ["--tls-cert", str(certificate), "--tls-key", str(key)]
@@ -271,7 +323,9 @@ def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_pat
         env=program_environment(tmp_path),
     )
     try:
-        link = read_until(process, r"(https://127\.0\.0\.1:\d+/join\?code=\S+)")
+        path = Path(read_until(process, r"  cat (\S+)"))
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600 and path.parent == tmp_path
+        link = path.read_text().strip()
         trusted = ssl.create_default_context(cafile=certificate)
         with httpx.Client(verify=trusted, trust_env=False) as browser:
             page = browser.get(link)
@@ -285,6 +339,7 @@ def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_pat
             }
             made = browser.post(httpx.URL(link).copy_with(path="/join", query=None), data=form)
             assert made.status_code == 303 and "; Secure" in made.headers["set-cookie"]
+            assert not path.exists()
             assert browser.post(httpx.URL(link).copy_with(path=f"{API}/stop", query=None)).status_code == 200
         with pytest.raises(httpx.HTTPError):  # a stop in plain text is none
             httpx.post(f"http://127.0.0.1:{httpx.URL(link).port}{API}/stop", trust_env=False)
