@@ -297,7 +297,12 @@ def test_the_first_user_of_this_machine_closes_it(tmp_path: Path) -> None:
         body = {"name": "ada", "role": "admin", "password": PASSWORD}
         assert server.post("/users", body | {"role": "operator"}).status_code == 422
         stranger = Lab(server, stack).browser()
+        views = Lab(server, stack).socket(f"{API}/views/ws", stranger)
         assert server.post("/users", body).status_code == 201
+        with pytest.raises(ConnectionClosed) as closed:
+            while True:
+                views.recv(timeout=PATIENCE_S)
+        assert closed.value.rcvd is not None and closed.value.rcvd.code == 4401
         assert server.get("/session").json()["name"] == "ada"
         assert stranger.get(f"{API}/rig").status_code == 401
         assert stranger.post(f"{API}/stop").status_code == 401

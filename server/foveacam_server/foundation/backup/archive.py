@@ -26,7 +26,9 @@ from foveacam_server.foundation.store import DATABASE
 
 MANIFEST = "manifest.json"
 FIRST_SUFFIXES = (".json", ".jsonl", ".toml")
-_OWN_TO_ONE_SERVER = ("lock", "sign_in.key", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE)
+_OWN_TO_ONE_SERVER = (
+    "lock", "sign_in.key", "token", "first_admin_link", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE
+)  # fmt: skip
 
 
 class _Table(BaseModel):

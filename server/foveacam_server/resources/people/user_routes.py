@@ -2,12 +2,12 @@
 
 from typing import Annotated, Literal, Protocol
 
-from fastapi import APIRouter, Depends, Path, Query, Request, Response
+from fastapi import APIRouter, BackgroundTasks, Depends, Path, Query, Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.browser_sign_in import sign_in_browser
 from foveacam_server.accounts.requests import AuditNoteDep, PrincipalDep
-from foveacam_server.accounts.rights import Principal, PrincipalKind, Right, UserRole
+from foveacam_server.accounts.rights import LOCAL_STREAMS, Principal, PrincipalKind, Right, UserRole
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.people.documents import invitation_document, token_document, user_document
@@ -48,6 +48,7 @@ def add(
     body: UserRequest,
     request: Request,
     response: Response,
+    background: BackgroundTasks,
     services: ServicesDep,
     principal: PrincipalDep,
     note: AuditNoteDep,
@@ -64,6 +65,7 @@ def add(
     )
     if first:
         sign_in_browser(request, response, accounts, user)
+        background.add_task(accounts.streams.end, LOCAL_STREAMS)  # once this browser has its cookie
     return UserCreated(
         user=user_document(user, accounts),
         invitation=None if invitation is None else invitation_document(invitation),
