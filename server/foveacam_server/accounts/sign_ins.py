@@ -65,6 +65,8 @@ class SignIns:
     """By the hash of the secret."""
     _unwritten: set[str] = field(init=False, default_factory=set)
     """Ids that are refused and still in the table: the disk did not take it yet."""
+    _writing: threading.Lock = field(init=False, default_factory=threading.Lock)
+    """Held while it is decided whether the key may be in its file."""
 
     def __post_init__(self) -> None:
         self._signer = Signer(self.key.text, salt="foveacam sign-in")
@@ -147,9 +149,9 @@ class SignIns:
     def write_refused(self) -> None:
         """Delete what was refused. Where the disk does not take it, `write` tries again."""
         try:
-            self._write_refused()
+            with self._writing:
+                self._write_refused()
         except WRITE_ERRORS as error:
-            self._void_key()
             _log.warning("a sign-out holds, but was not written; it is tried again: %s", error)
 
     def revoke(self, *ids: str) -> None:
@@ -159,8 +161,9 @@ class SignIns:
 
     def write(self) -> None:
         """Write what was refused, and when the others were used; raise what the disk does not take."""
-        self._write_refused()
-        self.key.keep()
+        with self._writing:
+            self._write_refused()
+            self.key.keep()
         with self._lock:
             used = {live.sign_in.id: live.seen_utc for live in self._live.values() if live.unwritten}
             for live in self._live.values():
@@ -176,8 +179,12 @@ class SignIns:
             ids = frozenset(self._unwritten)
         if not ids:
             return
-        with self.store.session() as session:
-            session.execute(delete(SignInRow).where(SignInRow.id.in_(ids)))
+        try:
+            with self.store.session() as session:
+                session.execute(delete(SignInRow).where(SignInRow.id.in_(ids)))
+        except WRITE_ERRORS:
+            self._void_key()
+            raise
         with self._lock:
             self._unwritten -= ids
 
