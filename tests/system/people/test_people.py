@@ -22,7 +22,6 @@ from foveacam_bench.access import ended_sign_ins
 from foveacam_bench.access.ended_sign_ins import ended_figures
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.attempts import SignInLimits
 from foveacam_server.rig.chosen_rig import ChosenRig
 from tests.certificates import written_certificate
 from tests.system.conftest import API, CENTRE, PATIENCE_S, Running, missing_rig, read_until, running
@@ -160,37 +159,6 @@ def test_what_is_left_alive_is_found(lab: Lab, ada: httpx.Client, monkeypatch: p
     monkeypatch.setattr(ended_sign_ins, "_CHANGES", {"a used link": ended_sign_ins._use_link})
     figures = ended_figures(f"http://127.0.0.1:{lab.server.port}", ada)
     assert figures["sessions_alive_after_reset"] == figures["sessions_tried_after_reset"] == 6
-
-
-def test_a_removed_admins_token_is_named_in_the_answer_and_refused(lab: Lab, ada: httpx.Client) -> None:
-    iris = joined(lab, ada, "iris", "admin")
-    made = iris.post(f"{API}/service_tokens", json={"name": "planner", "scopes": ["view", "administer"]})
-    service = {"Authorization": f"Bearer {made.json()['token']}"}
-    assert lab.server.http.get(f"{API}/users", headers=service).status_code == 200
-    removed = ada.delete(f"{API}/users/iris").json()
-    assert [token["name"] for token in removed["tokens_revoked"]] == ["planner"]
-    assert removed["tokens_kept"] == []
-    assert lab.server.http.get(f"{API}/users", headers=service).status_code == 401
-
-
-def test_a_known_browser_and_who_is_signed_in_are_not_held_up_by_strangers(
-    lab: Lab, ada: httpx.Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(lab.server.services.accounts, "limits", SignInLimits())
-    pia = joined(lab, ada, "pia", "viewer")
-    stranger, wrong = lab.browser(), {"name": "pia", "password": "a wrong password"}
-    statuses = [stranger.post(f"{API}/session", json=wrong).status_code for _ in range(11)]
-    assert statuses == [401] * 10 + [429]
-    right = {"name": "pia", "password": PASSWORD}
-    assert lab.browser().post(f"{API}/session", json=right).status_code == 429  # of the same address
-    change = {"password": PASSWORD, "new_password": PASSWORD}
-    assert pia.put(f"{API}/session/password", json=change).status_code == 204
-    assert pia.delete(f"{API}/session").status_code == 204
-    again = pia.post(f"{API}/session", json=right)
-    assert again.status_code == 200, again.text
-    assert pia.post("/sign_in", data=right).status_code == 303
-    known = next(text for text in again.headers.get_list("set-cookie") if text.startswith("foveacam_known="))
-    assert "HttpOnly" in known and "SameSite=lax" in known
 
 
 def test_the_client_works_with_the_token_of_a_service(lab: Lab, ada: httpx.Client) -> None:
