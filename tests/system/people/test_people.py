@@ -18,10 +18,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 import foveacam_client
-from foveacam_bench.access import ended_sign_ins
 from foveacam_bench.access.ended_sign_ins import ended_figures
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
-from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.rig.chosen_rig import ChosenRig
 from tests.certificates import written_certificate
 from tests.system.conftest import API, CENTRE, PATIENCE_S, Running, missing_rig, read_until, running
@@ -151,14 +149,6 @@ def test_nothing_of_a_users_sign_ins_is_left_after_a_link_a_new_password_a_remov
     figures = ended_figures(f"http://127.0.0.1:{lab.server.port}", ada)
     assert figures["sessions_alive_after_reset_which"] == []
     assert figures["sessions_tried_after_reset"] == 24
-
-
-def test_what_is_left_alive_is_found(lab: Lab, ada: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Accounts, "sign_out_user", lambda *_names, **_keep: None)
-    monkeypatch.setattr(ended_sign_ins, "LONGEST_S", 0.1)
-    monkeypatch.setattr(ended_sign_ins, "_CHANGES", {"a used link": ended_sign_ins._use_link})
-    figures = ended_figures(f"http://127.0.0.1:{lab.server.port}", ada)
-    assert figures["sessions_alive_after_reset"] == figures["sessions_tried_after_reset"] == 6
 
 
 def test_the_client_works_with_the_token_of_a_service(lab: Lab, ada: httpx.Client) -> None:
