@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import os
+import shlex
 import socket
 import ssl
 from pathlib import Path
@@ -13,9 +14,11 @@ import uvicorn
 from fastapi import FastAPI
 from rich.console import Console
 
-from foveacam_hardware.contract import Clock, FoveaError, InvalidInput
+from foveacam_hardware.contract import Clock, DeviceFault, FoveaError, InvalidInput, StorageFull
 from foveacam_hardware.rig_config import SimulatedRigConfig
-from foveacam_server.accounts.accounts import Mode
+from foveacam_pipeline.storage.disk import PRIVATE
+from foveacam_server.accounts.accounts import Accounts, Mode
+from foveacam_server.accounts.first_admin import LIFE_S
 from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
 from foveacam_server.console.access_rules import AccessRules
@@ -24,7 +27,9 @@ from foveacam_server.doors.listening_socket import listen, tls_context
 from foveacam_server.doors.process_limits import bound_arenas, keep_start_objects
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
+from foveacam_server.foundation.private_files import PRIVATE_UMASK, make_private_folder, warn_if_readable
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.foundation.whole_file import write_whole
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
@@ -101,7 +106,7 @@ class _GreetingServer(WatchedServer):
         for problem in problems:
             self._console.print(f"  {problem}", style="yellow", markup=False, highlight=False, soft_wrap=True)
         await asyncio.to_thread(self._announce, services)
-        for line in [*self._lines, *self._access_lines()]:
+        for line in [*self._lines, *await asyncio.to_thread(self._access_lines)]:
             self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     def _announce(self, services: Services) -> None:
@@ -113,14 +118,22 @@ class _GreetingServer(WatchedServer):
         """Return what the terminal says of who may come: the first admin's link, a warning, or nothing."""
         gate, accounts = self._services.gate(), self._services().accounts
         if gate.mode is Mode.FIRST_ADMIN:
-            link = f"{self._address}join?code={accounts.first_admin_code()}"
-            return [
-                "It has no user yet. This link makes the first admin, once:",
-                f"  {link}",
-            ]
+            return self._first_admin_lines(accounts)
         if gate.mode is Mode.OPEN and not gate.loopback:
             return ["Whoever reaches it may do everything with it: it was started with --insecure."]
         return []
+
+    def _first_admin_lines(self, accounts: Accounts) -> list[str]:
+        """Write the link of the first admin to its file; return where that is, without the link itself."""
+        try:
+            path = accounts.first_admin.write(self._address)
+        except FoveaError as error:
+            return [f"It has no user yet, and the first admin cannot be made: {error}"]
+        return [
+            "It has no user yet. The link that makes the first admin, once, is in a file of yours alone:",
+            f"  cat {shlex.quote(str(path))}",
+            f"It is good for {LIFE_S / 60.0:.0f} minutes; start the server again for a new one.",
+        ]
 
 
 class _StartedServices:
@@ -145,12 +158,15 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
 
     `clock`: as for `create_app`.
     """
+    os.umask(PRIVATE_UMASK)  # what a server keeps is for its owner
     simulated = _checked_simulation(settings)
     token_path = None
     if settings.wants_token_made:
         settings = settings.with_made_token()
         token_path = keep_token(settings)
     tls = tls_context(settings.tls_cert, settings.tls_key)
+    if settings.tls_key is not None:
+        warn_if_readable(settings.tls_key, what="the key of the certificate")
     bound_arenas()
     app = create_app(settings, clock=clock)
     allow_open_files()
@@ -215,17 +231,17 @@ def keep_token(settings: Settings) -> Path:
     Raise `InvalidInput` for a folder that cannot be written.
     """
     path = settings.data / TOKEN_FILE
+    text = "" if settings.token is None else settings.token.get_secret_value()
     try:
-        settings.data.mkdir(parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)
-        with os.fdopen(os.open(path, os.O_CREAT | os.O_WRONLY | os.O_EXCL, 0o600), "w") as file:
-            file.write(f"{settings.token.get_secret_value() if settings.token is not None else ''}\n")
-    except OSError as error:
+        make_private_folder(settings.data)
+        write_whole(path, f"{text}\n", what="the token", mode=PRIVATE)
+    except (OSError, StorageFull, DeviceFault) as error:
+        found = (error.strerror if isinstance(error, OSError) else error.found) or str(error)
         raise InvalidInput(
-            f"the token cannot be written to {path}: {error.strerror or error}; give another --data folder, "
-            "or a token of your own",
+            f"the token cannot be written to {path}: {found}; give another --data folder, or a token of your "
+            "own",
             asked=str(path),
-            found=error.strerror or str(error),
+            found=found,
             remedy="give another --data folder, or a token of your own",
         ) from error
     return path

@@ -10,9 +10,12 @@ import {
   doingWords,
   isExpired,
   nameFault,
+  removalWords,
   requestWords,
   scopeWords,
   stateWords,
+  tokenWords,
+  tokensOf,
   userName,
 } from "../foveacam_web/static/js/people/words.js";
 import { isNamed, may, offers, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
@@ -60,13 +63,25 @@ test("a password is refused with the reason before it is sent", () => {
   assert.equal(passwordFault("long enough", "long enough"), "");
 });
 
-test("somebody who is disabled is not called locked or invited", () => {
+test("somebody who is disabled is not called guessed at or invited", () => {
   const state = (/** @type {object} */ fields) =>
-    stateWords(only({ state: "active", locked_for_s: null, ...fields })).text;
+    stateWords(only({ state: "active", guessed_at: false, ...fields })).text;
   assert.equal(state({}), "Active");
   assert.equal(state({ state: "invited" }), "Invited");
-  assert.equal(state({ locked_for_s: 240 }), "Locked for 4 min");
-  assert.equal(state({ state: "disabled", locked_for_s: 240 }), "Disabled");
+  assert.equal(state({ guessed_at: true }), "Guessed at");
+  assert.equal(state({ state: "disabled", guessed_at: true }), "Disabled");
+});
+
+test("who is removed leaves programs, which are named", () => {
+  const tokens = only([
+    { name: "nightly", prefix: "fcd_k3J9", scopes: ["view", "operate"], owner: "grace" },
+    { name: "other", prefix: "fcd_a", scopes: ["view"], owner: "ada" },
+    { name: "shared", prefix: "fcd_b", scopes: ["view"], owner: null },
+  ]);
+  assert.deepEqual(tokensOf(tokens, "grace").map(tokenWords), ["nightly (fcd_k3J9…), which may see, operate"]);
+  assert.doesNotMatch(removalWords("grace", 0), /program/);
+  assert.match(removalWords("grace", 1), /A program works on grace’s authority/);
+  assert.match(removalWords("grace", 2), /2 programs work/);
 });
 
 test("ages are said in words, also of what never was", () => {

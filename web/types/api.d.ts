@@ -2849,6 +2849,7 @@ export interface components {
             id: string;
             last_used_utc: string | null;
             name: string;
+            owner: string | null;
             prefix: string;
             scopes: ("view" | "operate" | "administer")[];
         };
@@ -3409,8 +3410,8 @@ export interface components {
         /** @description A user. */
         UserDocument: {
             created_utc: string;
+            guessed_at: boolean;
             last_seen_utc: string | null;
-            locked_for_s: number | null;
             name: string;
             /** @enum {string} */
             role: "viewer" | "operator" | "admin";
@@ -3420,6 +3421,11 @@ export interface components {
         /** @description All users, by name. */
         UserList: {
             users: components["schemas"]["UserDocument"][];
+        };
+        /** @description What became of the tokens of a user who was removed. */
+        UserRemoved: {
+            tokens_kept: components["schemas"]["ServiceTokenDocument"][];
+            tokens_revoked: components["schemas"]["ServiceTokenDocument"][];
         };
         /** @description A new user; without a password, one who gets a one-time link to set it. */
         UserRequest: {
@@ -3895,6 +3901,7 @@ export type UserChange = components['schemas']['UserChange'];
 export type UserCreated = components['schemas']['UserCreated'];
 export type UserDocument = components['schemas']['UserDocument'];
 export type UserList = components['schemas']['UserList'];
+export type UserRemoved = components['schemas']['UserRemoved'];
 export type UserRequest = components['schemas']['UserRequest'];
 export type UserSessionDocument = components['schemas']['UserSessionDocument'];
 export type UserSessionList = components['schemas']['UserSessionList'];

@@ -13,6 +13,8 @@ from pathlib import Path
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, StorageFull
 
+PRIVATE = 0o600
+"""Mode of a file that its owner alone may read: it holds secrets."""
 PART = ".part"
 """Suffix of an unfinished file, whose name begins with a dot."""
 TRY_AGAIN = "then try again"
@@ -26,9 +28,11 @@ def part_path(path: Path) -> Path:
     return path.with_name(f".{path.name}{PART}")
 
 
-def write_part(path: Path, content: bytes | memoryview) -> None:
-    """Write `content` durably under the temporary name of `path`. Raise OSError."""
+def write_part(path: Path, content: bytes | memoryview, *, mode: int | None = None) -> None:
+    """Write `content` durably under the temporary name of `path`; `mode`: its permissions. Raise OSError."""
     with part_path(path).open("wb", buffering=0) as file:
+        if mode is not None:
+            os.fchmod(file.fileno(), mode)  # before there is anything to read
         rest = memoryview(content)
         while rest:
             rest = rest[file.write(rest) :]
@@ -49,10 +53,10 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def write_file(path: Path, content: bytes | memoryview) -> None:
-    """Write one file atomically and durably, replacing an older one. Raise OSError."""
+def write_file(path: Path, content: bytes | memoryview, *, mode: int | None = None) -> None:
+    """Write one file atomically and durably over an older one; `mode`: its permissions. Raise OSError."""
     try:
-        write_part(path, content)
+        write_part(path, content, mode=mode)
         finish_part(path)
     finally:
         part_path(path).unlink(missing_ok=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from foveacam_bench.access.credentials import foreign_figures
+from foveacam_bench.access.ended_sign_ins import served_ended_figures
 from foveacam_bench.access.guarded import PASSWORD, GuardedServer, guarded_server, scopes_token
 from foveacam_bench.access.matrix import matrix_figures
 from foveacam_bench.figures import Figures
@@ -17,12 +18,12 @@ CHECKS = 5000
 
 
 def run(*, quick: bool = False) -> Figures:
-    """Measure and return the figures; half a minute."""
+    """Measure and return the figures; a minute."""
     with TemporaryDirectory() as folder, Store(Path(folder)) as store, guarded_server(store) as server:
         figures = matrix_figures(server)
         figures |= foreign_figures(server, store)
         figures |= _cost_figures(server, count=QUICK_SIGN_INS if quick else SIGN_INS)
-    return figures
+    return figures | served_ended_figures()
 
 
 def _cost_figures(server: GuardedServer, *, count: int) -> Figures:

@@ -2682,6 +2682,7 @@ class ServiceTokenDocument(Document):
     id: str
     last_used_utc: str | None
     name: str
+    owner: str | None
     prefix: str
     scopes: list[Literal["view", "operate", "administer"]]
 
@@ -3427,8 +3428,8 @@ class UserDocument(Document):
         extra="forbid",
     )
     created_utc: str
+    guessed_at: bool
     last_seen_utc: str | None
-    locked_for_s: float | None
     name: str
     role: Literal["viewer", "operator", "admin"]
     state: Literal["active", "invited", "disabled"]
@@ -3441,6 +3442,16 @@ class UserList(Document):
         extra="forbid",
     )
     users: list[UserDocument]
+
+
+class UserRemoved(Document):
+    """What became of the tokens of a user who was removed."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    tokens_kept: list[ServiceTokenDocument]
+    tokens_revoked: list[ServiceTokenDocument]
 
 
 class UserRequest(Document):

@@ -3201,7 +3201,7 @@ class ServiceTokens:
     def add(self, body: models.ServiceTokenRequest) -> models.ServiceTokenCreated:
         """Add a token.
 
-        Return a new token; its secret is shown this once and stored as a hash.
+        Return a new token, which never may more than its owner; its secret is shown this once.
 
         Needs the right `administer`.
         """
@@ -3237,7 +3237,8 @@ class Session:
     def sign_in(self, body: models.SignInRequest) -> models.SignInDocument:
         """Sign in.
 
-        Sign a browser in: the answer sets a cookie. Too many wrong passwords block account and address.
+        Sign a browser in: the answer sets its cookies. Wrong passwords block the address they come
+        from.
         """
         return self._transport.answer(Call("POST", "/api/v1/session", body=body), models.SignInDocument)
 
@@ -3253,7 +3254,7 @@ class Session:
     def join(self, body: models.JoinRequest) -> models.SignInDocument:
         """Join by a link.
 
-        Set the password of the user whose one-time link this is, and sign the browser in.
+        Set the password of the user whose link this is; sign this browser in, and every other one out.
         """
         return self._transport.answer(
             Call("POST", "/api/v1/session/invitation", body=body), models.SignInDocument
@@ -3726,14 +3727,19 @@ class Users:
             Call("PATCH", "/api/v1/users/{name}", path_values={"name": name}, body=body), models.UserDocument
         )
 
-    def remove(self, name: str) -> None:
+    def remove(self, name: str, *, tokens: Literal["revoke", "keep"] | None = None) -> models.UserRemoved:
         """Remove a user.
 
-        Remove a user, who is signed out everywhere; what the user made stays.
+        Remove a user, who is signed out everywhere; what the user made stays, except for tokens. `GET
+        /service_tokens` lists beforehand which tokens have this owner; the answer says what became of
+        them.
 
         Needs the right `administer`.
         """
-        self._transport.order(Call("DELETE", "/api/v1/users/{name}", path_values={"name": name}))
+        return self._transport.answer(
+            Call("DELETE", "/api/v1/users/{name}", path_values={"name": name}, query={"tokens": tokens}),
+            models.UserRemoved,
+        )
 
     def invite(self, name: str) -> models.InvitationDocument:
         """Make a new link.

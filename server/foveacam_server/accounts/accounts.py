@@ -1,59 +1,36 @@
-"""Users, sign-ins, tokens and audit log as one: a change of a user reaches the user's open browsers."""
+"""Users, sign-ins, tokens and audit log as one: a change of a user reaches the user's open browsers.
 
-import secrets
+What takes rights away (a sign-out, a removal, another password) holds in memory at once, ends the open
+streams first, and waits for no disk. What gives rights is written before it holds.
+"""
+
+import logging
 import threading
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 
-from foveacam_server.accounts.attempts import WrongAttempts
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.accounts.attempts import SignInLimits
 from foveacam_server.accounts.audit import AuditLog
-from foveacam_server.accounts.rights import UserRole
+from foveacam_server.accounts.errors import require
+from foveacam_server.accounts.first_admin import FirstAdminLink
+from foveacam_server.accounts.known_browsers import KnownBrowsers
+from foveacam_server.accounts.open_streams import OpenStreams
+from foveacam_server.accounts.rights import Principal, PrincipalKind, Right, UserRole, rights_of
 from foveacam_server.accounts.service_tokens import ServiceToken, ServiceTokens
 from foveacam_server.accounts.sign_ins import SignIns
-from foveacam_server.accounts.tables import equal
-from foveacam_server.accounts.users import User, Users
-from foveacam_server.foundation.errors import TooManyAttempts, WrongCredentials
+from foveacam_server.accounts.signing_key import SigningKey
+from foveacam_server.accounts.tables import WRITE_ERRORS
+from foveacam_server.accounts.users import User, Users, changed_meanwhile
+from foveacam_server.foundation.errors import NotFound, WrongCredentials
 from foveacam_server.foundation.periodic import PeriodicThread
 from foveacam_server.foundation.store import Store
 
+_log = logging.getLogger(__name__)
+
 SWEEP_S = 5.0
-"""Interval at which expired sign-ins and tokens lose their open streams."""
-_CODE_BYTES = 24
-
-
-class OpenStreams:
-    """Counts the open connections of each sign-in or token, and ends them; callable from any thread."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._ends: defaultdict[str, list[Callable[[], None]]] = defaultdict(list)
-
-    @contextmanager
-    def opened(self, sign_in: str, end: Callable[[], None]) -> Iterator[None]:
-        """Hold a connection that `end` ends, while the block runs; `end` must not wait."""
-        with self._lock:
-            self._ends[sign_in].append(end)
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._ends[sign_in].remove(end)
-                if not self._ends[sign_in]:
-                    del self._ends[sign_in]
-
-    def end(self, sign_in: str) -> None:
-        """End the connections of a sign-in or token."""
-        with self._lock:
-            ends = list(self._ends.get(sign_in, ()))
-        for end in ends:
-            end()
-
-    def counts(self) -> Counter[str]:
-        """Return how many connections each sign-in or token has open."""
-        with self._lock:
-            return Counter({sign_in: len(ends) for sign_in, ends in self._ends.items()})
+"""Interval at which what has expired loses its open streams, and what waits for the disk is written."""
 
 
 class Mode(StrEnum):
@@ -66,7 +43,7 @@ class Mode(StrEnum):
     USERS = "users"
     """A name and a password, or a service's token."""
     FIRST_ADMIN = "first_admin"
-    """The code that the terminal shows; nothing is served before the first admin exists."""
+    """The code in a file that the terminal names; nothing is served before the first admin exists."""
 
 
 def mode_without_users(*, shared_token: bool, guarded: bool) -> Mode:
@@ -82,19 +59,24 @@ class Accounts:
     def __init__(self, store: Store, *, shared_token: bool = False, guarded: bool = False) -> None:
         """`shared_token`: whether the settings have one; `guarded`: whether the server must ask somebody."""
         self._shared_token, self._guarded = shared_token, guarded
+        self._changing = threading.RLock()
+        """Held from a change of a user to the end of the user's sign-ins, and while one begins."""
+        self._key = SigningKey(store.folder)
         self.users = Users(store)
-        self.sign_ins = SignIns(store)
-        self.sign_ins.load(self.users.all())
-        self.tokens = ServiceTokens(store)
+        self.sign_ins = SignIns(store, self._key)
+        self.known_browsers = KnownBrowsers(self._key.text)
+        self.tokens = ServiceTokens(store, rights_of_owner=self.users.rights)
+        self._take_up()
         self.audit = AuditLog(store)
         self.streams = OpenStreams()
-        self._first_code: str | None = None
-        self._wrong = WrongAttempts()
+        self.limits = SignInLimits()
+        self.first_admin = FirstAdminLink(store.folder)
         self._sweeper = PeriodicThread("foveacam-accounts", self._sweep, period_s=SWEEP_S, at_close=True)
         self._sweeper.start()
 
     def close(self) -> None:
         """Write what is to be written, then end."""
+        self.first_admin.forget()
         self._sweeper.close()
         self.audit.close()
 
@@ -105,70 +87,127 @@ class Accounts:
             return Mode.USERS
         return mode_without_users(shared_token=self._shared_token, guarded=self._guarded)
 
-    def first_admin_code(self) -> str:
-        """Return the code with which the first admin is made; a new one for each start of the server."""
-        if self._first_code is None:
-            self._first_code = secrets.token_urlsafe(_CODE_BYTES)
-        return self._first_code
-
     def is_first_admin_code(self, code: str) -> bool:
-        """Return whether `code` is that of the terminal, and no admin exists yet."""
-        return self._first_code is not None and not self.users.exist and equal(code, self._first_code)
+        """Return whether `code` is that of the first admin's link, and no admin exists yet."""
+        return not self.users.exist and self.first_admin.matches(code)
 
     def join(self, code: str, password: str, *, name: str | None) -> User:
-        """Set the password of the invited user, or make the first admin `name`; raise `WrongCredentials`."""
-        if not self.is_first_admin_code(code):
-            return self.users.join(code, password)
-        if not name:
-            raise WrongCredentials("the first admin needs a name; give one", remedy="give a name")
-        user, _ = self.users.add(name, UserRole.ADMIN, password=password)
-        self._first_code = None
+        """Set the password of the invited user, or make the first admin `name`; raise `WrongCredentials`.
+
+        Whoever was signed in as that user is signed out: a link is how an account is taken back.
+        """
+        if self.first_admin.matches(code):
+            return self._join_first(password, name=name)
+        if not self.users.exist:
+            raise WrongCredentials(
+                "this link is not good: it makes the first admin once, and for an hour; start the server "
+                "again for a new one",
+                found="a link that is not good",
+                remedy="start the server again",
+            )
+        name = self.users.check_invitation(code)
+        with self._ending_sign_ins(name):
+            user = self.users.join(code, password)
+        self.limits.forget_account(name)
         return user
 
-    def authenticate(self, name: str, password: str, *, address: str) -> User:
+    def _join_first(self, password: str, *, name: str | None) -> User:
+        if not name:
+            raise WrongCredentials("the first admin needs a name; give one", remedy="give a name")
+        user, _ = self.users.add(name, UserRole.ADMIN, password=password, first=True)
+        self.first_admin.forget()
+        return user
+
+    def authenticate(
+        self, name: str, password: str, *, address: str, known: str = "", sign_in: str | None = None
+    ) -> User:
         """Return the user whose name and password these are.
 
-        Raise `WrongCredentials`, or `TooManyAttempts` for an address or account with too many wrong ones.
+        `known`: cookie of a known browser; `sign_in`: where the user is signed in already. Raise
+        `WrongCredentials`, or `TooManyAttempts`.
         """
-        wait_s = self._wrong.wait_s(address)
-        if wait_s > 0.0:
-            raise TooManyAttempts(
-                f"too many wrong passwords came from this address; none is looked at for {wait_s:.0f} s",
-                wait_s=wait_s,
-                asked=f"to sign in as {name}",
-                found="too many wrong passwords",
-                remedy="wait, then try again",
-            )
+        browser = sign_in or self.known_browsers.id_of(known, name)
+        self.limits.check(name, address=address, browser=browser)
         try:
-            return self.users.sign_in(name, password)
+            user = self.users.sign_in(name, password, known=browser is not None)
         except WrongCredentials:
-            self._wrong.add_wrong(address)
+            self.limits.add_wrong(name, address=address, browser=browser)
             raise
+        self.limits.forget_browser(browser)
+        return user
 
     def begin(self, user: User, *, address: str, browser: str) -> str:
-        """Sign in a user who has proved who it is; return the cookie's value."""
-        cookie, _ = self.sign_ins.begin(user, address=address, browser=browser)
+        """Sign in a user who has proved who it is; return the cookie's value.
+
+        Raise `WrongCredentials` for one who was removed, disabled, or got another password since.
+        """
+        with self._changing:
+            try:
+                present = self.users.get(user.name)
+            except NotFound as error:
+                raise changed_meanwhile(user.name) from error
+            if present.disabled or present.credentials != user.credentials:
+                raise changed_meanwhile(user.name)
+            cookie, _ = self.sign_ins.begin(present, address=address, browser=browser)
         return cookie
 
     def change_user(self, name: str, *, role: UserRole | None, disabled: bool | None) -> User:
-        """Change a user; a disabled one is signed out everywhere, another role holds at once."""
-        user = self.users.change(name, role=role, disabled=disabled)
-        if user.disabled:
-            self.sign_out_user(name)
-        else:
-            self.sign_ins.change_role(user)
-            self._end_streams(name)  # they were opened with other rights
+        """Change a user and what the user's tokens may; a disabled one is signed out everywhere."""
+        takes_rights = disabled is True or (
+            role is not None and not rights_of(role) >= self.users.rights(name)
+        )
+        with self._changing:
+            try:
+                user = self.users.change(name, role=role, disabled=disabled)
+            except WRITE_ERRORS:
+                if takes_rights:
+                    self.sign_out_user(name)
+                raise
+            if user.disabled:
+                self.sign_out_user(name)
+            else:
+                self.sign_ins.change_role(user)
+                self._end_streams(name)  # they were opened with other rights
+            for token in self.tokens.owned_by(name):
+                self.streams.end(token.id)
         return user
 
-    def remove_user(self, name: str) -> None:
-        """Remove a user, who is signed out everywhere."""
-        self.users.remove(name)
-        self.sign_out_user(name)
+    def remove_user(
+        self, name: str, *, keep_tokens: bool = False, by: str | None = None
+    ) -> list[ServiceToken]:
+        """Remove a user, who is signed out everywhere; return the user's tokens, which are revoked.
 
-    def set_password(self, name: str, password: str, *, keep: str | None) -> None:
-        """Set a user's password; sign the user out everywhere but in the sign-in `keep`."""
-        self.users.set_password(name, password)
-        self.sign_out_user(name, keep=keep)
+        `keep_tokens`: they stay, on the authority of the user `by`; None: of whoever has the machine. Raise
+        `Busy` for the last admin, `InvalidInput` for who would keep tokens on an authority that goes.
+        """
+        if keep_tokens and by == name:
+            raise InvalidInput(
+                f"the tokens of {name} cannot outlive {name} on {name}'s own authority; let another "
+                f"admin remove {name}, or revoke them",
+                asked=f"to remove {name} and keep the tokens",
+                found=f"{name} as the one who keeps them",
+                remedy="let another admin do it, or revoke them",
+            )
+        with self._changing:
+            tokens = self.tokens.owned_by(name)
+            with self._ending_sign_ins(name):
+                self.users.remove(name)
+            ids = [token.id for token in tokens]
+            if keep_tokens:
+                self.tokens.hand_over(*ids, owner=by)
+                self.tokens.write_changes()
+            else:
+                self._revoke_tokens(ids)
+        return tokens
+
+    def set_password(self, name: str, password: str, *, keep: str | None, proved: User | None = None) -> None:
+        """Set a user's password; sign the user out everywhere but in the sign-in `keep`.
+
+        `proved`: the user as the present password has proved it.
+        """
+        with self._ending_sign_ins(name, keep=keep):
+            self.users.set_password(name, password, proved=proved)
+        self.limits.forget_account(name)
 
     def sign_out_user(self, name: str, *, keep: str | None = None) -> None:
         """Sign a user out everywhere, but in the sign-in `keep`."""
@@ -177,21 +216,73 @@ class Accounts:
 
     def sign_out(self, *ids: str) -> None:
         """End sign-ins and their open streams."""
-        self.sign_ins.revoke(*ids)
+        self.sign_ins.refuse(*ids)
         for sign_in in ids:
             self.streams.end(sign_in)
+        self.sign_ins.write_refused()
+
+    def add_token(
+        self, principal: Principal, name: str, scopes: frozenset[Right], *, days: int | None
+    ) -> tuple[str, ServiceToken]:
+        """Return a new secret and its token, which never may more than `principal`; raise `Forbidden`."""
+        for scope in sorted(scopes):
+            require(principal, scope, asked=f"a token that may {scope}")
+        owner = self.authority_of(principal)
+        return self.tokens.add(name, scopes, days=days, created_by=principal.name, owner=owner)
+
+    def authority_of(self, principal: Principal) -> str | None:
+        """Return the user on whose authority a principal acts; None for whoever has the machine."""
+        if principal.kind is PrincipalKind.SERVICE and principal.sign_in is not None:
+            return self.tokens.get(principal.sign_in).owner
+        return principal.name if principal.kind is PrincipalKind.USER else None
 
     def revoke_token(self, token_id: str) -> ServiceToken:
-        """Refuse a service's token from now on, and end its open streams."""
-        token = self.tokens.revoke(token_id)
-        self.streams.end(token_id)
+        """Refuse a service's token from now on, and end its open streams; raise `NotFound`."""
+        token = self.tokens.get(token_id)
+        self._revoke_tokens([token_id])
         return token
+
+    def _revoke_tokens(self, ids: list[str]) -> None:
+        self.tokens.refuse(*ids)
+        for token_id in ids:
+            self.streams.end(token_id)
+        self.tokens.write_changes()
+
+    @contextmanager
+    def _ending_sign_ins(self, name: str, *, keep: str | None = None) -> Iterator[None]:
+        """Sign a user out once the block has changed the user, or where the disk did not take that."""
+        with self._changing:
+            try:
+                yield
+            except WRITE_ERRORS:
+                self.sign_out_user(name, keep=keep)
+                raise
+            self.sign_out_user(name, keep=keep)
 
     def _end_streams(self, name: str) -> None:
         for sign_in, _ in self.sign_ins.all():
             if sign_in.user == name:
                 self.streams.end(sign_in.id)
 
+    def _take_up(self) -> None:
+        """Take up what the last server left; forget what the key of this data directory has not signed."""
+        try:
+            if self._key.is_new:  # a new directory, a restored backup, or a sign-out that was not written
+                self.sign_ins.revoke_stored()
+                self.users.drop_invitations()
+            self._key.keep()
+        except WRITE_ERRORS as error:
+            _log.warning("the accounts cannot be written; it is tried again: %s", error)
+        self.sign_ins.load(self.users.all())
+        known = {user.name for user in self.users.all()}
+        self.tokens.refuse(*(token.id for token in self.tokens.all() if token.owner not in (None, *known)))
+        self.tokens.write_changes()
+
     def _sweep(self) -> None:
-        for ended in [*self.sign_ins.forget_expired(), *self.tokens.write_uses()]:
+        for ended in [*self.sign_ins.forget_expired(), *self.tokens.forget_expired()]:
             self.streams.end(ended)
+        if self.users.exist:
+            self.first_admin.forget()
+        self.first_admin.forget_expired()
+        self.sign_ins.write()
+        self.tokens.write()

@@ -15,9 +15,13 @@ LEAST_CHARS = 10
 MOST_CHARS = 256
 """A longer one would only cost time."""
 AT_ONCE = 2
+"""Passwords of browsers that are not known."""
+AT_ONCE_KNOWN = 1
+"""Of known browsers, and new ones: a flood of strangers does not hold them up."""
 LONGEST_WAIT_S = 0.5
 _HASHER = PasswordHasher()
 _SLOTS = threading.BoundedSemaphore(AT_ONCE)
+_KNOWN_SLOTS = threading.BoundedSemaphore(AT_ONCE_KNOWN)
 
 
 def check_password(password: str, *, name: str) -> None:
@@ -35,14 +39,17 @@ def check_password(password: str, *, name: str) -> None:
 
 
 def hash_password(password: str) -> str:
-    """Return the hash of a password, with its salt and the parameters that it was made with."""
-    with _slot():
+    """Return the hash of a new password, with its salt and the parameters that it was made with."""
+    with _slot(_KNOWN_SLOTS):
         return _HASHER.hash(password)
 
 
-def verify_password(password: str, stored: str | None) -> bool:
-    """Return whether a password is the stored one; as slow where there is none, which then tells nothing."""
-    with _slot():
+def verify_password(password: str, stored: str | None, *, known: bool) -> bool:
+    """Return whether a password is the stored one; as slow where there is none, which then tells nothing.
+
+    `known`: whether the browser has signed in as that user before.
+    """
+    with _slot(_KNOWN_SLOTS if known else _SLOTS):
         try:
             _HASHER.verify(stored or _hash_of_nobody(), password)
         except (VerificationError, InvalidHashError):
@@ -51,20 +58,20 @@ def verify_password(password: str, stored: str | None) -> bool:
 
 
 @contextmanager
-def _slot() -> Iterator[None]:
+def _slot(slots: threading.BoundedSemaphore) -> Iterator[None]:
     """Hold one of the few places; raise `TooManyAttempts` when none is free soon: others need the threads."""
-    if not _SLOTS.acquire(timeout=LONGEST_WAIT_S):
+    if not slots.acquire(timeout=LONGEST_WAIT_S):
         raise TooManyAttempts(
             "many people sign in at once; try again in a second",
             wait_s=1.0,
             asked="to check a password",
-            found=f"{AT_ONCE} others are checked",
+            found="others are checked",
             remedy="try again in a second",
         )
     try:
         yield
     finally:
-        _SLOTS.release()
+        slots.release()
 
 
 @cache

@@ -48,6 +48,10 @@ class PrincipalKind(StrEnum):
     """Whoever has not proved anything."""
 
 
+LOCAL_STREAMS = "local"
+"""Under this id are the open connections of whoever uses an open server: the first admin ends them."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Principal:
     """Who a request comes from, and what it may do."""
@@ -63,6 +67,11 @@ class Principal:
     def may(self, right: Right) -> bool:
         """Return whether it has a right."""
         return right in self.rights
+
+    @property
+    def streams_id(self) -> str | None:
+        """Return the id under which its open connections are ended; None where nothing ends them."""
+        return LOCAL_STREAMS if self.kind is PrincipalKind.LOCAL else self.sign_in
 
     @property
     def title(self) -> str:

@@ -1,29 +1,32 @@
 """Sign-ins: the browsers in which users are signed in, by a signed cookie whose secret the server can forget.
 
-All live sign-ins are in memory, so that a request costs no query; the table keeps them over a restart.
+All live sign-ins are in memory, so that a request costs no query; the table keeps them over a restart. What
+is revoked is refused at once, and stays refused whether or not the disk takes it.
 """
 
+import logging
 import secrets
 import threading
 import time
 from dataclasses import dataclass, field
 from datetime import timedelta
-from pathlib import Path
 
 from itsdangerous import BadSignature, Signer
 from sqlalchemy import delete, select, update
 
 from foveacam_server.accounts.cookies import COOKIE_DAYS
 from foveacam_server.accounts.rights import Principal, PrincipalKind, rights_of
-from foveacam_server.accounts.tables import SignInRow, secret_hash
+from foveacam_server.accounts.signing_key import SigningKey
+from foveacam_server.accounts.tables import WRITE_ERRORS, SignInRow, secret_hash
 from foveacam_server.accounts.users import User, utc_in
 from foveacam_server.foundation.names import age_s, new_id, utc_now
 from foveacam_server.foundation.store import Store
 
+_log = logging.getLogger(__name__)
+
 LIFE = timedelta(days=COOKIE_DAYS)
 IDLE = timedelta(days=7)
 """Longest pause between two uses of a sign-in."""
-KEY_FILE = "sign_in.key"
 _SECRET_BYTES = 32
 _BROWSER_CHARS = 160
 
@@ -55,13 +58,18 @@ class SignIns:
     """The sign-ins of a server; callable from any thread."""
 
     store: Store
+    key: SigningKey
     _signer: Signer = field(init=False)
     _lock: threading.Lock = field(init=False, default_factory=threading.Lock)
     _live: dict[str, _Live] = field(init=False, default_factory=dict)
     """By the hash of the secret."""
+    _unwritten: set[str] = field(init=False, default_factory=set)
+    """Ids that are refused and still in the table: the disk did not take it yet."""
+    _writing: threading.Lock = field(init=False, default_factory=threading.Lock)
+    """Held while it is decided whether the key may be in its file."""
 
     def __post_init__(self) -> None:
-        self._signer = Signer(_signing_key(self.store.folder / KEY_FILE), salt="foveacam sign-in")
+        self._signer = Signer(self.key.text, salt="foveacam sign-in")
 
     def load(self, users: list[User]) -> None:
         """Take up the stored sign-ins of these users; others, and those that have expired, are forgotten."""
@@ -71,11 +79,18 @@ class SignIns:
         live = {
             row.secret_hash: _live(_sign_in(row), named[row.user], seen_utc=row.last_seen_utc)
             for row in rows
-            if row.user in named
+            if row.user in named and row.id not in self._unwritten
         }
         with self._lock:
             self._live = live
         self.forget_expired()
+
+    def revoke_stored(self) -> None:
+        """Revoke all that the table has, as when the key that signed them is no more."""
+        with self.store.session() as session:
+            ids = session.scalars(select(SignInRow.id)).all()
+        if ids:
+            self.revoke(*ids)
 
     def begin(self, user: User, *, address: str, browser: str) -> tuple[str, SignIn]:
         """Sign a user in; return the cookie's value and the sign-in."""
@@ -125,12 +140,60 @@ class SignIns:
             found = [(live.sign_in, live.seen_utc) for live in self._live.values() if not _has_expired(live)]
         return sorted(found, key=lambda pair: pair[0].created_utc, reverse=True)
 
-    def revoke(self, *ids: str) -> None:
-        """Forget sign-ins, at once and for good."""
+    def refuse(self, *ids: str) -> None:
+        """Refuse sign-ins from now on; `write_refused` makes it last over a restart."""
         with self._lock:
             self._live = {key: live for key, live in self._live.items() if live.sign_in.id not in ids}
+            self._unwritten.update(ids)
+
+    def write_refused(self) -> None:
+        """Delete what was refused. Where the disk does not take it, `write` tries again."""
+        try:
+            with self._writing:
+                self._write_refused()
+        except WRITE_ERRORS as error:
+            _log.warning("a sign-out holds, but was not written; it is tried again: %s", error)
+
+    def revoke(self, *ids: str) -> None:
+        """Refuse sign-ins, at once and for good."""
+        self.refuse(*ids)
+        self.write_refused()
+
+    def write(self) -> None:
+        """Write what was refused, and when the others were used; raise what the disk does not take."""
+        with self._writing:
+            self._write_refused()
+            self.key.keep()
+        with self._lock:
+            used = {live.sign_in.id: live.seen_utc for live in self._live.values() if live.unwritten}
+            for live in self._live.values():
+                live.unwritten = False
         with self.store.session() as session:
-            session.execute(delete(SignInRow).where(SignInRow.id.in_(ids)))
+            for sign_in, seen_utc in used.items():
+                session.execute(
+                    update(SignInRow).where(SignInRow.id == sign_in).values(last_seen_utc=seen_utc)
+                )
+
+    def _write_refused(self) -> None:
+        with self._lock:
+            ids = frozenset(self._unwritten)
+        if not ids:
+            return
+        try:
+            with self.store.session() as session:
+                session.execute(delete(SignInRow).where(SignInRow.id.in_(ids)))
+        except WRITE_ERRORS:
+            self._void_key()
+            raise
+        with self._lock:
+            self._unwritten -= ids
+
+    def _void_key(self) -> None:
+        """Remove the key: a server that is killed before it could write accepts no cookie of before."""
+        try:
+            self.key.void()
+        except OSError as error:
+            _log.warning("%s cannot be removed; a server that is killed now forgets the sign-out", error)
 
     def change_role(self, user: User) -> None:
         """Give the sign-ins of a user the rights of the user's present role."""
@@ -140,30 +203,12 @@ class SignIns:
                     live.principal = _principal(live.sign_in, user)
 
     def forget_expired(self) -> list[str]:
-        """Forget the sign-ins that have expired and return their ids; write when the others were used."""
+        """Revoke the sign-ins that have expired and return their ids."""
         with self._lock:
             expired = [live.sign_in.id for live in self._live.values() if _has_expired(live)]
-            used = {live.sign_in.id: live.seen_utc for live in self._live.values() if live.unwritten}
-            for live in self._live.values():
-                live.unwritten = False
         if expired:
             self.revoke(*expired)
-        with self.store.session() as session:
-            for sign_in, seen_utc in used.items():
-                session.execute(
-                    update(SignInRow).where(SignInRow.id == sign_in).values(last_seen_utc=seen_utc)
-                )
         return expired
-
-
-def _signing_key(path: Path) -> str:
-    """Return the key of this data folder, made at first; only its owner can read the file."""
-    try:
-        return path.read_text(encoding="ascii")
-    except FileNotFoundError:
-        path.touch(mode=0o600)
-        path.write_text(secrets.token_hex(_SECRET_BYTES), encoding="ascii")
-        return path.read_text(encoding="ascii")
 
 
 def _sign_in(row: SignInRow) -> SignIn:

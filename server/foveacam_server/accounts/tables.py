@@ -4,9 +4,14 @@ import hashlib
 import hmac
 
 from sqlalchemy import JSON, String
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Mapped, mapped_column
 
+from foveacam_hardware.contract import DeviceFault, StorageFull
 from foveacam_server.foundation.store import TableRow
+
+WRITE_ERRORS = (StorageFull, DeviceFault, SQLAlchemyError)
+"""What a write to the database raises where the disk does not take it."""
 
 
 class UserRow(TableRow):
@@ -51,6 +56,8 @@ class ServiceTokenRow(TableRow):
     created_utc: Mapped[str]
     expires_utc: Mapped[str | None]
     last_used_utc: Mapped[str | None]
+    owner: Mapped[str | None]
+    """User on whose authority it exists; None: whoever has the machine or the shared token."""
 
 
 class AuditRow(TableRow):

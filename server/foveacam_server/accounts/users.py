@@ -5,7 +5,7 @@ import secrets
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from typing import Literal
 
@@ -13,11 +13,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_server.accounts.attempts import ACCOUNT_MOST_WRONG, ACCOUNT_WINDOW_S, WrongAttempts
 from foveacam_server.accounts.passwords import check_password, hash_password, verify_password
-from foveacam_server.accounts.rights import UserRole
+from foveacam_server.accounts.rights import Right, UserRole, rights_of
 from foveacam_server.accounts.tables import UserRow, secret_hash
-from foveacam_server.foundation.errors import NotFound, TooManyAttempts, WrongCredentials
+from foveacam_server.foundation.errors import NotFound, WrongCredentials
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.store import Store
 
@@ -39,6 +38,8 @@ class User:
     """Whether a password was set."""
     created_utc: str
     last_seen_utc: str | None
+    credentials: str = field(repr=False)
+    """Changes with the password."""
 
     @property
     def state(self) -> UserState:
@@ -63,13 +64,18 @@ class Users:
         self._store = store
         self._lock = threading.Lock()
         """One change at a time, so that two changes cannot remove both of two admins."""
-        self._wrong = WrongAttempts(most=ACCOUNT_MOST_WRONG, window_s=ACCOUNT_WINDOW_S)
-        self._admin_joined = any(_can_administer(user) for user in self.all())
+        self._rights: dict[str, frozenset[Right]] = {}
+        self._admin_joined = False
+        self._read_rights()
 
     @property
     def exist(self) -> bool:
         """Whether an admin can sign in: from then on everybody must."""
         return self._admin_joined
+
+    def rights(self, name: str) -> frozenset[Right]:
+        """Return what a user may do now; nothing for one who is disabled or was removed."""
+        return self._rights.get(name, frozenset())
 
     def all(self) -> list[User]:
         """Return all users by name."""
@@ -82,20 +88,14 @@ class Users:
             return _user(_row(session, name))
 
     def add(
-        self, name: str, role: UserRole, *, password: str | None = None
+        self, name: str, role: UserRole, *, password: str | None = None, first: bool = False
     ) -> tuple[User, Invitation | None]:
-        """Add a user; without a password, one who is invited to set it.
+        """Add a user; without a password, one who is invited to set it. `first`: only as the first admin.
 
-        Raise `Busy` for a name that is taken, `InvalidInput` for a bad password, or for a first user who
-        could not administer the server.
+        Raise `Busy` for a name that is taken, or a first admin who is not the first, `InvalidInput` for a bad
+        password, or for a first user who could not administer the server.
         """
-        if not self.exist and (role is not UserRole.ADMIN or password is None):
-            raise InvalidInput(
-                "the first user is an admin with a password: else nobody could add others; give both",
-                asked=f"{name}, {role}, {'without' if password is None else 'with'} a password",
-                found="no user yet",
-                remedy="make the first user an admin, with a password",
-            )
+        self._check_first(name, role, with_password=password is not None)
         check_name(name)
         if password is not None:
             check_password(password, name=name)
@@ -103,6 +103,8 @@ class Users:
         row.password_hash = None if password is None else hash_password(password)
         invitation = _invite(row) if password is None else None
         with self._change() as session:
+            if first and self.exist:
+                raise _not_the_first(name)
             if session.get(UserRow, name) is not None:
                 raise Busy(
                     f"there is a user {name} already; choose another name",
@@ -113,12 +115,24 @@ class Users:
             session.add(row)
         return self.get(name), invitation
 
+    def _check_first(self, name: str, role: UserRole, *, with_password: bool) -> None:
+        if self.exist or (role is UserRole.ADMIN and with_password):
+            return
+        raise InvalidInput(
+            "the first user is an admin with a password: else nobody could add others; give both",
+            asked=f"{name}, {role}, {'with' if with_password else 'without'} a password",
+            found="no user yet",
+            remedy="make the first user an admin, with a password",
+        )
+
     def change(self, name: str, *, role: UserRole | None = None, disabled: bool | None = None) -> User:
         """Change the role of a user, or whether the user may sign in; raise `Busy` for the last admin."""
         with self._change() as session:
             row = _row(session, name)
             row.role = row.role if role is None else role.value
             row.disabled = row.disabled if disabled is None else disabled
+            if row.disabled:
+                _drop_invitation(row)
             _check_admin_left(session, f"to change {name}")
         return self.get(name)
 
@@ -134,44 +148,48 @@ class Users:
         with self._change() as session:
             return _invite(_row(session, name))
 
-    def check_invitation(self, code: str) -> None:
-        """Raise `WrongCredentials` for a code that is no invitation any more."""
+    def drop_invitations(self) -> None:
+        """Refuse all codes from now on."""
+        with self._change() as session:
+            for row in session.scalars(select(UserRow)):
+                _drop_invitation(row)
+
+    def check_invitation(self, code: str) -> str:
+        """Return whose invitation a code is; raise `WrongCredentials` for one that is none any more."""
         with self._store.session() as session:
-            _invited(session, code)
+            return _invited(session, code).name
 
     def join(self, code: str, password: str) -> User:
         """Set the password of the user whose invitation this is; raise `WrongCredentials`."""
+        check_password(password, name=self.check_invitation(code))
+        hashed = hash_password(password)
         with self._change() as session:
-            row = _invited(session, code)
-            check_password(password, name=row.name)
-            row.password_hash = hash_password(password)
-            row.invitation_hash = row.invitation_until_utc = None
+            row = _invited(session, code)  # again: somebody else may have used it meanwhile
+            row.password_hash = hashed
+            _drop_invitation(row)
             name = row.name
-        self._wrong.forget(name)
         return self.get(name)
 
-    def sign_in(self, name: str, password: str) -> User:
+    def sign_in(self, name: str, password: str, *, known: bool) -> User:
         """Return the user whose name and password these are, and remember when.
 
-        Raise `WrongCredentials`, the same whether the name or the password is wrong, or `TooManyAttempts`.
+        `known`: whether the browser is. Raise `WrongCredentials`, the same whether the name or the password
+        is wrong.
         """
-        wait_s = self._wrong.wait_s(name)
-        if wait_s > 0.0:
-            raise _locked(name, wait_s)
         with self._store.session() as session:
             row = session.get(UserRow, name)
             stored = None if row is None or row.disabled else row.password_hash
-        if not verify_password(password, stored):
-            self._wrong.add_wrong(name)
+        if not verify_password(password, stored, known=known):
             raise WrongCredentials(
                 "this name and password do not belong together, or the user is disabled",
                 asked=f"to sign in as {name}",
                 found="a wrong name or password",
                 remedy="try again; an admin can make a new link for a forgotten password",
             )
-        self._wrong.forget(name)
         with self._store.session() as session:
-            row = _row(session, name)
+            row = session.get(UserRow, name)
+            if row is None or row.disabled or row.password_hash != stored:
+                raise changed_meanwhile(name)
             row.last_seen_utc = utc_now()
             return _user(row)
 
@@ -196,23 +214,42 @@ class Users:
             row.last_seen_utc = utc_now()
             return _user(row)
 
-    def set_password(self, name: str, password: str) -> None:
-        """Set a user's password."""
+    def set_password(self, name: str, password: str, *, proved: User | None = None) -> None:
+        """Set a user's password; open invitations are no longer good.
+
+        `proved`: the user as the present password has proved it; raise `WrongCredentials` where it is another
+        one by now.
+        """
         check_password(password, name=name)
         hashed = hash_password(password)
         with self._change() as session:
-            _row(session, name).password_hash = hashed
-
-    def locked_for_s(self, name: str) -> float | None:
-        """Return for how long nobody can sign in as `name`, after wrong passwords; None when somebody can."""
-        return round(self._wrong.wait_s(name), 1) or None
+            row = _row(session, name)
+            if proved is not None and _user(row).credentials != proved.credentials:
+                raise changed_meanwhile(name)
+            row.password_hash = hashed
+            _drop_invitation(row)
 
     @contextmanager
     def _change(self) -> Iterator[Session]:
         with self._lock:
             with self._store.session() as session:
                 yield session
-            self._admin_joined = any(_can_administer(user) for user in self.all())
+            self._read_rights()
+
+    def _read_rights(self) -> None:
+        found = self.all()
+        self._rights = {user.name: rights_of(user.role) for user in found if not user.disabled}
+        self._admin_joined = any(_can_administer(user) for user in found)
+
+
+def changed_meanwhile(name: str) -> WrongCredentials:
+    """Return the refusal of somebody whose password changed while it was checked."""
+    return WrongCredentials(
+        f"the password of {name} was changed meanwhile, or the user disabled or removed; sign in again",
+        asked=f"to sign in as {name}",
+        found="a user that has changed",
+        remedy="sign in again",
+    )
 
 
 def check_name(name: str) -> None:
@@ -244,6 +281,7 @@ def _user(row: UserRow) -> User:
         joined=row.password_hash is not None,
         created_utc=row.created_utc,
         last_seen_utc=row.last_seen_utc,
+        credentials=secret_hash(row.password_hash or ""),
     )
 
 
@@ -284,13 +322,17 @@ def _invite(row: UserRow) -> Invitation:
     return invitation
 
 
-def _locked(name: str, wait_s: float) -> TooManyAttempts:
-    return TooManyAttempts(
-        f"too many wrong passwords for {name}: no password is looked at for {wait_s:.0f} s",
-        wait_s=wait_s,
-        asked=f"to sign in as {name}",
-        found=f"{ACCOUNT_MOST_WRONG} wrong passwords",
-        remedy="wait, or ask an admin for a new link",
+def _drop_invitation(row: UserRow) -> None:
+    row.invitation_hash = row.invitation_until_utc = None
+
+
+def _not_the_first(name: str) -> Busy:
+    return Busy(
+        f"asked to make {name} the first admin: somebody else became that meanwhile; sign in, or ask an "
+        "admin to add you",
+        asked=f"{name} as the first admin",
+        found="an admin",
+        remedy="sign in, or ask an admin to add you",
     )
 
 

@@ -64,12 +64,24 @@ def link(name: NameArgument, data: DataOption = None) -> None:
 
 
 @app.command()
-def remove(name: NameArgument, data: DataOption = None) -> None:
-    """Remove a user, who is signed out everywhere."""
+def remove(
+    name: NameArgument,
+    keep_tokens: Annotated[
+        bool, typer.Option("--keep-tokens", help="let the user's tokens of services go on working")
+    ] = False,
+    data: DataOption = None,
+) -> None:
+    """Remove a user, who is signed out everywhere; the user's tokens of services are listed, and revoked."""
     with _accounts(data) as accounts:
-        accounts.remove_user(name)
-        _audit(accounts.audit, "DELETE", f"/api/v1/users/{name}", _OK, "by the command line")
+        tokens = accounts.remove_user(name, keep_tokens=keep_tokens)
+        fate = "kept" if keep_tokens else "revoked"
+        names = ", ".join(token.name for token in tokens)
+        detail = f"by the command line; tokens {fate}: {names}" if tokens else "by the command line"
+        _audit(accounts.audit, "DELETE", f"/api/v1/users/{name}", _OK, detail)
     typer.echo(f"{name} is removed.")
+    for token in tokens:
+        scopes = ", ".join(sorted(token.scopes))
+        typer.echo(f"  {fate}: the token {token.name} ({token.prefix}…), which may {scopes}")
 
 
 def _link_words(invitation: "Invitation") -> str:

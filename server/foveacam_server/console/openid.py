@@ -14,8 +14,7 @@ from starlette.middleware.sessions import SessionMiddleware
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server.accounts.audit import AuditNote
-from foveacam_server.accounts.cookies import set_cookie
-from foveacam_server.accounts.requests import address_of
+from foveacam_server.accounts.browser_sign_in import sign_in_browser
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.accounts.route_rights import open_to_anybody
 from foveacam_server.accounts.users import User
@@ -111,20 +110,18 @@ class _OpenIdRoutes:
         try:
             name = _name_of(claims, claim=self._provider.settings.claim)
             note.detail = f"sign in as {name} by {self._provider.settings.issuer}"
-            cookie = await asyncio.to_thread(self._begin, name, request)
+            return await asyncio.to_thread(self._begin, name, request)
         except FoveaError as error:
             return self._refused(str(error), problem_of(error).kind.status)
-        answer = RedirectResponse("/", status_code=303)
-        set_cookie(answer, cookie, secure=request.url.scheme == "https")
-        return answer
 
-    def _begin(self, name: str, request: Request) -> str:
+    def _begin(self, name: str, request: Request) -> Response:
         accounts = self._gate.accounts
         if accounts is None:
             raise WrongCredentials("the server has not started")
         user: User = accounts.users.come_by_provider(name, new_role=self._new_role)
-        browser = request.headers.get("user-agent", "")
-        return accounts.begin(user, address=address_of(request.scope), browser=browser)
+        answer = RedirectResponse("/", status_code=303)
+        sign_in_browser(request, answer, accounts, user)
+        return answer
 
     @property
     def _new_role(self) -> UserRole | None:

@@ -78,7 +78,7 @@ def no_credentials(*, first_admin: bool) -> Refusal:
     """Refuse a request of nobody in particular."""
     if first_admin:
         detail = "This server has no user yet; nothing is served before the first admin exists."
-        remedy = "Open the link that the server printed on its terminal."
+        remedy = "Open the link in the file that the server named on its terminal."
     else:
         detail = (
             "This server asks who you are, and no sign-in or token (or a wrong one) came with the request."

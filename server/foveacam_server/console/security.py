@@ -63,11 +63,11 @@ class SecurityMiddleware:
 
     async def _serve(self, principal: Principal, scope: Scope, receive: Receive, send: Send) -> None:
         lasting = scope["type"] == "websocket" or scope["method"] == "GET"
-        if principal.sign_in is None or not lasting or self._gate.accounts is None:
+        if principal.streams_id is None or not lasting or self._gate.accounts is None:
             await self._app(scope, receive, send)
             return
         connection = OpenConnection(scope, receive, send)
-        with self._gate.accounts.streams.opened(principal.sign_in, connection.end):
+        with self._gate.accounts.streams.opened(principal.streams_id, connection.end):
             if isinstance(self._gate.check(scope), Refusal):  # revoked between the check and here
                 connection.end()
             try:

@@ -13,6 +13,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.accounts import Accounts, Mode
 from foveacam_server.accounts.audit import AuditNote
+from foveacam_server.accounts.browser_sign_in import known_cookie_of, sign_in_browser
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.passwords import LEAST_CHARS
 from foveacam_server.accounts.requests import address_of
@@ -59,8 +60,8 @@ def page_of(gate: AccessRules, *, problem: str = "", name: str = "") -> str:
     mode = gate.mode
     if mode is Mode.FIRST_ADMIN:
         body = (
-            "<main><h1>FoveaCam Duo</h1><p>This server has no user yet. Open the link that it printed on its "
-            "terminal to make the first admin.</p></main>"
+            "<main><h1>FoveaCam Duo</h1><p>This server has no user yet. Open the link that makes the first "
+            "admin: its terminal names the file that has it.</p></main>"
         )
         return _PAGE.replace("__BODY__", body)
     forms = [_password_form(problem, name)] if mode is Mode.USERS else []
@@ -143,15 +144,21 @@ class _SignInForms:
         note.detail = f"sign in as {name[:64]}"
         try:
             user = await asyncio.to_thread(
-                self._gate.accounts.authenticate, name, form.get("password", ""), address=address
+                self._gate.accounts.authenticate,
+                name,
+                form.get("password", ""),
+                address=address,
+                known=known_cookie_of(request),
             )
+            return await asyncio.to_thread(self._begin, request, self._gate.accounts, user)
         except FoveaError as error:
             return self._page(str(error), status=problem_of(error).kind.status, name=name)
-        return await asyncio.to_thread(self._begin, request, self._gate.accounts, user)
 
     def _sign_in_by_token(self, request: Request, token: str, address: str) -> Response:
         if self._gate.admits_token(token, address=address):
-            return self._console(request, self._gate.cookie)
+            answer = RedirectResponse("/", status_code=303)
+            set_cookie(answer, self._gate.cookie, secure=request.url.scheme == "https")
+            return answer
         wait_s = self._gate.attempts.wait_s(address)
         if wait_s > 0.0:
             problem = too_many_tries(wait_s).problem
@@ -183,22 +190,17 @@ class _SignInForms:
             return _html(page, status=422)
         try:
             user = await asyncio.to_thread(accounts.join, code, form.get("password", ""), name=name)
+            answer = await asyncio.to_thread(self._begin, request, accounts, user)
         except FoveaError as error:
             page = _join_page(code, first=first, problem=str(error), name=name or "")
             return _html(page, status=problem_of(error).kind.status)
         note: AuditNote = request.scope["audit_note"]
         note.detail = f"{user.name} set a password by a link"
-        return await asyncio.to_thread(self._begin, request, accounts, user)
+        return answer
 
     def _begin(self, request: Request, accounts: Accounts, user: User) -> Response:
-        browser = request.headers.get("user-agent", "")
-        return self._console(
-            request, accounts.begin(user, address=address_of(request.scope), browser=browser)
-        )
-
-    def _console(self, request: Request, cookie: str) -> Response:
         answer = RedirectResponse("/", status_code=303)
-        set_cookie(answer, cookie, secure=request.scope.get("scheme") == "https")
+        sign_in_browser(request, answer, accounts, user)
         return answer
 
     def _page(self, problem: str, *, status: int, name: str = "") -> Response:

@@ -15,6 +15,7 @@ from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.pool import ConnectionPoolEntry, NullPool
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_server.foundation.private_files import make_private_file
 
 FIRST_REVISION = "0001"
 """What databases have that were made before revisions were numbered."""
@@ -95,9 +96,10 @@ def _revision(connection: Connection) -> str | None:
 
 
 def copy_database(path: Path, copy: Path) -> None:
-    """Copy a database, as it is at one moment, also while it is being written."""
+    """Copy a database, as it is at one moment, also while it is written; its owner alone can read it."""
     partial = copy.with_name(f"{copy.name}.part")
     try:
+        make_private_file(partial)
         with closing(sqlite3.connect(path)) as source, closing(sqlite3.connect(partial)) as target:
             source.backup(target)
         partial.replace(copy)

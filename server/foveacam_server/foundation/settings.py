@@ -15,6 +15,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.storage.archive import checked_url
 from foveacam_server.foundation.plain_words import explain_validation
+from foveacam_server.foundation.private_files import warn_if_readable
 from foveacam_server.foundation.watching.log_lines import LogFormat
 
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - requests a generated token
@@ -227,6 +228,7 @@ def given_token(token: str | None, token_file: Path | None) -> str | None:
     if token_file is None:
         return token
     try:
+        warn_if_readable(token_file, what="the token")
         return token_file.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no text"

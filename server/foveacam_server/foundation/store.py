@@ -6,7 +6,7 @@ import os
 import shutil
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -19,8 +19,9 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
 from sqlalchemy.pool import ConnectionPoolEntry, NullPool
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_pipeline.storage.disk import disk_fault
+from foveacam_pipeline.storage.disk import PRIVATE, disk_errors, disk_fault
 from foveacam_server.foundation.migrate import migrate
+from foveacam_server.foundation.private_files import make_private, make_private_file, make_private_folder
 from foveacam_server.foundation.schema import EventDocument, Problem
 
 Document = dict[str, Any]  # Any: what a kind of job or event has
@@ -100,7 +101,8 @@ class Store:
         self._lock_fd = _lock_folder(folder)
         try:
             self._path = folder / DATABASE
-            with _disk_faults(folder):
+            with disk_errors("the database", folder), _disk_faults(folder):
+                _make_private(self._path)
                 self._engine = _open_engine(self._path)
         except BaseException:
             os.close(self._lock_fd)
@@ -178,8 +180,8 @@ def _disk_faults(folder: Path) -> Iterator[None]:
 
 def _lock_folder(folder: Path) -> int:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock_fd = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
+        make_private_folder(folder)
+        lock_fd = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, PRIVATE)
     except OSError as error:
         raise InvalidInput(
             f"data directory {folder}: {error.strerror}; choose another with --data DIR or FOVEACAM_DATA",
@@ -199,6 +201,14 @@ def _lock_folder(folder: Path) -> int:
             remedy="stop the other server, or use --data DIR",
         ) from error
     return lock_fd
+
+
+def _make_private(database: Path) -> None:
+    """Let its owner alone read the database; SQLite gives the files that it makes beside it this mode."""
+    make_private_file(database)
+    for suffix in ("-wal", "-shm"):
+        with suppress(FileNotFoundError):
+            make_private(Path(f"{database}{suffix}"))
 
 
 def _open_engine(path: Path) -> Engine:

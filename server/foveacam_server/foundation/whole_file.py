@@ -12,14 +12,14 @@ from foveacam_pipeline.storage.disk import disk_errors, write_file
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 
 
-def write_whole(path: Path, text: str, *, what: str) -> None:
-    """Put `text` on the disk, over an older file, for good; the folder is made.
+def write_whole(path: Path, text: str, *, what: str, mode: int | None = None) -> None:
+    """Put `text` on the disk, over an older file, for good; the folder is made. `mode`: its permissions.
 
     Raise `StorageFull` or `DeviceFault` that names `what` was to be written; an older file is then as it was.
     """
     with disk_errors(what, path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_file(path, text.encode())
+        write_file(path, text.encode(), mode=mode)
 
 
 def write_document(path: Path, document: Mapping[str, object], *, what: str) -> None:

@@ -27,7 +27,7 @@ def utc(*, ago_s: float = 0.0) -> str:
 
 def user(name: str, role: str = "operator", **fields: Json) -> Json:
     known = {"name": name, "role": role, "state": "active", "created_utc": utc(ago_s=9e5)}
-    return known | {"last_seen_utc": utc(ago_s=300), "locked_for_s": None} | fields
+    return known | {"last_seen_utc": utc(ago_s=300), "guessed_at": False} | fields
 
 
 def session(identity: str, name: str, *, current: bool = False, browser: str = FIREFOX) -> Json:
@@ -86,10 +86,12 @@ class StubPeople:
         reads["service_tokens"] = {"tokens": self.tokens}
         if method == "GET":
             return (200, reads[steps[0]]) if steps[0] in reads else None
-        orders = {"users": self._user, "sessions": self._session, "service_tokens": self._token}
+        if steps[0] == "users":
+            return self._user(method, steps[1:], body, query=address.query)
+        orders = {"sessions": self._session, "service_tokens": self._token}
         return orders[steps[0]](method, steps[1:], body) if steps[0] in orders else None
 
-    def _user(self, method: str, steps: list[str], body: Json) -> Answer:
+    def _user(self, method: str, steps: list[str], body: Json, *, query: str) -> Answer:
         if not steps:
             return self._add_user(body)
         found = next(each for each in self.users if each["name"] == steps[0])
@@ -102,12 +104,20 @@ class StubPeople:
             detail = f"{found['name']} is the last admin"
             return 409, problem(409, "The last admin", detail, "make somebody else one first")
         if method == "DELETE":
-            self.users.remove(found)
-            return 204, None
+            return 200, self._remove_user(found, keep="tokens=keep" in query)
         found |= {"role": body.get("role", found["role"])}
         if "disabled" in body:
             found["state"] = "disabled" if body["disabled"] else "active"
         return 200, found
+
+    def _remove_user(self, found: Json, *, keep: bool) -> Json:
+        self.users.remove(found)
+        theirs = [each for each in self.tokens if each["owner"] == found["name"]]
+        for each in theirs:
+            each["owner"] = self.sign_in["name"]
+        if not keep:
+            self.tokens = [each for each in self.tokens if each not in theirs]
+        return {"tokens_revoked": [] if keep else theirs, "tokens_kept": theirs if keep else []}
 
     def _add_user(self, body: Json) -> Answer:
         if any(each["name"] == body["name"] for each in self.users):
@@ -141,7 +151,8 @@ class StubPeople:
             "prefix": SECRET[:8],
             "scopes": body["scopes"],
         }
-        document |= {"created_by": self.sign_in["name"], "created_utc": utc(), "last_used_utc": None}
+        name = self.sign_in["name"]
+        document |= {"created_by": name, "owner": name, "created_utc": utc(), "last_used_utc": None}
         document["expires_utc"] = None if days is None else utc(ago_s=-86_400.0 * days)
         self.tokens.append(document)
         return 201, {"token": SECRET, "document": document}

@@ -24,9 +24,9 @@ def answer_question(page: Page, button: str) -> None:
 
 def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_console: OpenConsole) -> None:
     stub.people.sign("ada", "admin")
-    stub.people.users.append(user(LONG, "viewer", locked_for_s=240.0))
+    stub.people.users.append(user(LONG, "viewer", guessed_at=True))
     page = open_console(f"{stub.url}#/people").page
-    expect(row(page, LONG)).to_contain_text("Locked for 4 min")
+    expect(row(page, LONG)).to_contain_text("Guessed at")
     add = page.get_by_role("form", name="Add somebody")
 
     add.get_by_label("Name").fill("grace hopper")
@@ -76,6 +76,38 @@ def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_con
     answer_question(page, "Remove")
     expect(row(page, "grace")).to_have_count(0)
     assert [path for method, path, _ in stub.requests if method == "DELETE"] == ["/users/grace"]
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_programs_of_a_removed_admin_are_listed_and_revoked_unless_kept(
+    stub: StubServer, open_console: OpenConsole, keep: bool
+) -> None:
+    people = stub.people
+    people.sign("grace", "admin")
+    body = {"name": "nightly", "scopes": ["view", "operate"], "days": None}
+    people.answer("POST", "/service_tokens", body)
+    people.sign("ada", "admin")
+    people.users.append(user("grace", "admin"))
+    page = open_console(f"{stub.url}#/people").page
+
+    page.get_by_role("button", name="Disable grace").click()
+    dialog = page.get_by_role("alertdialog", name="Disable grace?")
+    expect(dialog.get_by_role("listitem")).to_have_text([f"nightly ({SECRET[:8]}…), which may see, operate"])
+    answer_question(page, "Cancel")
+    expect(row(page, "grace")).to_contain_text("Active")
+
+    page.get_by_role("button", name="Remove grace").click()
+    dialog = page.get_by_role("alertdialog", name="Remove grace?")
+    expect(dialog).to_contain_text("A program works on grace’s authority")
+    expect(dialog.get_by_role("listitem")).to_contain_text(["nightly"])
+    answer_question(page, "Remove, keep tokens" if keep else "Remove and revoke")
+    expect(row(page, "grace")).to_have_count(0)
+
+    page.get_by_role("link", name="Services").click()
+    if keep:
+        expect(row(page, "nightly")).to_contain_text("by grace, now of ada")
+    else:
+        expect(page.get_by_text("No program has a token yet.")).to_be_visible()
 
 
 def test_token_of_a_service_is_shown_once_and_revoked(stub: StubServer, open_console: OpenConsole) -> None:

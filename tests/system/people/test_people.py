@@ -3,6 +3,7 @@
 import json
 import os
 import ssl
+import stat
 import subprocess
 import sys
 import threading
@@ -17,6 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 import foveacam_client
+from foveacam_bench.access.ended_sign_ins import ended_figures
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
 from foveacam_server.rig.chosen_rig import ChosenRig
 from tests.certificates import written_certificate
@@ -62,7 +64,7 @@ def ada(lab: Lab) -> httpx.Client:
     assert lab.server.get("/rig").status_code == lab.server.get("/users").status_code == 401
     assert "no user yet" in lab.server.http.get("/", headers={"Accept": "text/html"}).text
     browser = lab.browser()
-    code = lab.server.services.accounts.first_admin_code()
+    code = lab.server.services.accounts.first_admin.code()
     page = browser.get("/join", params={"code": code})
     assert page.status_code == 200 and "you are the first admin" in page.text
     form = {"code": code, "name": "Ada", "password": PASSWORD, "again": "something else"}
@@ -139,6 +141,14 @@ def test_who_is_thrown_out_sees_nothing_more(lab: Lab, ada: httpx.Client) -> Non
     assert again.status_code == 200 and rex.get(f"{API}/rig").status_code == 200
     assert rex.delete(f"{API}/session").status_code == 204
     assert rex.get(f"{API}/rig").status_code == 401
+
+
+def test_nothing_of_a_users_sign_ins_is_left_after_a_link_a_new_password_a_removal_or_a_disabling(
+    lab: Lab, ada: httpx.Client
+) -> None:
+    figures = ended_figures(f"http://127.0.0.1:{lab.server.port}", ada)
+    assert figures["sessions_alive_after_reset_which"] == []
+    assert figures["sessions_tried_after_reset"] == 24
 
 
 def test_the_client_works_with_the_token_of_a_service(lab: Lab, ada: httpx.Client) -> None:
@@ -245,7 +255,12 @@ def test_the_first_user_of_this_machine_closes_it(tmp_path: Path) -> None:
         body = {"name": "ada", "role": "admin", "password": PASSWORD}
         assert server.post("/users", body | {"role": "operator"}).status_code == 422
         stranger = Lab(server, stack).browser()
+        views = Lab(server, stack).socket(f"{API}/views/ws", stranger)
         assert server.post("/users", body).status_code == 201
+        with pytest.raises(ConnectionClosed) as closed:
+            while True:
+                views.recv(timeout=PATIENCE_S)
+        assert closed.value.rcvd is not None and closed.value.rcvd.code == 4401
         assert server.get("/session").json()["name"] == "ada"
         assert stranger.get(f"{API}/rig").status_code == 401
         assert stranger.post(f"{API}/stop").status_code == 401
@@ -259,7 +274,7 @@ def program_environment(folder: Path) -> dict[str, str]:
     return os.environ | found
 
 
-def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_path: Path) -> None:
+def test_the_program_serves_https_and_names_the_file_with_the_link_of_the_first_admin(tmp_path: Path) -> None:
     certificate, key = written_certificate(tmp_path, "127.0.0.1")
     command = [sys.executable, "-m", "foveacam_server", "serve", "--host", EVERYWHERE, "--port", "0"]
     command += ["--tls-cert", str(certificate), "--tls-key", str(key)]
@@ -271,7 +286,9 @@ def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_pat
         env=program_environment(tmp_path),
     )
     try:
-        link = read_until(process, r"(https://127\.0\.0\.1:\d+/join\?code=\S+)")
+        path = Path(read_until(process, r"  cat (\S+)"))
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600 and path.parent == tmp_path
+        link = path.read_text().strip()
         trusted = ssl.create_default_context(cafile=certificate)
         with httpx.Client(verify=trusted, trust_env=False) as browser:
             page = browser.get(link)
@@ -285,6 +302,7 @@ def test_the_program_serves_https_and_prints_the_link_of_the_first_admin(tmp_pat
             }
             made = browser.post(httpx.URL(link).copy_with(path="/join", query=None), data=form)
             assert made.status_code == 303 and "; Secure" in made.headers["set-cookie"]
+            assert not path.exists()
             assert browser.post(httpx.URL(link).copy_with(path=f"{API}/stop", query=None)).status_code == 200
         with pytest.raises(httpx.HTTPError):  # a stop in plain text is none
             httpx.post(f"http://127.0.0.1:{httpx.URL(link).port}{API}/stop", trust_env=False)

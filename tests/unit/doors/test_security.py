@@ -196,7 +196,7 @@ def test_another_address_serves_nothing_before_there_is_a_user_or_a_token() -> N
     browser = client("http://rig.example", host="0.0.0.0")  # noqa: S104  # the mistake under test
     answer = browser.get("/")
     assert (answer.status_code, answer.json()["type"]) == (401, "/problems/unauthorized")
-    assert "link that the server printed" in answer.json()["remedy"]
+    assert "the file that the server named" in answer.json()["remedy"]
     assert "no user yet" in browser.get("/", headers={"Accept": "text/html"}).text
     assert browser.post("/park").status_code == browser.post("/api/v1/stop").status_code == 401
     assert browser.websocket_refusal({}) == (401, "/problems/unauthorized")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner, Result
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.rights import UserRole
+from foveacam_server.accounts.rights import Right, UserRole
 from foveacam_server.cli import app
 from foveacam_server.foundation.store import Store
 
@@ -58,3 +58,21 @@ def test_the_first_user_must_be_an_admin(users: Path) -> None:
     assert isinstance(result.exception, Busy) and "last admin" in str(result.exception)
     run("add", "otto", typed=f"{PASSWORD}\n{PASSWORD}\n")
     assert "otto is removed" in run("remove", "otto").output
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_the_tokens_of_a_removed_user_are_listed_and_revoked_unless_kept(users: Path, keep: bool) -> None:
+    for name in ("ada", "iris"):
+        run("add", name, "--role", "admin", typed=f"{PASSWORD}\n{PASSWORD}\n")
+    with Store(users) as store:
+        accounts = Accounts(store)
+        secret, token = accounts.tokens.add(
+            "planner", frozenset({Right.VIEW}), days=None, created_by="iris", owner="iris"
+        )
+        accounts.close()
+    printed = run("remove", "iris", *(["--keep-tokens"] if keep else [])).output
+    assert f"{'kept' if keep else 'revoked'}: the token planner ({token.prefix}…), which may view" in printed
+    with Store(users) as store:
+        accounts = Accounts(store)
+        assert (accounts.tokens.find(secret) is not None) == keep
+        accounts.close()

@@ -147,3 +147,29 @@ def test_a_full_disk_is_told_before_anything_is_changed(
 
 def _newest() -> str | None:
     return ScriptDirectory.from_config(migration_config()).get_current_head()
+
+
+def test_tokens_get_the_user_who_made_them_as_their_owner(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "foveacam.sqlite"
+    migrate(path)
+    makers = {"a": "ada", "b": "a", "c": "this machine", "d": "gone"}
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute("ALTER TABLE service_tokens DROP COLUMN owner")
+        database.execute("UPDATE alembic_version SET version_num = '0003'")
+        database.execute(
+            "INSERT INTO users (name, role, disabled, created_utc) VALUES ('ada', 'admin', 0, '2026')"
+        )
+        for name, maker in makers.items():
+            database.execute(
+                "INSERT INTO service_tokens (id, name, prefix, secret_hash, scopes, created_by, created_utc)"
+                " VALUES (?, ?, 'fcd_', ?, '[]', ?, '2026')",
+                (name, name, name, maker),
+            )
+    migrate(path)
+    with closing(sqlite3.connect(path)) as database:
+        owners = dict(database.execute("SELECT name, owner FROM service_tokens").fetchall())
+    assert owners == {"a": "ada", "b": "ada", "c": None, "d": None}
+    assert "the token d was made by gone, who is no user any more" in caplog.text
+    assert caplog.text.count("no user any more") == 1

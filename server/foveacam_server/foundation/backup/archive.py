@@ -19,14 +19,16 @@ from typing import BinaryIO, Literal
 from pydantic import BaseModel, ConfigDict
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
-from foveacam_pipeline.storage.disk import PART, disk_errors, part_path, sync_folder
+from foveacam_pipeline.storage.disk import PART, PRIVATE, disk_errors, part_path, sync_folder
 from foveacam_server import __version__
 from foveacam_server.foundation.migrate import copy_database, revision_of
 from foveacam_server.foundation.store import DATABASE
 
 MANIFEST = "manifest.json"
 FIRST_SUFFIXES = (".json", ".jsonl", ".toml")
-_OWN_TO_ONE_SERVER = ("lock", "sign_in.key", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE)
+_OWN_TO_ONE_SERVER = (
+    "lock", "sign_in.key", "token", "first_admin_link", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE
+)  # fmt: skip
 
 
 class _Table(BaseModel):
@@ -63,7 +65,7 @@ class CopyWatcher:
 
 
 def back_up(folder: Path, archive: Path, *, created_utc: str, watch: CopyWatcher) -> BackupManifest:
-    """Write a backup of a data directory to a new file.
+    """Write a backup of a data directory to a new file, which its owner alone can read.
 
     Raise InvalidInput for what is no data directory and for an archive that exists, StorageFull for a full
     disk, Cancelled: nothing is left of it then.
@@ -80,6 +82,7 @@ def back_up(folder: Path, archive: Path, *, created_utc: str, watch: CopyWatcher
         archive.parent.mkdir(parents=True, exist_ok=True)
         try:
             with part.open("wb") as file:  # over one that was cut short
+                os.fchmod(file.fileno(), PRIVATE)
                 manifest = _write(folder, file, beside=archive.parent, created_utc=created_utc, watch=watch)
                 file.flush()
                 os.fsync(file.fileno())

@@ -11,9 +11,10 @@ from pathlib import Path, PurePosixPath
 from pydantic import ValidationError
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
-from foveacam_pipeline.storage.disk import disk_errors, part_path, sync_folder
+from foveacam_pipeline.storage.disk import PRIVATE, disk_errors, part_path, sync_folder
 from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, CopyWatcher
 from foveacam_server.foundation.migrate import is_known
+from foveacam_server.foundation.private_files import make_private_folder
 
 _CHUNK_BYTES = 1 << 20
 
@@ -35,7 +36,7 @@ def restore(archive: Path, folder: Path, *, watch: CopyWatcher) -> BackupManifes
     with disk_errors(f"the backup {archive.name}", folder.absolute().parent):
         shutil.rmtree(part, ignore_errors=True)  # of one that was cut short
         try:
-            part.mkdir(parents=True)
+            make_private_folder(part)
             with _readable(archive):
                 found, manifest = _unpack(archive, part, watch)
             _check(archive, found, manifest)
@@ -78,6 +79,7 @@ def _unpack(archive: Path, part: Path, watch: CopyWatcher) -> tuple[dict[str, st
             path.parent.mkdir(parents=True, exist_ok=True)
             digest = hashlib.sha256()
             with path.open("xb") as file:
+                os.fchmod(file.fileno(), PRIVATE)
                 while chunk := content.read(_CHUNK_BYTES):
                     digest.update(chunk)
                     file.write(chunk)

@@ -38,7 +38,7 @@ def user_document(user: User, accounts: Accounts) -> UserDocument:
         state=user.state,
         created_utc=user.created_utc,
         last_seen_utc=max([*seen, *filter(None, [user.last_seen_utc])], default=None),
-        locked_for_s=accounts.users.locked_for_s(user.name),
+        guessed_at=accounts.limits.guessed(user.name),
     )
 
 
@@ -58,6 +58,7 @@ def token_document(token: ServiceToken) -> ServiceTokenDocument:
         created_utc=token.created_utc,
         expires_utc=token.expires_utc,
         last_used_utc=token.last_used_utc,
+        owner=token.owner,
     )
 
 

@@ -56,8 +56,8 @@ class UserDocument(ResponseModel):
     state: Literal["active", "invited", "disabled"]
     created_utc: str
     last_seen_utc: str | None
-    locked_for_s: float | None
-    """For how long nobody can sign in as this user, after wrong passwords."""
+    guessed_at: bool
+    """Whether browsers that never signed in as this user must wait, after many wrong passwords."""
 
 
 class UserList(ResponseModel):
@@ -128,6 +128,15 @@ class ServiceTokenDocument(ResponseModel):
     created_utc: str
     expires_utc: str | None
     last_used_utc: str | None
+    owner: str | None
+    """User on whose authority it exists, who bounds what it may; null: it has no such bound."""
+
+
+class UserRemoved(ResponseModel):
+    """What became of the tokens of a user who was removed."""
+
+    tokens_revoked: list[ServiceTokenDocument]
+    tokens_kept: list[ServiceTokenDocument]
 
 
 class ServiceTokenList(ResponseModel):

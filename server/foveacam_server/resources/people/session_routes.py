@@ -2,10 +2,11 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import Depends, Header, Request, Response
+from fastapi import Depends, Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.cookies import clear_cookie, set_cookie
+from foveacam_server.accounts.browser_sign_in import known_cookie_of, sign_in_browser
+from foveacam_server.accounts.cookies import clear_cookie
 from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDep
 from foveacam_server.accounts.rights import Principal, PrincipalKind, Right, rights_of
 from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
@@ -30,7 +31,6 @@ class SessionRouteServices(Protocol):
 
 
 ServicesDep = Annotated[SessionRouteServices, Depends(opened_services)]
-BrowserHeader = Annotated[str, Header(alias="User-Agent", include_in_schema=False)]
 
 
 @router.get("", summary="Who I am")
@@ -49,13 +49,12 @@ def sign_in(
     services: ServicesDep,
     note: AuditNoteDep,
     peer: PeerDep,
-    user_agent: BrowserHeader = "",
 ) -> SignInDocument:
-    """Sign a browser in: the answer sets a cookie. Too many wrong passwords block account and address."""
+    """Sign a browser in: the answer sets its cookies. Wrong passwords block the address they come from."""
     note.detail = f"sign in as {body.name}"
-    accounts = services.accounts
-    user = accounts.authenticate(body.name, body.password.get_secret_value(), address=peer)
-    return _signed_in(request, response, accounts, user, browser=user_agent, peer=peer)
+    accounts, password = services.accounts, body.password.get_secret_value()
+    user = accounts.authenticate(body.name, password, address=peer, known=known_cookie_of(request))
+    return _signed_in(request, response, accounts, user)
 
 
 @router.post("/invitation", summary="Join by a link", responses=problems(401))
@@ -66,13 +65,11 @@ def join(
     response: Response,
     services: ServicesDep,
     note: AuditNoteDep,
-    peer: PeerDep,
-    user_agent: BrowserHeader = "",
 ) -> SignInDocument:
-    """Set the password of the user whose one-time link this is, and sign the browser in."""
+    """Set the password of the user whose link this is; sign this browser in, and every other one out."""
     user = services.accounts.join(body.code, body.password.get_secret_value(), name=body.name)
     note.detail = f"{user.name} set a password by a link"
-    return _signed_in(request, response, services.accounts, user, browser=user_agent, peer=peer)
+    return _signed_in(request, response, services.accounts, user)
 
 
 @router.put("/password", status_code=204, summary="Change my password", responses=problems(401, 404, 429))
@@ -84,9 +81,10 @@ def change_password(
         raise NotFound(
             f"you are {principal.title}, which has no password", found=principal.title, remedy="sign in first"
         )
-    accounts = services.accounts
-    accounts.authenticate(principal.name, body.password.get_secret_value(), address=peer)
-    accounts.set_password(principal.name, body.new_password.get_secret_value(), keep=principal.sign_in)
+    accounts, present = services.accounts, body.password.get_secret_value()
+    proved = accounts.authenticate(principal.name, present, address=peer, sign_in=principal.sign_in)
+    new = body.new_password.get_secret_value()
+    accounts.set_password(principal.name, new, keep=principal.sign_in, proved=proved)
 
 
 @router.delete("", status_code=204, summary="Sign out", responses=problems(401))
@@ -99,11 +97,8 @@ def sign_out(response: Response, services: ServicesDep, principal: PrincipalDep)
         services.accounts.sign_out(principal.sign_in)
 
 
-def _signed_in(
-    request: Request, response: Response, accounts: Accounts, user: User, *, browser: str, peer: str
-) -> SignInDocument:
-    cookie = accounts.begin(user, address=peer, browser=browser)
-    set_cookie(response, cookie, secure=request.url.scheme == "https")
+def _signed_in(request: Request, response: Response, accounts: Accounts, user: User) -> SignInDocument:
+    sign_in_browser(request, response, accounts, user)
     principal = Principal(
         kind=PrincipalKind.USER, name=user.name, role=user.role, rights=rights_of(user.role)
     )

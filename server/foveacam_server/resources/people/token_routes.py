@@ -36,14 +36,14 @@ def tokens(services: ServicesDep) -> ServiceTokenList:
     return ServiceTokenList(tokens=[token_document(token) for token in services.accounts.tokens.all()])
 
 
-@router.post("", status_code=201, summary="Add a token", responses=problems(409))
+@router.post("", status_code=201, summary="Add a token", responses=problems(403, 409))
 def add(
     body: ServiceTokenRequest, services: ServicesDep, principal: PrincipalDep, note: AuditNoteDep
 ) -> ServiceTokenCreated:
-    """Return a new token; its secret is shown this once and stored as a hash."""
+    """Return a new token, which never may more than its owner; its secret is shown this once."""
     note.detail = f"{body.name}: {', '.join(body.scopes)}"
-    secret, token = services.accounts.tokens.add(
-        body.name, frozenset(map(Right, body.scopes)), days=body.days, created_by=principal.name
+    secret, token = services.accounts.add_token(
+        principal, body.name, frozenset(map(Right, body.scopes)), days=body.days
     )
     return ServiceTokenCreated(token=secret, document=token_document(token))
 

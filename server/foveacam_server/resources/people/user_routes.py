@@ -1,17 +1,17 @@
 """Routes of the users and of the browsers in which they are signed in."""
 
-from typing import Annotated, Protocol
+from typing import Annotated, Literal, Protocol
 
-from fastapi import Depends, Header, Path, Request, Response
+from fastapi import BackgroundTasks, Depends, Path, Query, Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.cookies import set_cookie
-from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDep
-from foveacam_server.accounts.rights import Principal, Right, UserRole
+from foveacam_server.accounts.browser_sign_in import sign_in_browser
+from foveacam_server.accounts.requests import AuditNoteDep, PrincipalDep
+from foveacam_server.accounts.rights import LOCAL_STREAMS, Principal, PrincipalKind, Right, UserRole
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.people.documents import invitation_document, user_document
+from foveacam_server.resources.people.documents import invitation_document, token_document, user_document
 from foveacam_server.resources.people.schema import (
     InvitationDocument,
     UserChange,
@@ -19,6 +19,7 @@ from foveacam_server.resources.people.schema import (
     UserDocument,
     UserList,
     UserName,
+    UserRemoved,
     UserRequest,
     UserSessionDocument,
     UserSessionList,
@@ -35,7 +36,6 @@ class UserRouteServices(Protocol):
 
 ServicesDep = Annotated[UserRouteServices, Depends(opened_services)]
 NamePath = Annotated[UserName, Path()]
-BrowserHeader = Annotated[str, Header(alias="User-Agent", include_in_schema=False)]
 
 
 @router.get("/users", summary="All users")
@@ -49,10 +49,10 @@ def add(
     body: UserRequest,
     request: Request,
     response: Response,
+    background: BackgroundTasks,
     services: ServicesDep,
+    principal: PrincipalDep,
     note: AuditNoteDep,
-    peer: PeerDep,
-    user_agent: BrowserHeader = "",
 ) -> UserCreated:
     """Add a user; without a password, the answer has a one-time link by which the user sets one.
 
@@ -61,10 +61,12 @@ def add(
     note.detail = f"{body.name}, {body.role}"
     accounts, first = services.accounts, not services.accounts.users.exist
     password = None if body.password is None else body.password.get_secret_value()
-    user, invitation = accounts.users.add(body.name, UserRole(body.role), password=password)
+    user, invitation = accounts.users.add(
+        body.name, UserRole(body.role), password=password, first=principal.kind is PrincipalKind.LOCAL
+    )
     if first:
-        cookie = accounts.begin(user, address=peer, browser=user_agent)
-        set_cookie(response, cookie, secure=request.url.scheme == "https")
+        sign_in_browser(request, response, accounts, user)
+        background.add_task(accounts.streams.end, LOCAL_STREAMS)  # once this browser has its cookie
     return UserCreated(
         user=user_document(user, accounts),
         invitation=None if invitation is None else invitation_document(invitation),
@@ -86,10 +88,27 @@ def invite(name: NamePath, services: ServicesDep) -> InvitationDocument:
     return invitation_document(services.accounts.users.invite(name))
 
 
-@router.delete("/users/{name}", status_code=204, summary="Remove a user", responses=problems(404, 409))
-def remove(name: NamePath, services: ServicesDep) -> None:
-    """Remove a user, who is signed out everywhere; what the user made stays."""
-    services.accounts.remove_user(name)
+@router.delete("/users/{name}", summary="Remove a user", responses=problems(404, 409))
+def remove(
+    name: NamePath,
+    services: ServicesDep,
+    principal: PrincipalDep,
+    note: AuditNoteDep,
+    tokens: Annotated[
+        Literal["revoke", "keep"],
+        Query(description="what becomes of the user's tokens; kept ones are yours from then on"),
+    ] = "revoke",
+) -> UserRemoved:
+    """Remove a user, who is signed out everywhere; what the user made stays, except for tokens.
+
+    `GET /service_tokens` lists beforehand which tokens have this owner; the answer says what became of them.
+    """
+    accounts, keep = services.accounts, tokens == "keep"
+    found = accounts.remove_user(name, keep_tokens=keep, by=accounts.authority_of(principal))
+    if found:
+        note.detail = f"tokens {'kept' if keep else 'revoked'}: {', '.join(token.name for token in found)}"
+    documents = [token_document(token) for token in found]
+    return UserRemoved(tokens_revoked=[] if keep else documents, tokens_kept=documents if keep else [])
 
 
 @router.get("/sessions", summary="Who is signed in")

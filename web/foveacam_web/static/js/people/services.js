@@ -95,7 +95,7 @@ function tokenBox({ token, document: { name } }, done) {
 
 /** @param {ServiceTokenDocument} token @param {Listing<ServiceTokenDocument>} listing */
 function cellsOf(token, listing) {
-  const { id, name, prefix, scopes, created_by, created_utc, expires_utc, last_used_utc } = token;
+  const { id, name, prefix, scopes, created_by, owner, created_utc, expires_utc, last_used_utc } = token;
   const revoke = async () => {
     const sure = await ask({
       title: `Revoke the token of ${name}?`,
@@ -108,7 +108,9 @@ function cellsOf(token, listing) {
     html`<span class="name">${name}</span>`,
     html`<code>${prefix}…</code>`,
     scopeWords(scopes),
-    html`${ago(created_utc)} by <span class="name">${created_by}</span>`,
+    html`${ago(created_utc)} by <span class="name">${created_by}</span>${
+      owner !== null && owner !== created_by && html`, now of <span class="name">${owner}</span>`
+    }`,
     isExpired(token, Date.now())
       ? badge("warn", "Expired", whenWords(expires_utc))
       : expires_utc === null

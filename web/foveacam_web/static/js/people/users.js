@@ -1,7 +1,7 @@
 // The people of the server: adds them, changes their roles, and makes the links by which they choose a password.
 
 import { request } from "../transport/api.js";
-import { ask } from "../elements/ask.js";
+import { choose } from "../elements/ask.js";
 import { h, html, update } from "../elements/dom.js";
 import { whenWords } from "../gallery/dataset_words.js";
 import { icon } from "../elements/icons.js";
@@ -11,11 +11,11 @@ import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
 import { ago, listingTable } from "./table.js";
-import { ROLE_CHOICES, nameFault, stateWords, userName } from "./words.js";
+import { ROLE_CHOICES, nameFault, removalWords, stateWords, tokenWords, tokensOf, userName } from "./words.js";
 import { ROOT } from "../root.js";
 
 /**
- * @import { InvitationDocument, UserCreated, UserDocument } from "#api"
+ * @import { InvitationDocument, ServiceTokenList, UserCreated, UserDocument } from "#api"
  * @import { PeopleContext } from "./page.js"
  * @typedef {{name: string, invitation: InvitationDocument}} Link
  */
@@ -39,8 +39,8 @@ export function openUsers({ store, follow }) {
   /** @type {Listing<UserDocument>} */
   const listing = new Listing("/users", ({ users }) => users);
   const showLink = (/** @type {Link | null} */ made) => update(link, made && linkBox(made, () => showLink(null)));
-  const orders = new UserOrders(listing, showLink);
   const own = store.state.sign_in?.name ?? null;
+  const orders = new UserOrders(listing, showLink, own);
   listing.changed = () =>
     update(
       list,
@@ -125,11 +125,13 @@ function cellsOf(user, own, orders) {
 class UserOrders {
   #listing;
   #showLink;
+  #own;
 
-  /** @param {Listing<UserDocument>} listing @param {(link: Link | null) => void} showLink */
-  constructor(listing, showLink) {
+  /** @param {Listing<UserDocument>} listing @param {(link: Link | null) => void} showLink @param {string | null} own */
+  constructor(listing, showLink, own) {
     this.#listing = listing;
     this.#showLink = showLink;
+    this.#own = own;
   }
 
   /** @param {UserDocument} user @param {HTMLSelectElement} select */
@@ -138,8 +140,18 @@ class UserOrders {
   }
 
   /** @param {string} name @param {boolean} disabled */
-  setDisabled(name, disabled) {
-    return this.#listing.order(name, "PATCH", pathOf(name), { disabled });
+  async setDisabled(name, disabled) {
+    const programs = disabled ? await this.#programsOf(name) : [];
+    if (programs.length > 0) {
+      const way = await choose({
+        title: `Disable ${name}?`,
+        text: `${name} is signed out everywhere. As long as ${name} is disabled, programs on ${name}’s authority are refused:`,
+        list: programs,
+        ways: [["yes", "Disable"]],
+      });
+      if (way === null) return;
+    }
+    await this.#listing.order(name, "PATCH", pathOf(name), { disabled });
   }
 
   /** @param {string} name */
@@ -150,12 +162,20 @@ class UserOrders {
 
   /** @param {string} name */
   async remove(name) {
-    const sure = await ask({
-      title: `Remove ${name}?`,
-      text: `${name} is signed out everywhere and cannot sign in any more. What ${name} has captured stays.`,
-      yes: "Remove",
-    });
-    if (sure) await this.#listing.order(name, "DELETE", pathOf(name));
+    const programs = await this.#programsOf(name);
+    /** @type {["keep" | "revoke", string][]} */
+    const ways = [["revoke", programs.length > 0 ? "Remove and revoke" : "Remove"]];
+    if (programs.length > 0 && name !== this.#own) ways.unshift(["keep", "Remove, keep tokens"]);
+    const text = removalWords(name, programs.length);
+    const way = await choose({ title: `Remove ${name}?`, text, list: programs, ways });
+    if (way !== null)
+      await this.#listing.order(name, "DELETE", `${pathOf(name)}${way === "keep" ? "?tokens=keep" : ""}`);
+  }
+
+  /** Return a line for each program that works on somebody's authority. @param {string} name */
+  async #programsOf(name) {
+    const { tokens } = /** @type {ServiceTokenList} */ (await request("GET", "/service_tokens"));
+    return tokensOf(tokens, name).map(tokenWords);
   }
 }
 

@@ -59,13 +59,15 @@ export function contentOf({ mode, rights }) {
 }
 
 /** @param {UserDocument} user @returns {{text: string, tone: string, title: string}} */
-export function stateWords({ state, locked_for_s }) {
-  if (state === "disabled") return { text: "Disabled", tone: "plain", title: "Cannot sign in" };
-  if (locked_for_s !== null)
+export function stateWords({ state, guessed_at }) {
+  if (state === "disabled")
+    return { text: "Disabled", tone: "plain", title: "Cannot sign in, nor can programs on this authority" };
+  if (guessed_at)
     return {
-      text: `Locked for ${span(locked_for_s)}`,
+      text: "Guessed at",
       tone: "warn",
-      title: "Too many wrong passwords; a new link ends it",
+      title:
+        "Many wrong passwords came in the last hour: new browsers wait their turn, known ones sign in as ever; a new link ends it",
     };
   if (state === "invited") return { text: "Invited", tone: "warn", title: "Has not opened the link yet" };
   return { text: "Active", tone: "good", title: "Can sign in" };
@@ -100,6 +102,24 @@ export function scopeWords(scopes) {
   return SCOPES.filter(({ right }) => scopes.includes(right))
     .map(({ name }) => name)
     .join(", ");
+}
+
+/** Return the programs that work on somebody's authority. @param {ServiceTokenDocument[]} tokens @param {string} name */
+export function tokensOf(tokens, name) {
+  return tokens.filter(({ owner }) => owner === name);
+}
+
+/** @param {ServiceTokenDocument} token */
+export function tokenWords({ name, prefix, scopes }) {
+  return `${name} (${prefix}…), which may ${scopeWords(scopes).toLowerCase()}`;
+}
+
+/** Return what becomes of the programs when somebody is removed. @param {string} name @param {number} count */
+export function removalWords(name, count) {
+  const text = `${name} is signed out everywhere and cannot sign in any more. What ${name} has captured stays.`;
+  if (count === 0) return text;
+  const programs = count === 1 ? "A program works" : `${count} programs work`;
+  return `${text} ${programs} on ${name}’s authority; a token that is kept becomes yours:`;
 }
 
 /** Return whose request an entry is about. @param {AuditDocument} entry */

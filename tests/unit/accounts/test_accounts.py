@@ -4,51 +4,22 @@ import itertools
 import json
 import threading
 import time
-from collections.abc import Iterator
 from datetime import timedelta
-from pathlib import Path
 
 import pytest
-from argon2 import PasswordHasher
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_server.accounts import passwords, sign_ins, users
+from foveacam_server.accounts import sign_ins, users
 from foveacam_server.accounts.accounts import Accounts, Mode
-from foveacam_server.accounts.attempts import ACCOUNT_MOST_WRONG, MOST_WRONG
 from foveacam_server.accounts.audit import AuditEntry, AuditLog
 from foveacam_server.accounts.errors import forbidden
 from foveacam_server.accounts.rights import NOBODY, Principal, PrincipalKind, Right, UserRole, rights_of
-from foveacam_server.accounts.sign_ins import KEY_FILE
+from foveacam_server.accounts.signing_key import KEY_FILE
 from foveacam_server.accounts.tables import ServiceTokenRow, UserRow
-from foveacam_server.foundation.errors import NotFound, TooManyAttempts, WrongCredentials, problem_of
+from foveacam_server.foundation.errors import NotFound, WrongCredentials
 from foveacam_server.foundation.store import Store
 
-PASSWORD = "correct horse battery"  # noqa: S105  # a password of these tests alone
-
-
-@pytest.fixture(autouse=True)
-def _quick_hashes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hash passwords with a hundredth of the work."""
-    monkeypatch.setattr(passwords, "_HASHER", PasswordHasher(time_cost=1, memory_cost=64))
-
-
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    with Store(tmp_path) as found:
-        yield found
-
-
-@pytest.fixture
-def accounts(store: Store) -> Iterator[Accounts]:
-    found = Accounts(store, guarded=True)
-    yield found
-    found.close()
-
-
-@pytest.fixture
-def ada(accounts: Accounts) -> str:
-    accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
-    return "ada"
+from .account_setup import PASSWORD
 
 
 def entries(accounts: Accounts, *, text: str = "", who: str = "", outcome: str = "") -> list[AuditEntry]:
@@ -114,7 +85,7 @@ def test_an_invitation_expires(accounts: Accounts, ada: str, monkeypatch: pytest
 
 
 def test_the_terminals_code_makes_the_first_admin_once(accounts: Accounts) -> None:
-    code = accounts.first_admin_code()
+    code = accounts.first_admin.code()
     with pytest.raises(WrongCredentials, match="not good"):
         accounts.join("another code", PASSWORD, name="eve")
     with pytest.raises(WrongCredentials, match="needs a name"):
@@ -164,57 +135,6 @@ def test_a_taken_name_and_an_unknown_one(accounts: Accounts, ada: str) -> None:
         accounts.users.add(ada, UserRole.VIEWER, password=PASSWORD)
     with pytest.raises(NotFound, match="no user eve"):
         accounts.remove_user("eve")
-
-
-def test_wrong_passwords_lock_the_account_from_every_address(accounts: Accounts, ada: str) -> None:
-    for number in range(ACCOUNT_MOST_WRONG):
-        with pytest.raises(WrongCredentials, match="do not belong together"):
-            accounts.authenticate(ada, "wrong", address=f"10.0.0.{number}")
-    with pytest.raises(TooManyAttempts, match="no password is looked at") as refused:
-        accounts.authenticate(ada, PASSWORD, address="10.0.0.99")
-    assert problem_of(refused.value).headers == {"Retry-After": str(refused.value.wait_s)}
-    assert 0 < (accounts.users.locked_for_s(ada) or 0) <= 300
-    invitation = accounts.users.invite(ada)
-    accounts.join(invitation.code, "another password", name=None)  # the way out
-    assert accounts.authenticate(ada, "another password", address="10.0.0.99").name == ada
-
-
-def test_an_unknown_name_is_refused_as_a_wrong_password_is(accounts: Accounts, ada: str) -> None:
-    refusals = []
-    for name in (ada, "eve"):
-        with pytest.raises(WrongCredentials) as refused:
-            accounts.authenticate(name, "wrong", address="a")
-        refusals.append(str(refused.value))
-    assert refusals[0] == refusals[1]
-    for _ in range(ACCOUNT_MOST_WRONG - 1):
-        with pytest.raises(WrongCredentials):
-            accounts.authenticate("eve", "wrong", address="b")
-    with pytest.raises(TooManyAttempts):
-        accounts.authenticate("eve", "wrong", address="c")
-
-
-def test_a_flood_of_sign_ins_does_not_hold_the_threads_of_others(
-    accounts: Accounts, ada: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(passwords, "LONGEST_WAIT_S", 0.01)
-    for _ in range(passwords.AT_ONCE):
-        passwords._SLOTS.acquire()
-    try:
-        with pytest.raises(TooManyAttempts, match="try again in a second"):
-            accounts.authenticate(ada, PASSWORD, address="a")
-    finally:
-        for _ in range(passwords.AT_ONCE):
-            passwords._SLOTS.release()
-    assert accounts.authenticate(ada, PASSWORD, address="a").name == ada
-
-
-def test_one_address_that_tries_many_names_is_closed(accounts: Accounts, ada: str) -> None:
-    for number in range(MOST_WRONG):
-        with pytest.raises(WrongCredentials):
-            accounts.authenticate(f"name{number}", "wrong", address="10.0.0.1")
-    with pytest.raises(TooManyAttempts, match="from this address"):
-        accounts.authenticate(ada, PASSWORD, address="10.0.0.1")
-    assert accounts.authenticate(ada, PASSWORD, address="10.0.0.2").name == ada
 
 
 def test_a_sign_in_survives_a_restart_and_a_revoked_one_does_not(store: Store, ada: str) -> None:
@@ -289,7 +209,7 @@ def test_a_services_token_has_scopes_an_end_and_a_last_use(store: Store, account
     found = accounts.tokens.find(secret)
     assert found is not None and found.rights == {Right.VIEW} and found.kind is PrincipalKind.SERVICE
     assert "whose token may view" in str(forbidden(found, Right.OPERATE, asked="POST /fixations"))
-    accounts.tokens.write_uses()
+    accounts.tokens.write()
     (read,) = accounts.tokens.all()
     assert read.last_used_utc is not None and not read.expired
     with pytest.raises(Busy, match="already"):
@@ -308,7 +228,7 @@ def test_an_expired_token_is_refused_and_its_streams_end(store: Store, accounts:
         row.expires_utc = "2020-01-01T00:00:00.000Z"
     accounts.tokens.load()
     assert accounts.tokens.find(secret) is None
-    assert accounts.tokens.write_uses() == [token.id]
+    assert accounts.tokens.forget_expired() == [token.id]
 
 
 def principal(name: str) -> Principal:
