@@ -8,6 +8,7 @@ from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
 
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.answers import (
+    LONG_READ,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
@@ -96,6 +97,7 @@ def overview(batch_id: BatchId, services: ServicesDep) -> FileResponse:
     summary="The products as one ZIP file",
     response_class=StreamingResponse,
     responses=file_responses("application/zip") | problems(409),
+    dependencies=[LONG_READ],
 )
 def download(batch_id: BatchId, services: ServicesDep) -> StreamingResponse:
     """Send the folder of the batch, files as they are."""

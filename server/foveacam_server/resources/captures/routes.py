@@ -13,6 +13,7 @@ from foveacam_server.datasets.collection import point_of, readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture, frame_picture
 from foveacam_server.foundation.answers import (
+    LONG_READ,
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -26,6 +27,7 @@ from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
+from foveacam_server.resources.captures.estimates import estimate_plan
 from foveacam_server.resources.captures.schema import (
     CaptureChecked,
     CaptureDocument,
@@ -106,7 +108,8 @@ async def create(
 )
 async def estimate(request: EstimateRequest, services: ServicesDep) -> EstimateDocument:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
-    return await services.computing.run(lambda: services.captures.estimate(request))
+    asked = await asyncio.to_thread(services.captures.plan_to_estimate, request)
+    return await services.computing.run_apart(estimate_plan, asked)
 
 
 @router.get("", summary="Captures, newest first")
@@ -211,6 +214,7 @@ def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
     summary="The dataset as one ZIP file",
     response_class=StreamingResponse,
     responses=file_responses("application/zip"),
+    dependencies=[LONG_READ],
 )
 def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
@@ -285,7 +289,12 @@ def picture(
     return Response(content, media_type=media_type(form))
 
 
-@router.post("/{capture_id}/check", summary="Is all as it was written", responses=problems(404))
+@router.post(
+    "/{capture_id}/check",
+    summary="Is all as it was written",
+    responses=problems(404),
+    dependencies=[LONG_READ],
+)
 def check_files(capture_id: CaptureId, services: ServicesDep) -> CaptureChecked:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
     kept = services.captures.collection.get(capture_id)

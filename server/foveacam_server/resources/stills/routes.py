@@ -13,6 +13,7 @@ from foveacam_server.datasets.collection import readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
+    LONG_READ,
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -133,7 +134,9 @@ def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
     return services.stills.restore(still_id)
 
 
-@router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
+@router.post(
+    "/{still_id}/check", summary="Verify every file", responses=problems(404), dependencies=[LONG_READ]
+)
 def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     """Read every file of the still's dataset again, and list what is not as it was written."""
     faults = check_dataset(services.stills.collection.get(still_id).stored.folder)
@@ -145,6 +148,7 @@ def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     summary="The still's dataset as one ZIP file",
     response_class=StreamingResponse,
     responses=file_responses("application/zip"),
+    dependencies=[LONG_READ],
 )
 def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
