@@ -14,6 +14,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -60,11 +61,11 @@ class ComputeProcess:
         self._modules, self._limits = modules, limits
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
-        self._closed = False
+        self._closed = threading.Event()
 
     def prepare(self) -> Connection:
         """Start the process unless it runs; it imports its modules meanwhile."""
-        if self._closed:
+        if self._closed.is_set():
             raise Cancelled("the server is ending, and with it what it computes")
         if self._connection is not None and self._process is not None and self._process.poll() is None:
             return self._connection
@@ -79,7 +80,7 @@ class ComputeProcess:
                 start_new_session=True,  # Ctrl-C goes to the server, which ends the child
             )
         self._connection = Connection(ours.detach())
-        if self._closed:  # meanwhile, by another thread
+        if self._closed.is_set():  # meanwhile, by another thread
             self.end()
             raise Cancelled("the server is ending, and with it what it computes")
         return self._connection
@@ -113,7 +114,7 @@ class ComputeProcess:
 
     def kill(self) -> None:
         """End the process at once, whatever it computes, and for good."""
-        self._closed = True
+        self._closed.set()
         if self._process is not None:
             self._process.kill()
 
@@ -130,7 +131,7 @@ class ComputeProcess:
 
     def _lost(self) -> Exception:
         """Return why the process has ended by itself."""
-        if self._closed:
+        if self._closed.is_set():
             return Cancelled("the server is ending, and with it what it computes")
         status = None if self._process is None else self._process.wait()
         if status == -signal.SIGXCPU:

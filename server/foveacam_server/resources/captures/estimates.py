@@ -35,7 +35,7 @@ class PlanToEstimate:
     facts: CaptureRigFacts
     codec: ImageCodec
     folder: Path
-    assumed_m: float
+    assumed_m: float | None = None
 
 
 def estimate_plan(asked: PlanToEstimate) -> EstimateDocument:
