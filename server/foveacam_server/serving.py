@@ -103,6 +103,7 @@ class _GreetingServer(WatchedServer):
         await asyncio.to_thread(self._announce, services)
         for line in [*self._lines, *self._access_lines()]:
             self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+        await services.computing.prepare()
 
     def _announce(self, services: Services) -> None:
         settings, port = services.settings, urlsplit(self._address).port

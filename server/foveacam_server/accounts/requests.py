@@ -33,7 +33,9 @@ def person_of(scope: Scope) -> str:
         found = ip_address(address)
     except ValueError:  # a name, or a Unix socket's peer
         return f"address {address}"
-    if isinstance(found, IPv6Address) and found.ipv4_mapped is None:
+    if isinstance(found, IPv6Address):
+        found = found.ipv4_mapped or found
+    if isinstance(found, IPv6Address):
         return f"address {IPv6Network((int(found), 64), strict=False)}"
     return f"address {found}"
 

@@ -45,6 +45,13 @@ class Bench:
         return asyncio.run(self.jobs.ended(job.id, timeout_s=PATIENCE_S))
 
 
+@pytest.fixture(autouse=True)
+def nobody() -> Iterator[None]:
+    before = PERSON.set(None)
+    yield
+    PERSON.reset(before)
+
+
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
     with Store(tmp_path) as found:
