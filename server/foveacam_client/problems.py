@@ -136,7 +136,7 @@ class TargetOutOfRange(InvalidRequest):
 
 
 class TooManyRequests(ProblemError):
-    """Too many wrong tokens came from here."""
+    """Too many wrong tokens came from here, or no place is free for one more of what was asked for."""
 
 
 class ServerFault(ProblemError):

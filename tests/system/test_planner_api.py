@@ -185,6 +185,7 @@ DEGREES = CROSSED | {"crs": {"properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS
 PALE = png(np.full((8, 8), 255, np.uint8))
 HUGE = base64.b64encode(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 60_000, 60_000)).decode()
 CUT = base64.b64encode(base64.b64decode(PALE)[:30]).decode()
+NOISE = png(np.random.default_rng(40).integers(0, 2, (250, 250), np.uint8) * np.uint8(255))
 ROUND = [[math.cos(n * 1e-3), math.sin(n * 1e-3)] for n in range(2 * MOST_VERTICES + 1)]
 
 WHEEL_CORNERS = [[math.cos(math.tau * n / 6000), math.sin(math.tau * n / 6000)] for n in (*range(6000), 0)]
@@ -217,6 +218,11 @@ WHEEL = collection(
         ("/map", {"kind": "picture", "picture_base64": CUT, "m_per_px": 1.0}, "it may be cut short"),
         ("/map", {"kind": "picture", "picture_base64": "R0lGODlh", "m_per_px": 1.0}, "neither PNG nor JPEG"),
         ("/map", {"kind": "picture", "picture_base64": "?", "m_per_px": 1.0}, "no base64 text"),
+        (
+            "/map",
+            {"kind": "picture", "picture_base64": NOISE, "m_per_px": 1.0},
+            "corners; 20,000 are the most",
+        ),
         ("/map", {"kind": "random", "size_m": 1.0, "targets": 50}, "smaller obstacles, or a larger map"),
         ("/regions", {"map": collection(feature("", "Polygon", [SQUARE]))}, "place at least one"),
         ("/regions", {"map": INSIDE, "targets_m": [[23.0, 21.0]]}, "target 0 at (23, 21) m is inside"),

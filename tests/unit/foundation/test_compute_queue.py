@@ -6,8 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine
 from contextlib import closing
 from typing import TypeVar
 
@@ -27,33 +28,24 @@ LONG = range(10**13)
 """Its sum takes hours."""
 
 
-@pytest.fixture
-def process() -> Iterator[ComputeProcess]:
-    found = ComputeProcess(["math"], limits=LIMITS)
-    yield found
-    found.end()
-
-
-def test_a_computation_is_answered_and_ended_beyond_its_limits(process: ComputeProcess) -> None:
+def test_a_computation_is_answered_and_ended_beyond_its_limits() -> None:
+    process = ComputeProcess(["math"], limits=LIMITS)
     assert process.compute(math.factorial, 20) == math.factorial(20)
+    with pytest.raises(InvalidInput, match="no calibration") as refused:
+        process.compute(_refuse, "no calibration")
+    assert refused.value.remedy == "calibrate"
+    with pytest.raises(RuntimeError, match="the computation failed"):
+        process.compute(math.factorial, -1)
     first = process.compute(os.getpgid, 0)
     with pytest.raises(InvalidInput, match="more than the 1 s of CPU time"):
         process.compute(sum, LONG)
     second = process.compute(os.getpgid, 0)
     with pytest.raises(InvalidInput, match="more than the 64 MB of memory"):
         process.compute(bytes, 2**27)
-    assert len({first, second, process.compute(os.getpgid, 0)}) == 3
-
-
-def test_errors_of_a_computation_come_back(process: ComputeProcess) -> None:
-    with pytest.raises(InvalidInput, match="no calibration") as refused:
-        process.compute(_refuse, "no calibration")
-    assert refused.value.remedy == "calibrate"
-    with pytest.raises(RuntimeError, match="the computation failed"):
-        process.compute(math.factorial, -1)
+    third = process.compute(os.getpgid, 0)
     with pytest.raises(RuntimeError, match="ended with status 7"):
         process.compute(os._exit, 7)
-    assert process.compute(math.factorial, 3) == 6
+    assert len({first, second, third}) == 3
 
 
 def _refuse(why: str) -> None:
@@ -100,12 +92,16 @@ def test_another_person_is_answered_while_one_computes_all_that_it_may() -> None
 
 def test_all_persons_together_have_a_limit() -> None:
     async def scenario(computing: ComputeQueue) -> None:
-        for number in range(MOST_OPEN):
-            asked_by(f"person {number}", lambda: computing.run_apart(time.sleep, PATIENCE_S))
+        go = threading.Event()
+        many = [
+            asked_by(f"person {number}", lambda: computing.run(lambda: go.wait(PATIENCE_S)))
+            for number in range(MOST_OPEN)
+        ]
         await asyncio.sleep(0)
         with pytest.raises(AllTaken, match=f"all {MOST_OPEN} places for computations"):
             await asked_by("ben", lambda: computing.run_apart(math.factorial, 3))
-        computing.close()
+        go.set()
+        assert await asyncio.gather(*many) == [True] * MOST_OPEN
 
     play(scenario)
 
