@@ -1,12 +1,12 @@
 """What routes share: services, headers, limits of a body, the answer with a job, problems in OpenAPI."""
 
-import asyncio
 import re
 from collections.abc import AsyncIterator, Callable
 from typing import Annotated, Any, Protocol
 
 from fastapi import Depends, Header, Query
 from fastapi.responses import JSONResponse
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection
 
 from foveacam_server.foundation.errors import MEDIA_TYPE
@@ -133,7 +133,7 @@ async def job_answer(
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
         if job.state is JobState.SUCCEEDED and job.result_url is not None:
-            found = await asyncio.to_thread(result, job.result_url)
+            found = await run_in_threadpool(result, job.result_url)
             return JSONResponse(found.as_json(), headers=headers)
         if job.state.ended and job.problem is not None:
             problem = job.problem.model_dump(exclude_unset=True) | {"instance": headers["Location"]}

@@ -1,10 +1,10 @@
 """Routes of batches: products of several captures at once, as a job, and as one ZIP file."""
 
-import asyncio
 from typing import Annotated, Protocol
 
 from fastapi import APIRouter, Depends, Path
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.answers import (
@@ -52,7 +52,7 @@ async def make(
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Queue it, or the rest of the same one, as a job that leaves the rig free."""
-    job = await asyncio.to_thread(services.batches.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.batches.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.batches.get_by_url)
 
 

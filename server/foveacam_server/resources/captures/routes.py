@@ -1,10 +1,10 @@
 """Routes of captures (raster datasets): estimate, start, pause, list, points, drawings, download."""
 
-import asyncio
 from typing import Annotated, Literal, Protocol
 
 from fastapi import APIRouter, Depends, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
@@ -97,7 +97,7 @@ async def create(
 ) -> JSONResponse:
     """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
     services.lease.check(x_lease)
-    job = await asyncio.to_thread(services.captures.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.captures.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
 
 
@@ -108,7 +108,7 @@ async def create(
 )
 async def estimate(request: EstimateRequest, services: ServicesDep) -> EstimateDocument:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
-    asked = await asyncio.to_thread(services.captures.plan_to_estimate, request)
+    asked = await run_in_threadpool(services.captures.plan_to_estimate, request)
     return await services.computing.run_apart(estimate_plan, asked)
 
 
@@ -183,7 +183,7 @@ async def resume(
 ) -> JSONResponse:
     """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
     services.lease.check(x_lease)
-    job = await asyncio.to_thread(services.captures.resume, capture_id, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.captures.resume, capture_id, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
 
 

@@ -1,12 +1,12 @@
 """Routes of a capture's mosaic: compute it, its tiles and files, its surface in the 3D scene."""
 
-import asyncio
 from pathlib import Path
 from typing import Annotated, Literal, Protocol
 
 from fastapi import APIRouter, Depends, Header, Query
 from fastapi import Path as InPath
 from fastapi.responses import FileResponse, JSONResponse, Response
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.foundation.answers import (
@@ -70,7 +70,7 @@ async def make(
 
     An older mosaic of the capture stays until the new one is finished.
     """
-    job = await asyncio.to_thread(
+    job = await run_in_threadpool(
         services.mosaics.start, capture_id, request or MosaicRequest(), idempotency_key=idempotency_key
     )
     return await job_answer(services, job, prefer=prefer, result=services.mosaics.get_by_url)

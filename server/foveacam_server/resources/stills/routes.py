@@ -1,11 +1,11 @@
 """Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
 
-import asyncio
 from pathlib import Path as FilePath
 from typing import Annotated, Literal, Protocol
 
 from fastapi import APIRouter, Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
@@ -74,7 +74,7 @@ async def create(
 ) -> JSONResponse:
     """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
     services.lease.check(x_lease)
-    job = await asyncio.to_thread(services.stills.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.stills.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.stills.get_by_url)
 
 
