@@ -6,7 +6,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from foveacam_server.accounts.rights import Principal, PrincipalKind, Right
 from foveacam_server.console.person_requests import PersonRequests
-from foveacam_server.foundation.person_quota import ServerPlaces
+from foveacam_server.foundation.persons.person_quota import ServerPlaces
 
 PERSON_HEADER = "X-Person"
 

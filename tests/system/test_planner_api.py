@@ -1,6 +1,7 @@
 """The planner by REST, on an application of its own: it needs no rig, and its figures are the study's."""
 
 import base64
+import functools
 import itertools
 import math
 import struct
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from foveacam_server.resources.planner.maps import MOST_VERTICES
 from tests.local_server import serving
@@ -185,6 +186,8 @@ DEGREES = CROSSED | {"crs": {"properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS
 PALE = png(np.full((8, 8), 255, np.uint8))
 HUGE = base64.b64encode(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 60_000, 60_000)).decode()
 CUT = base64.b64encode(base64.b64decode(PALE)[:30]).decode()
+DEEP: Any = functools.reduce(lambda inner, _: [inner], range(900), [])  # Any: lists in one another
+NESTED = collection(feature("", "Polygon", DEEP))
 NOISE = png(np.random.default_rng(40).integers(0, 2, (250, 250), np.uint8) * np.uint8(255))
 ROUND = [[math.cos(n * 1e-3), math.sin(n * 1e-3)] for n in range(2 * MOST_VERTICES + 1)]
 
@@ -213,6 +216,11 @@ WHEEL = collection(
         ("/map", {"kind": "geojson", "document": {}}, "a map is a FeatureCollection"),
         ("/map", {"kind": "geojson", "document": collection(feature("target", "Point", []))}, "RFC 7946"),
         ("/map", {"kind": "geojson", "document": collection(feature("", "Polygon", [ROUND]))}, "simplify it"),
+        (
+            "/map",
+            {"kind": "geojson", "document": collection(feature("", "Polygon", DEEP))},
+            "nested too deeply",
+        ),
         ("/map", {"kind": "picture", "picture_base64": PALE}, "the picture has no scale; give m_per_px"),
         ("/map", {"kind": "picture", "picture_base64": HUGE, "m_per_px": 1.0}, "60000 x 60000 px was given"),
         ("/map", {"kind": "picture", "picture_base64": CUT, "m_per_px": 1.0}, "it may be cut short"),

@@ -23,7 +23,7 @@ from foveacam_server.assembly.first_services import (
 from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments

@@ -5,7 +5,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from foveacam_server.accounts.requests import person_of
 from foveacam_server.console.access_rules import STOP_PATH
 from foveacam_server.foundation.errors import AllTaken, PersonLimit, problem_of
-from foveacam_server.foundation.person_quota import PERSON, Places
+from foveacam_server.foundation.persons.person_quota import PERSON, Places
 
 
 class PersonRequests:

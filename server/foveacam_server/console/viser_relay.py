@@ -18,7 +18,7 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_server.console.page_policy import bare_viser_policy
 from foveacam_server.foundation.answers import server_places
 from foveacam_server.foundation.errors import AllTaken, PersonLimit
-from foveacam_server.foundation.person_quota import PERSON, close_of
+from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.viser_page import viser_page, viser_subprotocol
 

@@ -10,8 +10,8 @@ from typing import Any, cast
 import anyio
 from anyio._backends._asyncio import _default_thread_limiter
 
-from foveacam_server.foundation.person_quota import PERSON
-from foveacam_server.foundation.person_turns import Turns
+from foveacam_server.foundation.persons.person_quota import PERSON
+from foveacam_server.foundation.persons.person_turns import Turns
 
 REQUEST_THREADS, REQUEST_THREADS_EACH = 6, 4
 """Each thread that computes delays the event loop: by 200 ms with the framework's default of 40. Some are

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foveacam_server.foundation.person_quota import FairQueue, Person
+from foveacam_server.foundation.persons.person_quota import FairQueue, Person
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,7 +19,7 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_lanes import JobLane, Work
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.names import new_id, utc_now
-from foveacam_server.foundation.person_quota import PERSON, Person, Places
+from foveacam_server.foundation.persons.person_quota import PERSON, Person, Places
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching.flows import count_flow, this_part

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Protocol
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.person_quota import Places
+from foveacam_server.foundation.persons.person_quota import Places
 from foveacam_server.foundation.watching.flows import ENCODER, VIEWERS, count_flow
 from foveacam_server.rig import stream_messages as messages
 from foveacam_server.rig.encoder import EncodedPicture, JpegStore, Scale

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.person_quota import ServerPlaces
+from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape

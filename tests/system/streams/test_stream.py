@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.person_quota import OWN_LIMIT
+from foveacam_server.foundation.persons.person_quota import OWN_LIMIT
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.schema import Direction, OverlayDocument

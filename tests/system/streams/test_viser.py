@@ -19,7 +19,7 @@ from websockets.typing import Origin, Subprotocol
 
 from foveacam_server.console import security, viser_relay
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.person_quota import ServerPlaces
+from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol

@@ -15,10 +15,10 @@ from typing import TypeVar
 import pytest
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
-from foveacam_server.foundation.compute_queue import MOST_OPEN, MOST_OPEN_EACH, ComputeQueue
-from foveacam_server.foundation.compute_worker import ComputeLimits, ComputeProcess
+from foveacam_server.foundation.computing.compute_queue import MOST_OPEN, MOST_OPEN_EACH, ComputeQueue
+from foveacam_server.foundation.computing.compute_worker import ComputeLimits, ComputeProcess
 from foveacam_server.foundation.errors import AllTaken, PersonLimit
-from foveacam_server.foundation.person_quota import PERSON
+from foveacam_server.foundation.persons.person_quota import PERSON
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -108,7 +108,7 @@ def test_all_persons_together_have_a_limit() -> None:
 
 OWNER = """
 import os, sys, time
-from foveacam_server.foundation.compute_worker import ComputeLimits, ComputeProcess
+from foveacam_server.foundation.computing.compute_worker import ComputeLimits, ComputeProcess
 process = ComputeProcess([], limits=ComputeLimits())
 print(process.compute(os.getpgid, 0), flush=True)
 process.compute(time.sleep, 1000)

@@ -11,7 +11,7 @@ from foveacam_server.foundation.errors import AllTaken, NotFound, PersonLimit
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.jobs import MOST_OPEN, MOST_OPEN_EACH, JobContext, JobRunner
-from foveacam_server.foundation.person_quota import PERSON
+from foveacam_server.foundation.persons.person_quota import PERSON
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID

@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from foveacam_server.foundation.errors import AllTaken, PersonLimit, problem_of
-from foveacam_server.foundation.person_quota import FairQueue, Places, close_of
-from foveacam_server.foundation.person_turns import Turns
+from foveacam_server.foundation.persons.person_quota import FairQueue, Places, close_of
+from foveacam_server.foundation.persons.person_turns import Turns
 
 
 @pytest.fixture

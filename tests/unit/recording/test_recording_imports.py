@@ -10,7 +10,7 @@ from tests.unit.recordings import record
 from foveacam_hardware.contract import Busy, InvalidInput, OutOfRange, StorageFull
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.errors import NotFound, PersonLimit
-from foveacam_server.foundation.person_quota import PERSON
+from foveacam_server.foundation.persons.person_quota import PERSON
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import recording_document
 from foveacam_server.resources.recordings.imports import uploads

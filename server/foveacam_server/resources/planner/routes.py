@@ -6,7 +6,7 @@ from fastapi import APIRouter, Depends
 from fastapi.responses import Response
 
 from foveacam_server.foundation.answers import FILE_BYTES, PICTURE_BYTES, opened_services
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.resources.planner.answers import describe_standoff
 from foveacam_server.resources.planner.computations import map_json, regions_json
 from foveacam_server.resources.planner.schema import (

@@ -18,7 +18,7 @@ from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT
 from foveacam_server.foundation.answers import MIB
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id
-from foveacam_server.foundation.person_quota import PERSON, Person, Places
+from foveacam_server.foundation.persons.person_quota import PERSON, Person, Places
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.imports.schema import GIB, LARGEST_BYTES, UploadRequest
 

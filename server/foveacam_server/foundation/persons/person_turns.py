@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from foveacam_server.foundation.person_quota import PERSON, FairQueue, Person
+from foveacam_server.foundation.persons.person_quota import PERSON, FairQueue, Person
 
 
 class Turns:

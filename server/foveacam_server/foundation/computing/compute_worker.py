@@ -1,7 +1,7 @@
 """A process that computes for requests, one function at a time, within limits of CPU time and memory.
 
-`python -m foveacam_server.foundation.compute_worker FD CPU_S MEMORY_BYTES MODULE...` imports the modules,
-then reads pickled functions with their argument from the socket FD and answers each, for a `ComputeProcess`.
+`python -m` of this module with FD CPU_S MEMORY_BYTES MODULE... imports the modules, then reads pickled
+functions with their argument from the socket FD and answers each, for a `ComputeProcess`.
 """
 
 import importlib
@@ -45,6 +45,7 @@ class ComputeLimits:
     longest_s: float = 60.0
 
 
+_ADDRESS_SPACE = Path("/proc/self/statm")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 _OUT_OF_MEMORY = ("bad_alloc", "Insufficient memory", "OutOfMemory")
 """What GEOS and OpenCV say."""
@@ -94,9 +95,10 @@ class ComputeProcess:
 
         Raise InvalidInput for one that needs too much time or memory, which ends the process.
         """
+        asked = _pickled((function, argument))
         connection = self.prepare()
         try:
-            connection.send_bytes(pickle.dumps((function, argument)))
+            connection.send_bytes(asked)
             if not connection.poll(self._limits.longest_s):
                 raise self._ended_with(f"{self._limits.longest_s:g} s")
             answer = pickle.loads(connection.recv_bytes())  # noqa: S301 - of our own process
@@ -150,6 +152,14 @@ class ComputeProcess:
         )
 
 
+def _pickled(asked: object) -> bytes:
+    try:
+        return pickle.dumps(asked)
+    except RecursionError as error:
+        remedy = "send lists and objects that are fewer in one another"
+        raise InvalidInput(f"this is nested too deeply to be computed; {remedy}", remedy=remedy) from error
+
+
 def main() -> None:
     """Answer until the socket is closed."""
     channel, cpu_s, memory_bytes = map(int, sys.argv[1:4])
@@ -158,27 +168,28 @@ def main() -> None:
     for module in sys.argv[4:]:
         importlib.import_module(module)
     _limit(resource.RLIMIT_CORE, 0)  # the end by SIGXCPU would write the memory to the disk
-    _limit(resource.RLIMIT_AS, _address_space_bytes() + memory_bytes)
+    if _ADDRESS_SPACE.exists():  # elsewhere the system does not keep this limit
+        _limit(resource.RLIMIT_AS, _address_space_bytes() + memory_bytes)
     while True:
         try:
             function, argument = pickle.loads(connection.recv_bytes())  # noqa: S301 - of our own server
         except EOFError:
             return
         _limit(resource.RLIMIT_CPU, math.ceil(time.process_time()) + cpu_s)
-        connection.send_bytes(pickle.dumps(_answer(function, argument)))
+        connection.send_bytes(_answer(function, argument))
 
 
-def _answer(function: Callable[[Any], object], argument: object) -> object:  # Any: whatever it takes
-    """Return the result of a function, or its error as the owner reads it."""
+def _answer(function: Callable[[Any], object], argument: object) -> bytes:  # Any: whatever it takes
+    """Return the pickled result of a function, or its error as the owner reads it."""
     try:
-        return function(argument)
+        return pickle.dumps(function(argument))
     except Exception as error:  # noqa: BLE001 - the outermost frame of a computation
         if _out_of_memory(error):
-            return MemoryError()
+            return pickle.dumps(MemoryError())
         if isinstance(error, FoveaError):
-            return ChildError.of(error)
+            return pickle.dumps(ChildError.of(error))
         _log.exception("a computation failed unexpectedly")
-        return RuntimeError(repr(error))
+        return pickle.dumps(RuntimeError(repr(error)))
 
 
 def _out_of_memory(error: BaseException | None) -> bool:
@@ -196,7 +207,7 @@ def _limit(what: int, most: int) -> None:
 
 
 def _address_space_bytes() -> int:
-    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    pages = int(_ADDRESS_SPACE.read_text().split()[0])
     return pages * resource.getpagesize()
 
 

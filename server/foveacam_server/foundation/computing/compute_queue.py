@@ -13,9 +13,9 @@ from contextvars import copy_context
 from typing import TypeVar
 
 from foveacam_hardware.contract.spans import span
-from foveacam_server.foundation.compute_worker import ComputeLimits, ComputeProcess
-from foveacam_server.foundation.person_quota import PERSON, Places
-from foveacam_server.foundation.person_turns import Turns
+from foveacam_server.foundation.computing.compute_worker import ComputeLimits, ComputeProcess
+from foveacam_server.foundation.persons.person_quota import PERSON, Places
+from foveacam_server.foundation.persons.person_turns import Turns
 from foveacam_server.foundation.watching.flows import count_flow, this_part
 
 T = TypeVar("T")
