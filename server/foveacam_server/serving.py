@@ -70,6 +70,7 @@ class _GreetingServer(WatchedServer):
         if self.started:
             services = self._services()
             services.streams.end()
+            services.computing.end()
             services.events.end_listeners()
         await super().shutdown(sockets)
 

@@ -83,9 +83,9 @@ def test_another_person_is_answered_while_one_computes_all_that_it_may() -> None
         assert await asked_by("ben", lambda: computing.run_apart(math.factorial, 4)) == 24
         assert await asked_by("ben", lambda: computing.run(lambda: "here")) == "here"
         assert not any(task.done() for task in greedy)
-        computing.close()
+        computing.end()
         ends = await asyncio.gather(*greedy, return_exceptions=True)
-        assert isinstance(ends[0], Cancelled)
+        assert [type(end) for end in ends] == [Cancelled] * MOST_OPEN_EACH
 
     play(scenario)
 

@@ -71,10 +71,14 @@ class ComputeQueue:
         """Start the process that the next computation uses, which takes half a second, unless it runs."""
         await self._on_thread(self._prepare)
 
-    def close(self) -> None:
-        """End the computations in processes at once; finish the one that runs here, drop those that wait."""
+    def end(self) -> None:
+        """End the processes, so that all who wait for one are refused; called when the server shuts down."""
         for process in self._processes:
             process.kill()
+
+    def close(self) -> None:
+        """End the computations in processes at once; finish the one that runs here, drop those that wait."""
+        self.end()
         self._threads.shutdown(cancel_futures=True)
         for process in self._processes:
             process.end()
