@@ -21,11 +21,13 @@ from numpy.typing import NDArray
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.answers import BODY_BYTES
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from foveacam_server.resources.planner.maps import MOST_VERTICES
 from tests.local_server import serving
 from tests.paper.obstacle_quadrature import success_by_quadrature
+from tests.persons import install_persons
 
 Json = dict[str, Any]  # Any: JSON documents
 
@@ -38,7 +40,8 @@ SQUARE = [[20.0, 20.0], [24.0, 20.0], [24.0, 24.0], [20.0, 24.0], [20.0, 20.0]]
 def http() -> Iterator[httpx.Client]:
     app = FastAPI()
     error_handlers.install(app)
-    app.include_router(routes.router)
+    app.include_router(routes.router, max_body_size=BODY_BYTES)
+    install_persons(app)
     with (
         closing(ComputeQueue()) as computing,
         serving(app) as port,
@@ -221,6 +224,7 @@ WHEEL = collection(
             {"kind": "geojson", "document": collection(feature("", "Polygon", DEEP))},
             "nested too deeply",
         ),
+        ("/map", {"kind": "geojson", "document": {"features": [[]] * 600_000}}, "200,000 are the most"),
         ("/map", {"kind": "picture", "picture_base64": PALE}, "the picture has no scale; give m_per_px"),
         ("/map", {"kind": "picture", "picture_base64": HUGE, "m_per_px": 1.0}, "60000 x 60000 px was given"),
         ("/map", {"kind": "picture", "picture_base64": CUT, "m_per_px": 1.0}, "it may be cut short"),

@@ -100,6 +100,12 @@ class ServerPlaces:
         )
     )
     """Every request from its first byte to the last of its answer, streams included."""
+    large_bodies: Places = field(
+        default_factory=lambda: Places(
+            "large bodies", most=16, most_each=4, remedy="wait until one has been answered"
+        )
+    )
+    """Larger than 1 MiB, from the first byte to the answer."""
     events: Places = field(
         default_factory=lambda: Places(
             "streams of events", most=256, most_each=16, remedy="close a page or a program that listens"

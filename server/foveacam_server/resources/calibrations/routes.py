@@ -12,6 +12,7 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.large_bodies import LargeBodyRoute
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.calibrations.record_files import FileFormat
 from foveacam_server.resources.calibrations.records import CalibrationRecords
@@ -22,7 +23,7 @@ from foveacam_server.resources.calibrations.schema import (
 )
 from foveacam_server.resources.calibrations.service import CalibrationService
 
-router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+router = APIRouter(prefix="/calibrations", tags=["calibrations"], route_class=LargeBodyRoute)
 
 
 class CalibrationRouteServices(Protocol):

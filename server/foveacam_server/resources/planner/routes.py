@@ -7,6 +7,7 @@ from fastapi.responses import Response
 
 from foveacam_server.foundation.answers import FILE_BYTES, PICTURE_BYTES, opened_services
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.large_bodies import LargeBodyRoute
 from foveacam_server.resources.planner.answers import describe_standoff
 from foveacam_server.resources.planner.computations import map_json, regions_json
 from foveacam_server.resources.planner.schema import (
@@ -18,7 +19,7 @@ from foveacam_server.resources.planner.schema import (
     StandoffRequest,
 )
 
-router = APIRouter(prefix="/planner", tags=["planner"])
+router = APIRouter(prefix="/planner", tags=["planner"], route_class=LargeBodyRoute)
 
 
 class PlannerRouteServices(Protocol):
