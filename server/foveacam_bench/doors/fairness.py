@@ -238,9 +238,9 @@ def _things(recording_id: str, calibration_id: str) -> list[_Thing]:
 
 
 def _crossing_bars() -> JsonObject:
-    bars = [(0.0, at, CROSSING, at + 0.3) for at in range(CROSSING)]
-    bars += [(at, 0.0, at + 0.3, CROSSING) for at in range(CROSSING)]
-    return {"type": "FeatureCollection", "features": [_bar(*bar) for bar in bars]}
+    lying = [_bar(0.0, at, CROSSING, at + 0.3) for at in range(CROSSING)]
+    standing = [_bar(at, 0.0, at + 0.3, CROSSING) for at in range(CROSSING)]
+    return {"type": "FeatureCollection", "features": lying + standing}
 
 
 def _bar(x0: float, y0: float, x1: float, y1: float) -> JsonObject:
