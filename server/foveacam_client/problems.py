@@ -14,7 +14,7 @@
         │   └── JobCancelled
         ├── InvalidRequest   400, 413, 422
         │   └── TargetOutOfRange
-        ├── TooManyRequests  429; `retry_after_s`
+        ├── TooManyRequests  429, or 503 where all places are taken; `retry_after_s`
         ├── ServerFault      500
         ├── DeviceFailed     502
         ├── DeviceMissing    503
@@ -136,7 +136,7 @@ class TargetOutOfRange(InvalidRequest):
 
 
 class TooManyRequests(ProblemError):
-    """Too many wrong tokens came from here."""
+    """Too many wrong tokens came from here, or no place is free for one more of what was asked for."""
 
 
 class ServerFault(ProblemError):
@@ -170,6 +170,7 @@ _BY_SLUG: dict[str, type[ProblemError]] = {
     "cancelled": JobCancelled,
     "interrupted": JobInterrupted,
     "out-of-range": TargetOutOfRange,
+    "all-taken": TooManyRequests,
 }
 _BY_STATUS: dict[int, type[ProblemError]] = {
     400: InvalidRequest,

@@ -11,12 +11,14 @@ from foveacam_server import __version__
 from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
+from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
 from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.foundation.answers import BODY_BYTES, problems
+from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
 from foveacam_server.resources.archive import routes as archive
@@ -162,10 +164,12 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         redirect_slashes=False,  # a path is served as it is written, or not at all
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
+    app.state.places = ServerPlaces()
     pages.install(app)
     error_handlers.install(app)
     app.add_middleware(BodyLimitProblems)
     app.add_middleware(HeaderLimit)
+    app.add_middleware(PersonRequests, places=app.state.places.requests)
     app.state.gate = security.install(app, settings)
     app.add_middleware(HeadRequests)
     app.add_middleware(RequestTimes)

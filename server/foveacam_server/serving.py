@@ -75,6 +75,7 @@ class _GreetingServer(WatchedServer):
         if self.started:
             services = self._services()
             services.streams.end()
+            services.computing.end()
             services.events.end_listeners()
         await super().shutdown(sockets)
 
@@ -108,6 +109,7 @@ class _GreetingServer(WatchedServer):
         await asyncio.to_thread(self._announce, services)
         for line in [*self._lines, *await asyncio.to_thread(self._access_lines)]:
             self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+        await services.computing.prepare()
 
     def _announce(self, services: Services) -> None:
         settings, port = services.settings, urlsplit(self._address).port

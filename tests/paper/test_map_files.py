@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from shapely.geometry import Polygon, box, mapping
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.study.visibility.map_files import geojson_of, map_from_geojson, map_from_picture
+from foveacam_pipeline.study.visibility.map_files import (
+    geojson_of,
+    map_from_geojson,
+    map_from_picture,
+    pixel_corners,
+)
 from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
 from foveacam_pipeline.study.visibility.regions import feasible_regions
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
@@ -134,6 +139,25 @@ def test_pixels_that_touch_at_a_corner_hang_together() -> None:
     field = map_from_picture(_picture(dark), m_per_px=1.0)
     assert len(field.obstacles) == 1
     assert len(map_from_picture(_picture(dark[::-1]), m_per_px=1.0).obstacles) == 1
+
+
+@pytest.mark.parametrize(
+    ("rows", "corners"), [("...", 0), (".#.", 4), ("##.", 4), ("#./.#", 8), ("##/#.", 6), ("###/#.#/###", 8)]
+)
+def test_corners_of_dark_pixels_are_counted(rows: str, corners: int) -> None:
+    dark = np.array([[each == "#" for each in row] for row in rows.split("/")])
+    assert pixel_corners(dark) == corners
+
+
+def test_a_picture_of_too_many_corners_is_refused_before_its_outlines_are_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    dark = np.random.default_rng(40).random((60, 60)) < 0.5
+    corners = pixel_corners(dark)
+    assert map_from_picture(_picture(dark), m_per_px=1.0, most_corners=corners).obstacles
+    monkeypatch.setattr(shapely, "union_all", None)
+    with pytest.raises(InvalidInput, match=f"{corners:,} corners; {corners - 1:,} are the most"):
+        map_from_picture(_picture(dark), m_per_px=1.0, most_corners=corners - 1)
 
 
 def test_pictures_that_are_none_are_refused() -> None:

@@ -2,6 +2,7 @@
 
 import base64
 import itertools
+import json
 import math
 import struct
 import time
@@ -20,11 +21,13 @@ from numpy.typing import NDArray
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.answers import BODY_BYTES
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from foveacam_server.resources.planner.maps import MOST_VERTICES
 from tests.local_server import serving
 from tests.paper.obstacle_quadrature import success_by_quadrature
+from tests.persons import install_persons
 
 Json = dict[str, Any]  # Any: JSON documents
 
@@ -37,7 +40,8 @@ SQUARE = [[20.0, 20.0], [24.0, 20.0], [24.0, 24.0], [20.0, 24.0], [20.0, 20.0]]
 def http() -> Iterator[httpx.Client]:
     app = FastAPI()
     error_handlers.install(app)
-    app.include_router(routes.router)
+    app.include_router(routes.router, max_body_size=BODY_BYTES)
+    install_persons(app)
     with (
         closing(ComputeQueue()) as computing,
         serving(app) as port,
@@ -185,6 +189,9 @@ DEGREES = CROSSED | {"crs": {"properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS
 PALE = png(np.full((8, 8), 255, np.uint8))
 HUGE = base64.b64encode(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 60_000, 60_000)).decode()
 CUT = base64.b64encode(base64.b64decode(PALE)[:30]).decode()
+DEEP = json.loads("[" * 900 + "]" * 900)
+NESTED = collection(feature("", "Polygon", DEEP))
+NOISE = png(np.random.default_rng(40).integers(0, 2, (250, 250), np.uint8) * np.uint8(255))
 ROUND = [[math.cos(n * 1e-3), math.sin(n * 1e-3)] for n in range(2 * MOST_VERTICES + 1)]
 
 WHEEL_CORNERS = [[math.cos(math.tau * n / 6000), math.sin(math.tau * n / 6000)] for n in (*range(6000), 0)]
@@ -212,11 +219,22 @@ WHEEL = collection(
         ("/map", {"kind": "geojson", "document": {}}, "a map is a FeatureCollection"),
         ("/map", {"kind": "geojson", "document": collection(feature("target", "Point", []))}, "RFC 7946"),
         ("/map", {"kind": "geojson", "document": collection(feature("", "Polygon", [ROUND]))}, "simplify it"),
+        (
+            "/map",
+            {"kind": "geojson", "document": collection(feature("", "Polygon", DEEP))},
+            "nested too deeply",
+        ),
+        ("/map", {"kind": "geojson", "document": {"features": [[]] * 600_000}}, "200,000 are the most"),
         ("/map", {"kind": "picture", "picture_base64": PALE}, "the picture has no scale; give m_per_px"),
         ("/map", {"kind": "picture", "picture_base64": HUGE, "m_per_px": 1.0}, "60000 x 60000 px was given"),
         ("/map", {"kind": "picture", "picture_base64": CUT, "m_per_px": 1.0}, "it may be cut short"),
         ("/map", {"kind": "picture", "picture_base64": "R0lGODlh", "m_per_px": 1.0}, "neither PNG nor JPEG"),
         ("/map", {"kind": "picture", "picture_base64": "?", "m_per_px": 1.0}, "no base64 text"),
+        (
+            "/map",
+            {"kind": "picture", "picture_base64": NOISE, "m_per_px": 1.0},
+            "corners; 20,000 are the most",
+        ),
         ("/map", {"kind": "random", "size_m": 1.0, "targets": 50}, "smaller obstacles, or a larger map"),
         ("/regions", {"map": collection(feature("", "Polygon", [SQUARE]))}, "place at least one"),
         ("/regions", {"map": INSIDE, "targets_m": [[23.0, 21.0]]}, "target 0 at (23, 21) m is inside"),

@@ -10,6 +10,7 @@ import random
 import sys
 from collections import Counter
 from collections.abc import Awaitable, Callable
+from itertools import cycle
 from urllib.parse import urlsplit
 
 import httpx
@@ -19,6 +20,8 @@ from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
 BODY_BYTES = 63_000_000
 CHUNK_BYTES = 256 * 1024
 ESTIMATES = 8
+ESTIMATING_ADDRESSES = ("127.0.0.2", "127.0.0.3")
+"""One person has fewer at a time."""
 ESTIMATE = {"plan": {"points": {"kind": "grid", "columns": 60, "rows": 60}}, "distance_m": 5.0}
 VIEWERS = 12
 """One of them never reads."""
@@ -41,6 +44,7 @@ class OutsiderLoad:
         self._rng = random.Random(SEED)  # noqa: S311 - not a secret
         limits = httpx.Limits(max_connections=None)
         self._client = httpx.AsyncClient(timeout=_PATIENCE_S, trust_env=False, limits=limits)
+        self._estimators = cycle([_client_at(address) for address in ESTIMATING_ADDRESSES])
         self.counts: Counter[str] = Counter()
 
     async def run(self, *, bodies: bool, ended: Awaitable[object]) -> None:
@@ -69,8 +73,10 @@ class OutsiderLoad:
         await asyncio.sleep(BURST_PAUSE_S)
 
     async def _estimate(self) -> None:
-        answer = await self._client.post(self._api + "captures/estimates", json=ESTIMATE)
+        answer = await next(self._estimators).post(self._api + "captures/estimates", json=ESTIMATE)
         self.counts[f"estimates_{answer.status_code}"] += 1
+        if answer.is_error:
+            await asyncio.sleep(BURST_PAUSE_S)
 
     async def _fixation(self) -> None:
         pixel = {"x_px": self._rng.uniform(300, 1100), "y_px": self._rng.uniform(250, 850)}
@@ -103,6 +109,11 @@ class OutsiderLoad:
 
     async def _connect(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
         return await asyncio.open_connection(self._address.hostname, self._address.port)
+
+
+def _client_at(own_address: str) -> httpx.AsyncClient:
+    transport = httpx.AsyncHTTPTransport(local_address=own_address)
+    return httpx.AsyncClient(timeout=_PATIENCE_S, trust_env=False, transport=transport)
 
 
 def main() -> None:

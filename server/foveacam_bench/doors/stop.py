@@ -2,7 +2,8 @@
 
 The stop is requested several hundred times while bodies of 63 MB, estimates, viewers (one of which never
 reads), bursts of requests and fixations run; once without the bodies, to compare memory. Then follow 64
-viewers that never read, requests that every port must refuse, and generated requests to every operation.
+viewers that never read, requests that every port must refuse, generated requests to every operation, and a
+person who takes all that there is while another asks for it.
 """
 
 import http.client
@@ -19,12 +20,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.parse import urlsplit
 
+from foveacam_bench.doors.fairness import fairness_figures
 from foveacam_bench.doors.foreign import foreign_figures
 from foveacam_bench.doors.generated import check_generator, generated_figures
 from foveacam_bench.figures import Figures
 from foveacam_bench.judging import peak_memory_kib, percentile
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_bench.stream.clients import upgrade
+from foveacam_server.rig.stream import CLIENTS_EACH
 
 STOPS, QUICK_STOPS = 320, 40
 PAUSE_S = 0.15
@@ -58,6 +61,9 @@ def run(*, quick: bool = False) -> Figures:
         token_file.write_text(TOKEN)
         with _server(Path(folder) / "generated", options=("--token-file", str(token_file))) as server:
             figures |= generated_figures(server.url, Path(folder), token=TOKEN, quick=quick)
+        fair = Path(folder) / "fair"
+        fair.mkdir()
+        figures |= fairness_figures(fair)
     return {**figures, "load": counts}
 
 
@@ -131,7 +137,7 @@ _SUBSCRIPTION = b'{"type": "subscribe", "views": {"wide": {"scale": 1}, "left": 
 
 def count_held_viewers(url: str) -> int:
     """Open 64 viewers that subscribe and read nothing; return how many are still connected after 30 s."""
-    viewers = [_viewer(url) for _ in range(VIEWERS)]
+    viewers = [_viewer(url, f"127.0.0.{2 + number // CLIENTS_EACH}") for number in range(VIEWERS)]
     time.sleep(WAIT_S)
     held = sum(_held(viewer) for viewer in viewers)
     for viewer in viewers:
@@ -139,9 +145,11 @@ def count_held_viewers(url: str) -> int:
     return held
 
 
-def _viewer(url: str) -> socket.socket:
+def _viewer(url: str, own_address: str) -> socket.socket:
+    """Open a viewer of one address: of each only so many get a place."""
     address = urlsplit(url)
     viewer = socket.socket()
+    viewer.bind((own_address, 0))
     viewer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SMALL_BUFFER_BYTES)
     viewer.connect((address.hostname, address.port))
     viewer.sendall(upgrade(address.netloc) + _masked(_SUBSCRIPTION))

@@ -3908,7 +3908,7 @@ class AsyncViews:
     def stream_mjpeg(self, name: str, *, scale: Literal["1", "2"] | None = None) -> AsyncDownload:
         """Live view as MJPEG, for curl and VLC.
 
-        Stream a view without end; at most two an address; a slow client lags without bound.
+        Stream a view without end; at most two a person; a slow client lags without bound.
 
         Needs the right `view`.
         """

@@ -3844,7 +3844,7 @@ class Views:
     def stream_mjpeg(self, name: str, *, scale: Literal["1", "2"] | None = None) -> Download:
         """Live view as MJPEG, for curl and VLC.
 
-        Stream a view without end; at most two an address; a slow client lags without bound.
+        Stream a view without end; at most two a person; a slow client lags without bound.
 
         Needs the right `view`.
         """

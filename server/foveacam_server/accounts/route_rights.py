@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 from typing import Any, TypeVar
 
 from fastapi import APIRouter
-from fastapi.routing import RouteContext, iter_route_contexts
+from fastapi.routing import APIRoute, RouteContext, iter_route_contexts
 from starlette.routing import BaseRoute, Match
 from starlette.types import Scope
 
@@ -77,10 +77,13 @@ class GuardedRouter(APIRouter):
         changing: Right,
         tags: Sequence[str] = (),
         include_in_schema: bool = True,
+        route_class: type[APIRoute] = APIRoute,
     ) -> None:
         """`reading`: the right that GET needs; `changing`: that of all other methods."""
         self._reading, self._changing = reading, changing
-        super().__init__(prefix=prefix, tags=list(tags), include_in_schema=include_in_schema)
+        super().__init__(
+            prefix=prefix, tags=list(tags), include_in_schema=include_in_schema, route_class=route_class
+        )
 
     def add_api_route(
         self,

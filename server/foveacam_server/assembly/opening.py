@@ -23,7 +23,7 @@ from foveacam_server.assembly.first_services import (
 from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
@@ -34,6 +34,7 @@ from foveacam_server.resources.calibration_sessions.sessions import SessionColle
 from foveacam_server.resources.calibrations.records import CalibrationRecords
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
+from foveacam_server.resources.captures import estimates
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
@@ -42,6 +43,7 @@ from foveacam_server.resources.engine.loop_lag import LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.service import EngineParts, EngineService
 from foveacam_server.resources.faults.service import FaultService
+from foveacam_server.resources.planner import computations as planner
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService
 from foveacam_server.resources.positioners.rail import RailService
 from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
@@ -258,7 +260,7 @@ def _stop(shared: SharedServices) -> tuple[StopSwitch, ThreadPoolExecutor]:
 
 
 def _open_computing(foundation: ServerFoundation) -> ComputeQueue:
-    computing = ComputeQueue()
+    computing = ComputeQueue([planner.__name__, estimates.__name__])
     foundation.stack.callback(computing.close)
     return computing
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease

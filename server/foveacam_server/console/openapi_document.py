@@ -33,7 +33,7 @@ _SCHEMES = {
         "description": f"What a browser gets for signing in at `/`. {_WHERE_NEEDED}",
     },
 }
-_BEFORE_ROUTES = (400, 401, 403, 429, 431)
+_BEFORE_ROUTES = (400, 401, 403, 429, 431, 503)
 
 
 def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:

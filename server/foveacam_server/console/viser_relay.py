@@ -18,6 +18,9 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.console.page_policy import viser_policy
+from foveacam_server.foundation.answers import server_places
+from foveacam_server.foundation.errors import AllTaken, PersonLimit
+from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.viser_page import viser_page, viser_subprotocol
 
@@ -76,20 +79,28 @@ async def relay(websocket: WebSocket) -> None:
     if found is None:
         await websocket.close(_TRY_AGAIN_LATER, "the 3D pane is not running")
         return
+    places = await server_places(websocket)
     try:
-        async with unix_connect(
-            str(found.socket_path),
-            "ws://viser/",
-            subprotocols=[Subprotocol(wanted)],
-            compression=None,
-            max_size=None,
-            max_queue=_MAX_QUEUE,
-            open_timeout=_OPEN_TIMEOUT_S,
-        ) as upstream:
-            await _pump(websocket, upstream)
+        with places.scene_viewers.hold(PERSON.get()):
+            await _relay(websocket, found, protocol=wanted)
+    except (AllTaken, PersonLimit) as refusal:
+        await _close(websocket, *close_of(refusal))
     except (OSError, TimeoutError, WebSocketException) as error:
         _log.warning("the 3D pane does not answer: %s", error)
         await _close(websocket, _TRY_AGAIN_LATER, "the 3D pane does not answer")
+
+
+async def _relay(websocket: WebSocket, viewer: SceneViewer, *, protocol: str) -> None:
+    async with unix_connect(
+        str(viewer.socket_path),
+        "ws://viser/",
+        subprotocols=[Subprotocol(protocol)],
+        compression=None,
+        max_size=None,
+        max_queue=_MAX_QUEUE,
+        open_timeout=_OPEN_TIMEOUT_S,
+    ) as upstream:
+        await _pump(websocket, upstream)
 
 
 async def _pump(websocket: WebSocket, upstream: ClientConnection) -> None:

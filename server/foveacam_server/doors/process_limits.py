@@ -4,11 +4,18 @@ import contextlib
 import ctypes
 import gc
 import sys
+from types import TracebackType
+from typing import Any, cast
 
-import anyio.to_thread
+import anyio
+from anyio._backends._asyncio import _default_thread_limiter
 
-REQUEST_THREADS = 6
-"""Each thread that computes delays the event loop: by 200 ms with the framework's default of 40."""
+from foveacam_server.foundation.persons.person_quota import PERSON
+from foveacam_server.foundation.persons.person_turns import Turns
+
+REQUEST_THREADS, REQUEST_THREADS_EACH = 6, 4
+"""Each thread that computes delays the event loop: by 200 ms with the framework's default of 40. Some are
+left to others, whatever one person asks for."""
 SWITCH_S = 0.001
 """Delay of the event loop and the stop by each thread that computes; Python's default is 5 ms."""
 MOST_ARENAS = 2
@@ -17,9 +24,34 @@ _M_ARENA_MAX = -8
 """Of glibc's <malloc.h>."""
 
 
+class PersonThreads(anyio.CapacityLimiter):
+    """Limits the threads of requests, in all and of one person, who wait in turn."""
+
+    def __new__(cls) -> "PersonThreads":
+        """Return one of this class, where the library would make its own."""
+        return object.__new__(cls)
+
+    def __init__(self) -> None:
+        self._turns = Turns(REQUEST_THREADS, each=REQUEST_THREADS_EACH)
+
+    async def __aenter__(self) -> None:
+        """Wait for a thread."""
+        await self._turns.begin(PERSON.get())
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Give it back."""
+        self._turns.end(PERSON.get())
+
+
 def bound_threads() -> None:
     """Limit the threads of this event loop's requests; called on the loop."""
-    anyio.to_thread.current_default_thread_limiter().total_tokens = REQUEST_THREADS
+    # the library lets nobody choose the class of the limiter that it takes by default
+    _default_thread_limiter.set(cast(Any, PersonThreads()))  # Any: of the library's own class
     sys.setswitchinterval(SWITCH_S)
 
 

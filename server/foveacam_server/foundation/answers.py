@@ -1,17 +1,18 @@
 """What routes share: services, headers, limits of a body, the answer with a job, problems in OpenAPI."""
 
-import asyncio
 import re
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from typing import Annotated, Any, Protocol
 
-from fastapi import Header, Query
+from fastapi import Depends, Header, Query
 from fastapi.responses import JSONResponse
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection
 
 from foveacam_server.foundation.errors import MEDIA_TYPE
 from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.persons.person_quota import PERSON, ServerPlaces
 from foveacam_server.foundation.schema import ResponseModel
 
 JOBS_URL = "/api/v1/jobs"
@@ -50,10 +51,10 @@ _TITLES = {
     409: "busy, stopped or not calibrated",
     413: "the body is too large",
     422: "the request cannot be used, or the rig cannot do it",
-    429: "too many wrong tokens or passwords came from this address",
+    429: "too many wrong tokens or passwords came from this address, or you hold too many of these",
     431: "line and headers are too large",
     502: "a device failed",
-    503: "a device is missing",
+    503: "a device is missing, or all places are taken",
     504: "a device did not answer",
     507: "the disk takes no more",
 }
@@ -71,6 +72,28 @@ class JobServices(Protocol):
 async def opened_services(connection: HTTPConnection) -> object:
     """Return the services that the lifespan opened; for requests and for WebSockets."""
     return connection.app.state.services
+
+
+async def server_places(connection: HTTPConnection) -> ServerPlaces:
+    """Return the places of connections and of long answers; for requests and for WebSockets."""
+    found: ServerPlaces = connection.app.state.places
+    return found
+
+
+async def _hold_long_read(connection: HTTPConnection) -> AsyncIterator[None]:
+    """Hold a place for a download or a check until its answer is sent."""
+    with (await server_places(connection)).long_reads.hold(PERSON.get()):
+        yield
+
+
+async def _hold_event_stream(connection: HTTPConnection) -> AsyncIterator[None]:
+    with (await server_places(connection)).events.hold(PERSON.get()):
+        yield
+
+
+LONG_READ = Depends(_hold_long_read)
+"""Of routes that read whole datasets, in `dependencies`."""
+EVENT_STREAM = Depends(_hold_event_stream)
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:  # Any: FastAPI's own type
@@ -110,7 +133,7 @@ async def job_answer(
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
         if job.state is JobState.SUCCEEDED and job.result_url is not None:
-            found = await asyncio.to_thread(result, job.result_url)
+            found = await run_in_threadpool(result, job.result_url)
             return JSONResponse(found.as_json(), headers=headers)
         if job.state.ended and job.problem is not None:
             problem = job.problem.model_dump(exclude_unset=True) | {"instance": headers["Location"]}

@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import Cancelled, FoveaError
 from foveacam_server.foundation.child_work import ChildError, ChildProgress
-from foveacam_server.foundation.errors import KINDS
 
 LOOK_S = 0.1
 """Interval between two checks for cancellation."""
@@ -71,15 +70,9 @@ def _follow(
         for line in lines:
             message = json.loads(line)
             if "error" in message:
-                trouble = _error(ChildError.model_validate(message))
+                trouble = ChildError.model_validate(message).as_error()
             else:
                 on_progress(ChildProgress.model_validate(message))
-
-
-def _error(told: ChildError) -> FoveaError:
-    named = {kind.__name__: kind for kind in KINDS}
-    kind = named.get(told.error, FoveaError)
-    return kind(told.detail, asked=told.asked, found=told.found, remedy=told.remedy)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -7,10 +7,12 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from typing import Self
 
 from pydantic import BaseModel
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_server.foundation.errors import KINDS
 
 NICENESS = 10
 """Lower priority than the server's."""
@@ -33,6 +35,23 @@ class ChildError(BaseModel):
     asked: str | None
     found: str | None
     remedy: str | None
+
+    @classmethod
+    def of(cls, error: FoveaError) -> Self:
+        """Return an error as a message."""
+        return cls(
+            error=type(error).__name__,
+            detail=str(error),
+            asked=error.asked,
+            found=error.found,
+            remedy=error.remedy,
+        )
+
+    def as_error(self) -> FoveaError:
+        """Return the error."""
+        named = {kind.__name__: kind for kind in KINDS}
+        kind = named.get(self.error, FoveaError)
+        return kind(self.detail, asked=self.asked, found=self.found, remedy=self.remedy)
 
 
 class StdoutProgress:
@@ -65,22 +84,19 @@ def _write_message(message: BaseModel) -> None:
     sys.stdout.flush()
 
 
-def run_child(make: Callable[[], None]) -> int:
-    """Run `make` at low priority; return the exit status: 0, or 1 after writing its error."""
+def become_child() -> None:
+    """Lower this process's priority, and let it end with the process that started it."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     os.nice(NICENESS)
+
+
+def run_child(make: Callable[[], None]) -> int:
+    """Run `make` at low priority; return the exit status: 0, or 1 after writing its error."""
+    become_child()
     try:
         make()
     except FoveaError as error:
-        _write_message(
-            ChildError(
-                error=type(error).__name__,
-                detail=str(error),
-                asked=error.asked,
-                found=error.found,
-                remedy=error.remedy,
-            )
-        )
+        _write_message(ChildError.of(error))
         return 1
     return 0
 

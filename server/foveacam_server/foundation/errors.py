@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from starlette.responses import JSONResponse
 
 MEDIA_TYPE = "application/problem+json"
+PLACE_RETRY_S = 5
+"""After which somebody who got no place is told to ask again."""
 
 
 class NotFound(FoveaError):
@@ -67,6 +69,18 @@ class TooManyAttempts(FoveaError):
     def __init__(self, message: str, *, wait_s: float, asked: str, found: str, remedy: str) -> None:
         super().__init__(message, asked=asked, found=found, remedy=remedy)
         self.wait_s = math.ceil(wait_s)
+
+
+class PersonLimit(Busy):
+    """A person holds as many of a limited thing as one may; others are still served."""
+
+    code = "person_limit"
+
+
+class AllTaken(Busy):
+    """All persons together hold as many of a limited thing as there are."""
+
+    code = "all_taken"
 
 
 class Forbidden(FoveaError):
@@ -110,6 +124,8 @@ KINDS: dict[type[FoveaError], ProblemType] = {
     NotFound: NOT_FOUND,
     WrongCredentials: ProblemType(slug="wrong-credentials", status=401, title="That is not who you are"),
     TooManyAttempts: ProblemType(slug="too-many-tries", status=429, title="Too many wrong passwords"),
+    PersonLimit: ProblemType(slug="person-limit", status=429, title="You hold too many of these"),
+    AllTaken: ProblemType(slug="all-taken", status=503, title="All places are taken"),
     Forbidden: ProblemType(slug="forbidden", status=403, title="You have not the right to do this"),
     EditedMeanwhile: ProblemType(
         slug="edited-meanwhile", status=409, title="Somebody else changed it meanwhile"
@@ -173,13 +189,20 @@ def problem_of(error: BaseException) -> ProblemDetails:
                 asked=error.asked,
                 found=error.found,
                 remedy=error.remedy,
-                headers={"Retry-After": str(error.wait_s)} if isinstance(error, TooManyAttempts) else {},
+                headers=_headers_of(error),
             )
     return ProblemDetails(
         kind=INTERNAL,
         detail="The server met an error that it did not foresee; the cause is in its log.",
         remedy="Try again; when it stays, report it together with the log.",
     )
+
+
+def _headers_of(error: FoveaError) -> dict[str, str]:
+    """Return the headers of an answer that names the time after which to ask again."""
+    if isinstance(error, TooManyAttempts):
+        return {"Retry-After": str(error.wait_s)}
+    return {"Retry-After": str(PLACE_RETRY_S)} if isinstance(error, PersonLimit | AllTaken) else {}
 
 
 def _of_full_disk(error: OSError) -> FoveaError:

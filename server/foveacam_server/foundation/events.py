@@ -14,6 +14,7 @@ from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+import anyio.to_thread
 from pydantic import BaseModel
 from sqlalchemy import delete, func, insert, select
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
@@ -168,7 +169,7 @@ class EventLog:
             self._listeners.add(listener)
         try:
             seen = last_id or 0
-            for event in [] if last_id is None else await asyncio.to_thread(self.after, last_id):
+            for event in [] if last_id is None else await anyio.to_thread.run_sync(self.after, last_id):
                 seen = event.id
                 yield event
                 await asyncio.sleep(0)  # lets the loop end a listener that has left

@@ -1,11 +1,10 @@
 """Runs jobs one after the other on one thread, as they share one rig; they can be cancelled at every step.
 
-Jobs that do not move the rig may run in parallel, each on a thread of its own.
+Jobs that do not move the rig run in parallel, a few of each kind at once. Each person's jobs come in turn.
 """
 
 import asyncio
 import logging
-import queue
 import threading
 import time
 from collections.abc import Callable
@@ -13,12 +12,14 @@ from concurrent.futures import Future
 from contextvars import copy_context
 from functools import partial
 
-from foveacam_hardware.contract import Busy, Cancelled, Clock, FoveaError, InvalidInput, Stopped
+from foveacam_hardware.contract import Cancelled, Clock, FoveaError, InvalidInput, Stopped
 from foveacam_hardware.contract.spans import note_span, span
 from foveacam_server.foundation.errors import problem_of
 from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.job_lanes import JobLane, Work
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
 from foveacam_server.foundation.names import new_id, utc_now
+from foveacam_server.foundation.persons.person_quota import PERSON, Person, Places
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching.flows import count_flow, this_part
@@ -26,8 +27,10 @@ from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID
 
 _log = logging.getLogger(__name__)
 
-WAITING = 16
-"""Jobs that may wait; further ones are refused."""
+MOST_OPEN, MOST_OPEN_EACH = 32, 8
+"""Jobs that wait or run, of all persons and of one; further ones are refused."""
+PARALLEL_AT_ONCE = 4
+"""Jobs of a parallel kind that run at once, unless it says otherwise."""
 
 
 class JobContext:
@@ -79,9 +82,12 @@ class JobRunner:
         self._events = events
         self._clock = clock
         self._handlers: dict[str, Handler] = {}
-        self._parallel: set[str] = set()
-        self._threads: set[threading.Thread] = set()
-        self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue()
+        self._parallel: dict[str, JobLane] = {}
+        self._lane = JobLane("foveacam-jobs", at_once=1)
+        self.places = Places(
+            "jobs", most=MOST_OPEN, most_each=MOST_OPEN_EACH, remedy="wait until one has ended, or cancel one"
+        )
+        self._works: dict[str, tuple[Person, Work]] = {}
         self._lock = threading.Lock()
         self._open: dict[str, Job] = {}
         self._unsaved: dict[str, Job] = {}
@@ -89,35 +95,35 @@ class JobRunner:
         self._cancelled: dict[str, str] = {}
         self._endings: dict[str, Future[Job]] = {}
         self.interrupted = self._table.end_interrupted()
-        self._thread = threading.Thread(target=self._run, name="foveacam-jobs", daemon=True)
 
-    def handle(self, kind: str, handler: Handler, *, parallel: bool = False) -> None:
+    def handle(
+        self, kind: str, handler: Handler, *, parallel: bool = False, at_once: int = PARALLEL_AT_ONCE
+    ) -> None:
         """Register the handler of the jobs of `kind`; before `start`.
 
-        `parallel`: they wait for no other job, no job waits for them, and the stop does not cancel them. One
-        that moves the rig (following) gives way to other jobs and ends by itself with the stop.
+        `parallel`: they wait for no job of another kind, and for those of their own beyond `at_once`; no job
+        waits for them, and the stop does not cancel them. One that moves the rig (following) gives way to
+        other jobs and ends by itself with the stop.
         """
         self._handlers[kind] = handler
         if parallel:
-            self._parallel.add(kind)
+            lane = self._parallel[kind] = JobLane(f"foveacam-{kind}", at_once=at_once)
+            lane.start()
 
     def start(self) -> None:
         """Start the worker thread."""
-        self._thread.start()
+        self._lane.start()
 
     def close(self) -> None:
         """Cancel all jobs and end the threads."""
         reason = "the server is shutting down"
         self.cancel_all(reason)
         with self._lock:
-            threads = list(self._threads)
             parallel = [job.id for job in self._open.values() if job.kind in self._parallel]
         for job_id in parallel:
             self.cancel(job_id, reason)
-        self._waiting.put(None)
-        for thread in (self._thread, *threads):
-            if thread.is_alive():
-                thread.join(timeout=15.0)
+        for thread in [thread for lane in (self._lane, *self._parallel.values()) for thread in lane.close()]:
+            thread.join(timeout=15.0)
         self._save_ended()
 
     def submit(
@@ -135,14 +141,6 @@ class JobRunner:
         """
         if kind not in self._handlers:
             raise InvalidInput(f"there is no kind of job called {kind}")
-        with self._lock:
-            waiting = sum(job.state is JobState.QUEUED for job in self._open.values())
-        if waiting >= WAITING:
-            raise Busy(
-                f"{WAITING} jobs are waiting already; wait, or cancel some",
-                found=f"{WAITING} jobs waiting",
-                remedy="wait, or cancel some",
-            )
         job = Job(
             id=new_id("job"),
             kind=kind,
@@ -151,22 +149,38 @@ class JobRunner:
             total=total,
             note=note,
         )
-        kept = self._table.add(job)
+        if self.has_key(idempotency_key):
+            return self.get(self._table.add(job).id)
+        person = PERSON.get()
+        self.places.take(person)
+        kept = None
+        try:
+            kept = self._table.add(job)
+        finally:
+            if kept is not job:
+                self.places.give_back(person)
         if kept is not job:
             return self.get(kept.id)
+        self._enqueue(job, person)
+        return job
+
+    def _enqueue(self, job: Job, person: Person) -> None:
+        """Let a job run when its turn has come."""
+        context = copy_context()  # with ids and trace of the request
+        work = Work(partial(context.run, self._do, job, time.perf_counter()))
         with self._lock:
             self._open[job.id] = job
             self._endings[job.id] = Future()
+            self._works[job.id] = person, work
         self._emit(job)
-        _log.info("job %s (%s) was asked for by request %s", job.id, kind, REQUEST_ID.get() or "of nobody")
-        context = copy_context()  # with ids and trace of the request
-        work = partial(context.run, self._do, job, time.perf_counter())
-        count_flow(this_part(), f"foveacam-{kind if kind in self._parallel else 'jobs'}", "jobs")
-        if kind in self._parallel:
-            self._run_in_parallel(kind, work)
-        else:
-            self._waiting.put(work)
-        return job
+        _log.info(
+            "job %s (%s) was asked for by request %s", job.id, job.kind, REQUEST_ID.get() or "of nobody"
+        )
+        count_flow(this_part(), f"foveacam-{job.kind if job.kind in self._parallel else 'jobs'}", "jobs")
+        self._lane_of(job).put(person, work)
+
+    def _lane_of(self, job: Job) -> JobLane:
+        return self._parallel.get(job.kind, self._lane)
 
     def has_key(self, idempotency_key: str | None) -> bool:
         """Return whether an earlier job has this key, so that `submit` would return that one."""
@@ -199,7 +213,7 @@ class JobRunner:
         return self.get(job_id)
 
     def cancel(self, job_id: str, reason: str = "it was cancelled on request") -> Job:
-        """Cancel a job, unless it has ended."""
+        """Cancel a job, unless it has ended; one that waits ends at once."""
         job = self.get(job_id)
         with self._lock:
             if job_id not in self._open:
@@ -207,7 +221,11 @@ class JobRunner:
             self._cancelled.setdefault(job_id, reason)
             if job.state is JobState.RUNNING:
                 job.state = JobState.CANCELLING
-        self._emit(job)
+            _, work = self._works[job_id]
+        if self._lane_of(job).withdraw(work):
+            work.run()
+        else:
+            self._emit(job)
         return job
 
     def cancel_all(self, reason: str) -> None:
@@ -227,23 +245,6 @@ class JobRunner:
     def report(self, job: Job) -> None:
         """Emit the job's progress."""
         self._emit(job)
-
-    def _run(self) -> None:
-        while (work := self._waiting.get()) is not None:
-            work()
-
-    def _run_in_parallel(self, kind: str, work: Callable[[], None]) -> None:
-        """Start a job on a thread of its own."""
-
-        def run() -> None:
-            work()
-            with self._lock:
-                self._threads.discard(threading.current_thread())
-
-        thread = threading.Thread(target=run, name=f"foveacam-{kind}", daemon=True)
-        with self._lock:
-            self._threads.add(thread)
-        thread.start()
 
     def _do(self, job: Job, asked_s: float) -> None:
         JOB_ID.set(job.id)
@@ -313,6 +314,8 @@ class JobRunner:
             self._open.pop(job.id, None)
             self._cancelled.pop(job.id, None)
             ending = self._endings.pop(job.id, None)
+            person, _ = self._works.pop(job.id)
+        self.places.give_back(person)
         if ending is not None:
             ending.set_result(job)
 

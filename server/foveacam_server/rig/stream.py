@@ -6,12 +6,12 @@ Each client has its own task and gets only the newest picture, so that none wait
 import asyncio
 import time
 from collections import Counter
-from collections.abc import AsyncGenerator, Iterator
+from collections.abc import AsyncGenerator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from typing import Protocol
 
-from foveacam_hardware.contract import Busy, InvalidInput
+from foveacam_hardware.contract import InvalidInput
+from foveacam_server.foundation.persons.person_quota import Places
 from foveacam_server.foundation.watching.flows import ENCODER, VIEWERS, count_flow
 from foveacam_server.rig import stream_messages as messages
 from foveacam_server.rig.encoder import EncodedPicture, JpegStore, Scale
@@ -19,8 +19,9 @@ from foveacam_server.rig.frame_hub import FrameHub, ViewSubscription
 from foveacam_server.rig.stream_credit import CreditBook
 from foveacam_server.rig.view_state import ViewPicture
 
-MAX_CLIENTS = 64
-MJPEG_PER_ADDRESS = 2
+MAX_CLIENTS, CLIENTS_EACH = 64, 16
+"""Pages and programs that watch: all, and those of one person."""
+MAX_MJPEG, MJPEG_EACH = 32, 2
 """A browser opens six connections a host: six MJPEG images block every request, the stop included."""
 STATS_INTERVAL_S = 1.0
 _ENCODER_THREADS = 2
@@ -48,48 +49,33 @@ class LiveStreams:
     def __init__(self, hub: FrameHub, *, boot_id: str, max_clients: int = MAX_CLIENTS) -> None:
         self.hub = hub
         self.boot_id = boot_id
-        self.max_clients = max_clients
+        self.seats = Places(
+            "connections of live views",
+            most=max_clients,
+            most_each=CLIENTS_EACH,
+            remedy="close a page",
+        )
+        self.mjpeg_seats = Places(
+            "MJPEG streams",
+            most=MAX_MJPEG,
+            most_each=MJPEG_EACH,
+            remedy="close one, or use the WebSocket /api/v1/views/ws, which carries all views",
+        )
         self._executor = ThreadPoolExecutor(_ENCODER_THREADS, thread_name_prefix=ENCODER)
         self.jpegs = JpegStore(hub, executor=self._executor)
-        self.clients = 0
         self.frames_sent = 0
         self.bytes_sent = 0
         self.sent: Counter[str] = Counter()
         """Pictures sent, by view."""
         self.dropped: Counter[str] = Counter()
         """Pictures that a client did not get because a newer one came first, by view."""
-        self._mjpeg_seats: Counter[str] = Counter()
         self._ended = False
         self._waiting: set[asyncio.Event] = set()
 
-    @contextmanager
-    def seat(self) -> Iterator[None]:
-        """Count a client during the block; raise `Busy` when all places are taken."""
-        if self.clients >= self.max_clients:
-            raise Busy(f"all {self.max_clients} places for viewers are taken; close a page and connect again")
-        self.clients += 1
-        try:
-            yield
-        finally:
-            self.clients -= 1
-
-    @contextmanager
-    def mjpeg_seat(self, address: str) -> Iterator[None]:
-        """Count an MJPEG stream of an address during the block; raise `Busy` beyond the limit."""
-        if self._mjpeg_seats[address] >= MJPEG_PER_ADDRESS:
-            raise Busy(
-                f"{address} already watches {MJPEG_PER_ADDRESS} MJPEG streams, and more would block its "
-                "other requests; close one, or use the WebSocket /api/v1/views/ws, which carries all views",
-                asked="one more MJPEG stream",
-                found=f"{MJPEG_PER_ADDRESS} open from {address}",
-                remedy="close one, or use the WebSocket /api/v1/views/ws",
-            )
-        self._mjpeg_seats[address] += 1
-        try:
-            yield
-        finally:
-            self._mjpeg_seats[address] -= 1
-            self._mjpeg_seats += Counter()  # drops the addresses that have none
+    @property
+    def clients(self) -> int:
+        """Number of clients of the WebSocket."""
+        return self.seats.taken
 
     def count_sent(self, picture: ViewPicture, *, before: ViewPicture | None, size_bytes: int) -> None:
         """Count a picture that was sent to a client; `before`: the one that this client got before it."""

@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape
@@ -70,6 +71,7 @@ def scene() -> Iterator[ViewerScene]:
 def port(scene: ViewerScene) -> Iterator[int]:
     app = FastAPI()
     app.state.services = SimpleNamespace(viewer=scene)
+    app.state.places = ServerPlaces()
     error_handlers.install(app)
     security.install(app, Settings())
     app.include_router(viser_relay.router)

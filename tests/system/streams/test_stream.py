@@ -21,12 +21,14 @@ from websockets.exceptions import ConnectionClosed
 from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.persons.person_quota import OWN_LIMIT
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.schema import Direction, OverlayDocument
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.stream_messages import HEADER
 from tests.local_server import serving
+from tests.persons import PERSON_HEADER, install_persons
 
 PATIENCE_S = 10.0
 SOCKET = "/api/v1/views/ws"
@@ -84,6 +86,7 @@ def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
+    install_persons(app)
     with serving(app) as port:
         yield Live(port, hub, streams)
     streams.close()
@@ -338,6 +341,23 @@ def test_one_viewer_too_many_is_told_so(live: Live) -> None:
             assert closed.value.rcvd is not None
             assert closed.value.rcvd.code == 1013
             assert "2 places" in closed.value.rcvd.reason
+
+    play(scenario)
+
+
+def test_a_viewer_too_many_of_one_person_is_told_so_and_another_is_served(live: Live) -> None:
+    async def scenario() -> None:
+        live.streams.seats.most_each = 2
+        async with live.viewer(), live.viewer():
+            async with connect(live.url(SOCKET, scheme="ws"), proxy=None) as third:
+                with pytest.raises(ConnectionClosed) as closed:
+                    await third.recv()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == OWN_LIMIT
+            assert closed.value.rcvd.reason.startswith("you hold 2 connections of live views")
+            url, ben = live.url(SOCKET, scheme="ws"), {PERSON_HEADER: "ben"}
+            async with connect(url, additional_headers=ben, proxy=None) as other:
+                await text(Client(other), "hello")
 
     play(scenario)
 

@@ -15,8 +15,9 @@ from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
-from foveacam_server.rig.stream import MJPEG_PER_ADDRESS, LiveStreams
+from foveacam_server.rig.stream import MJPEG_EACH, LiveStreams
 from tests.local_server import serving
+from tests.persons import PERSON_HEADER, install_persons
 
 PATIENCE_S = 10.0
 
@@ -47,6 +48,7 @@ def live() -> Iterator[Live]:
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
+    install_persons(app)
     with serving(app) as port:
         yield Live(port, hub)
     streams.close()
@@ -105,7 +107,7 @@ def test_mjpeg_carries_whole_pictures(live: Live) -> None:
     assert body.endswith(b"\xff\xd9\r\n")
 
 
-def test_a_third_mjpeg_stream_of_one_address_is_refused_until_one_ends(live: Live) -> None:
+def test_a_third_mjpeg_stream_of_one_person_is_refused_until_one_ends(live: Live) -> None:
     url = live.url("/api/v1/views/wide/stream.mjpeg")
     live.publish("wide", 1)
     with httpx.Client(trust_env=False) as client, httpx.Client(trust_env=False) as second:
@@ -116,9 +118,12 @@ def test_a_third_mjpeg_stream_of_one_address_is_refused_until_one_ends(live: Liv
                 second_parts = two.iter_bytes()  # kept: when forgotten, it closes the stream
                 next(second_parts)
                 refused = httpx.get(url, trust_env=False)
-                assert refused.status_code == 409
-                assert refused.json()["type"] == "/problems/busy"
-                assert str(MJPEG_PER_ADDRESS) in refused.json()["detail"]
+                assert refused.status_code == 429
+                assert refused.json()["type"] == "/problems/person-limit"
+                assert refused.headers["Retry-After"] == "5"
+                assert f"you hold {MJPEG_EACH} MJPEG streams" in refused.json()["detail"]
+                with httpx.stream("GET", url, headers={PERSON_HEADER: "ben"}, trust_env=False) as other:
+                    assert other.status_code == 200
         # The seats are free again once the server has noticed that both left
         deadline_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline_s:

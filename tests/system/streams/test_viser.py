@@ -19,6 +19,7 @@ from websockets.typing import Origin, Subprotocol
 
 from foveacam_server.console import security, viser_relay
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol
@@ -40,6 +41,7 @@ def scene() -> Iterator[ViewerScene]:
 def application(viewer: ViewerScene | None) -> FastAPI:
     app = FastAPI()
     app.state.services = SimpleNamespace(viewer=viewer)
+    app.state.places = ServerPlaces()
     error_handlers.install(app)
     security.install(app, Settings())
     app.include_router(viser_relay.router)

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import Busy, DeviceFault, InvalidInput, MonotonicClock, Stopped, VirtualClock
-from foveacam_server.foundation.errors import NotFound
+from foveacam_hardware.contract import DeviceFault, InvalidInput, MonotonicClock, Stopped, VirtualClock
+from foveacam_server.foundation.errors import AllTaken, NotFound, PersonLimit
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job, JobState, JobTable
-from foveacam_server.foundation.jobs import WAITING, JobContext, JobRunner
+from foveacam_server.foundation.jobs import MOST_OPEN, MOST_OPEN_EACH, JobContext, JobRunner
+from foveacam_server.foundation.persons.person_quota import PERSON
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID
@@ -42,6 +43,13 @@ class Bench:
 
     def end(self, job: Job) -> Job:
         return asyncio.run(self.jobs.ended(job.id, timeout_s=PATIENCE_S))
+
+
+@pytest.fixture(autouse=True)
+def nobody() -> Iterator[None]:
+    before = PERSON.set(None)
+    yield
+    PERSON.reset(before)
 
 
 @pytest.fixture
@@ -158,10 +166,78 @@ def test_refused_by_the_stop_before_it_has_cancelled_the_job_it_counts_as_cancel
 def test_too_many_waiting_jobs_are_refused(bench: Bench) -> None:
     bench.jobs.submit("wait")
     assert bench.running.wait(PATIENCE_S)
-    for _ in range(WAITING):
+    for _ in range(MOST_OPEN - 1):
         bench.jobs.submit("quick")
-    with pytest.raises(Busy, match=f"{WAITING} jobs are waiting"):
+    with pytest.raises(AllTaken, match=f"all {MOST_OPEN} places for jobs are taken"):
         bench.jobs.submit("quick")
+    bench.go.set()
+    bench.end(bench.jobs.newest(1)[0])
+    bench.jobs.submit("quick")
+
+
+def test_jobs_of_one_person_are_limited_whether_they_wait_or_run(bench: Bench) -> None:
+    PERSON.set("mia")
+    first = bench.jobs.submit("wait", idempotency_key="first")
+    assert bench.running.wait(PATIENCE_S)
+    for _ in range(MOST_OPEN_EACH - 1):
+        bench.jobs.submit("quick")
+    with pytest.raises(PersonLimit, match=f"you hold {MOST_OPEN_EACH} jobs"):
+        bench.jobs.submit("quick")
+    assert bench.jobs.submit("wait", idempotency_key="first").id == first.id
+    PERSON.set("ben")
+    bench.jobs.submit("quick")
+
+
+def test_persons_take_turns(bench: Bench) -> None:
+    order: list[str] = []
+
+    def note(context: JobContext) -> str:
+        order.append(f"{PERSON.get()} {context.job.note}")
+        return ""
+
+    bench.jobs.handle("note", note)
+    bench.jobs.submit("wait")
+    assert bench.running.wait(PATIENCE_S)
+    for person in ("mia", "mia", "mia", "ben"):
+        PERSON.set(person)
+        last = bench.jobs.submit("note", note=str(len(bench.jobs.newest(100))))
+    bench.go.set()
+    for job in bench.jobs.newest(4):
+        bench.end(job)
+    assert last.state is JobState.SUCCEEDED
+    assert order == ["mia 1", "ben 4", "mia 2", "mia 3"]
+
+
+def test_parallel_jobs_of_a_kind_share_few_threads_of_which_one_person_never_has_all(bench: Bench) -> None:
+    begun, go = threading.Semaphore(0), threading.Event()
+    threads: set[int] = set()
+
+    def film(_context: JobContext) -> str:
+        threads.add(threading.get_ident())
+        begun.release()
+        assert go.wait(PATIENCE_S)
+        return ""
+
+    bench.jobs.handle("film", film, parallel=True, at_once=2)
+    jobs = []
+    for person in ("mia", "mia", "mia", "ben", "ben"):
+        PERSON.set(person)
+        jobs.append(bench.jobs.submit("film"))
+    for _ in range(2):
+        assert begun.acquire(timeout=PATIENCE_S)
+    states = [bench.jobs.get(job.id).state for job in jobs]
+    assert states == [JobState.RUNNING, *[JobState.QUEUED] * 2, JobState.RUNNING, JobState.QUEUED]
+    go.set()
+    assert all(bench.end(job).state is JobState.SUCCEEDED for job in jobs)
+    assert len(threads) == 2
+
+
+def test_a_cancelled_job_that_waits_ends_at_once(bench: Bench) -> None:
+    bench.jobs.submit("wait")
+    assert bench.running.wait(PATIENCE_S)
+    waiting = bench.jobs.submit("quick")
+    assert bench.jobs.cancel(waiting.id).state is JobState.CANCELLED
+    assert bench.jobs.places.taken == 1
 
 
 def test_progress_tells_the_time_left_from_the_time_so_far(bench: Bench) -> None:

@@ -9,7 +9,8 @@ from tests.unit.recordings import record
 
 from foveacam_hardware.contract import Busy, InvalidInput, OutOfRange, StorageFull
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, PersonLimit
+from foveacam_server.foundation.persons.person_quota import PERSON
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.documents import recording_document
 from foveacam_server.resources.recordings.imports import uploads
@@ -237,3 +238,20 @@ def test_nothing_else_of_the_machine_is_opened(imports: Imports, path: str) -> N
         imports.service.open(OpenRequest(path=path))
     assert imports.collection.every() == []
     assert imports.service.folders().files == []
+
+
+def test_one_person_has_few_uploads_on_their_way(imports: Imports, content: bytes) -> None:
+    before = PERSON.set("mia")
+    first = imports.begin("first", len(content))
+    others = [imports.begin(f"other {number}", 1000) for number in range(uploads.MOST_OPEN_EACH - 1)]
+    with pytest.raises(PersonLimit, match=f"you hold {uploads.MOST_OPEN_EACH} uploads"):
+        imports.begin("one more", 1000)
+    imports.send(first, content)
+    imports.service.abandon(others[0].id)
+    for name in ("after the first", "after the other"):
+        imports.begin(name, 1000)
+    with pytest.raises(PersonLimit):
+        imports.begin("one more", 1000)
+    PERSON.set("ben")
+    imports.begin("of another", 1000)
+    PERSON.reset(before)

@@ -70,13 +70,16 @@ def map_from_geojson(document: Mapping[str, Any], *, m_per_unit: float = 1.0) ->
     return FieldMap(bounds_m=_large_enough(extent), obstacles=tuple(scaled), targets_m=tuple(at))
 
 
-def map_from_picture(image: NDArray[np.uint8], *, m_per_px: float | None) -> FieldMap:
+def map_from_picture(
+    image: NDArray[np.uint8], *, m_per_px: float | None, most_corners: int | None = None
+) -> FieldMap:
     """Return the map that a picture shows, without targets: dark pixels are obstacles.
 
     `image`: (h, w) or (h, w, 3) uint8. Its lower left corner is the origin, x to the right, y up, the outer
     edges of its pixels the bounds. Outlines follow the edges of pixels and are simplified to half a pixel;
     holes stay; pixels that touch at a corner are joined. Raise InvalidInput for a picture without scale,
-    of another shape, or larger than `LARGEST_PX`.
+    of another shape, larger than `LARGEST_PX`, or whose dark pixels have more than `most_corners`
+    corners (None: any number), which are counted before anything is made of them.
     """
     if m_per_px is None:
         raise InvalidInput("the picture has no scale; give m_per_px, the metres that one of its pixels shows")
@@ -92,7 +95,17 @@ def map_from_picture(image: NDArray[np.uint8], *, m_per_px: float | None) -> Fie
         )
     grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     flip = (m_per_px, 0.0, 0.0, -m_per_px, 0.0, height * m_per_px)
-    outlines = _outlines(np.asarray(grey < DARK))
+    dark = np.asarray(grey < DARK)
+    corners = pixel_corners(dark)
+    if most_corners is not None and corners > most_corners:
+        raise InvalidInput(
+            f"the outlines of the picture's dark pixels have {corners:,} corners; {most_corners:,} are the"
+            " most: smooth it, or scale it down",
+            asked=f"a map of {corners:,} corners",
+            found=f"a limit of {most_corners:,}",
+            remedy="smooth the picture, or scale it down",
+        )
+    outlines = _outlines(dark)
     obstacles = tuple(_moved(outline, flip) for outline in outlines)
     return FieldMap(bounds_m=(0.0, 0.0, width * m_per_px, height * m_per_px), obstacles=obstacles)
 
@@ -214,6 +227,17 @@ def _outlines(dark: NDArray[np.bool_]) -> list[Polygon]:
     exact = shapely.get_parts(shapely.union_all(np.concatenate([runs, necks])))
     simple = shapely.simplify(exact, 0.5, preserve_topology=True)
     return [part for part in simple.tolist() if isinstance(part, Polygon)]
+
+
+def pixel_corners(dark: NDArray[np.bool_]) -> int:
+    """Return how many corners the outlines of the dark pixels have, before any is simplified.
+
+    `dark`: (h, w) bool. A corner of pixels is one where one or three of four are dark; it is two where two
+    touch there alone.
+    """
+    around = np.pad(dark, 1)
+    a, b, c, d = around[:-1, :-1], around[:-1, 1:], around[1:, :-1], around[1:, 1:]
+    return int(np.count_nonzero(a ^ b ^ c ^ d)) + 2 * int(np.count_nonzero(_diagonal(around)))
 
 
 def _runs(dark: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:

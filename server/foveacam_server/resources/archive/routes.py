@@ -1,10 +1,10 @@
 """Routes of the archive: send a capture, a recording or a still there, fetch it."""
 
-import asyncio
 from typing import Annotated, Protocol
 
 from fastapi import Depends, Path
 from fastapi.responses import JSONResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_pipeline.storage.archive import ItemKind
 from foveacam_server.accounts.rights import Right
@@ -60,7 +60,7 @@ def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_le
     ) -> JSONResponse:
         """Queue the upload as a job; what the archive has already is not sent again."""
         held = services.archive
-        job = await asyncio.to_thread(held.archive, kind, item_id, request, idempotency_key=idempotency_key)
+        job = await run_in_threadpool(held.archive, kind, item_id, request, idempotency_key=idempotency_key)
         return await job_answer(services, job, prefer=prefer, result=held.result(kind))
 
     async def fetch(
@@ -71,7 +71,7 @@ def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_le
     ) -> JSONResponse:
         """Queue the download of the files that are not on this machine, as a job."""
         held = services.archive
-        job = await asyncio.to_thread(held.fetch, kind, item_id, idempotency_key=idempotency_key)
+        job = await run_in_threadpool(held.fetch, kind, item_id, idempotency_key=idempotency_key)
         return await job_answer(services, job, prefer=prefer, result=held.result(kind))
 
     for endpoint, name, summary in (

@@ -58,8 +58,8 @@ class ArchiveService:
         self._sources, self._jobs = sources, jobs
         self._lock = threading.Lock()
         self._busy: set[tuple[ItemKind, str]] = set()
-        jobs.handle(ARCHIVE, self._archive, parallel=True)
-        jobs.handle(FETCH, self._fetch, parallel=True)
+        jobs.handle(ARCHIVE, self._archive, parallel=True, at_once=2)
+        jobs.handle(FETCH, self._fetch, parallel=True, at_once=2)
 
     def describe(self) -> ArchiveDocument:
         """Return where the archive is."""

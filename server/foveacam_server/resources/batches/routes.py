@@ -1,15 +1,16 @@
 """Routes of batches: products of several captures at once, as a job, and as one ZIP file."""
 
-import asyncio
 from typing import Annotated, Protocol
 
 from fastapi import Depends, Path
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.answers import (
+    LONG_READ,
     IdempotencyHeader,
     PreferHeader,
     file_responses,
@@ -53,7 +54,7 @@ async def make(
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Queue it, or the rest of the same one, as a job that leaves the rig free."""
-    job = await asyncio.to_thread(services.batches.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.batches.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.batches.get_by_url)
 
 
@@ -98,6 +99,7 @@ def overview(batch_id: BatchId, services: ServicesDep) -> FileResponse:
     summary="The products as one ZIP file",
     response_class=StreamingResponse,
     responses=file_responses("application/zip") | problems(409),
+    dependencies=[LONG_READ],
 )
 def download(batch_id: BatchId, services: ServicesDep) -> StreamingResponse:
     """Send the folder of the batch, files as they are."""

@@ -14,6 +14,7 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.large_bodies import LargeBodyRoute
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.calibrations.record_files import FileFormat
 from foveacam_server.resources.calibrations.records import CalibrationRecords
@@ -24,7 +25,13 @@ from foveacam_server.resources.calibrations.schema import (
 )
 from foveacam_server.resources.calibrations.service import CalibrationService
 
-router = GuardedRouter("/calibrations", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
+router = GuardedRouter(
+    "/calibrations",
+    tags=["calibrations"],
+    reading=Right.VIEW,
+    changing=Right.OPERATE,
+    route_class=LargeBodyRoute,
+)
 
 
 class CalibrationRouteServices(Protocol):

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Protocol, TypeAlias
 
 from fastapi import Depends, Path
 from fastapi.responses import JSONResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import AutoMode, Clock, InvalidInput, PixelFormat, Role, ValueRange
 from foveacam_server.accounts.rights import Right
@@ -135,7 +136,7 @@ async def change(
     if change.changes or not looks:
         await asyncio.wrap_future(services.cameras.change(services.hardware, roles, change))
     if looks:
-        await asyncio.to_thread(services.cameras.find_pair_exposure, services.hardware)
+        await run_in_threadpool(services.cameras.find_pair_exposure, services.hardware)
     return _changed(roles, services)
 
 

@@ -27,7 +27,7 @@ from foveacam_server.resources.captures.begin import (
     check_resumable,
     resume_dataset,
 )
-from foveacam_server.resources.captures.estimates import estimate_plan
+from foveacam_server.resources.captures.estimates import PlanToEstimate, estimate_plan
 from foveacam_server.resources.captures.schema import CaptureDocument, EstimateDocument
 
 INTERRUPTED = 130
@@ -178,7 +178,8 @@ def _estimate(
         raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
     plan, _ = prepare_plan(access, order.plan, calibration, watch=watch)
     facts = access.run_still(rig_facts)
-    return estimate_plan(plan, calibration, facts, codec=order.codec, folder=folder)
+    asked = PlanToEstimate(plan=plan, calibration=calibration, facts=facts, codec=order.codec, folder=folder)
+    return estimate_plan(asked)
 
 
 def estimate_words(found: EstimateDocument) -> str:

@@ -2,7 +2,7 @@
 
 import math
 import shutil
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from foveacam_pipeline.capture.dataset import ImageCodec
@@ -26,21 +26,26 @@ def check_possible(plan: RasterPlan, calibration: Calibration, facts: CaptureRig
     check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
 
 
-def estimate_plan(
-    plan: RasterPlan,
-    calibration: Calibration,
-    facts: CaptureRigFacts,
-    *,
-    codec: ImageCodec,
-    folder: Path,
-    assumed_m: float | None = None,
-) -> EstimateDocument:
-    """Return time, size, warnings and footprints; `assumed_m`: distance where the plan names none."""
-    whole = fill_in_plan(plan, calibration, average_m=assumed_m)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanToEstimate:
+    """A plan with the facts of the rig; `assumed_m`: distance where the plan names none."""
+
+    plan: RasterPlan
+    calibration: Calibration
+    facts: CaptureRigFacts
+    codec: ImageCodec
+    folder: Path
+    assumed_m: float | None = None
+
+
+def estimate_plan(asked: PlanToEstimate) -> EstimateDocument:
+    """Return time, size, warnings and footprints, which takes seconds for ten thousand points."""
+    plan, calibration, facts = asked.plan, asked.calibration, asked.facts
+    whole = fill_in_plan(plan, calibration, average_m=asked.assumed_m)
     check_plan(whole, calibration, rail=facts.rail)
     check_exposures(whole, facts.exposures_ns)
     cover = coverage_of(whole, calibration)
-    needed = facts.estimate(whole, calibration, codec=codec)
+    needed = facts.estimate(whole, calibration, codec=asked.codec)
     return EstimateDocument(
         plan=whole.model_dump(mode="json"),
         distance_assumed=plan.needs_distance,
@@ -54,7 +59,7 @@ def estimate_plan(
         files=needed.files,
         raw_bytes=needed.raw_bytes,
         stored_bytes=needed.stored_bytes,
-        free_bytes=shutil.disk_usage(folder).free,
+        free_bytes=shutil.disk_usage(asked.folder).free,
         kinds=[KindDocument(**asdict(kind)) for kind in needed.kinds],
         warnings=list(cover.warnings),
         coverage=CoverageDocument.of(cover),

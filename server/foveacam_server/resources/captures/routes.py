@@ -1,10 +1,10 @@
 """Routes of captures (raster datasets): estimate, start, pause, list, points, drawings, download."""
 
-import asyncio
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Path, Query, Response
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
@@ -15,6 +15,7 @@ from foveacam_server.datasets.collection import point_of, readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture, frame_picture
 from foveacam_server.foundation.answers import (
+    LONG_READ,
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -23,11 +24,12 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
+from foveacam_server.resources.captures.estimates import estimate_plan
 from foveacam_server.resources.captures.schema import (
     CaptureChecked,
     CaptureDocument,
@@ -97,7 +99,7 @@ async def create(
 ) -> JSONResponse:
     """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
     services.lease.check(x_lease)
-    job = await asyncio.to_thread(services.captures.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.captures.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
 
 
@@ -109,7 +111,8 @@ async def create(
 @needs(Right.VIEW)
 async def estimate(request: EstimateRequest, services: ServicesDep) -> EstimateDocument:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
-    return await services.computing.run(lambda: services.captures.estimate(request))
+    asked = await run_in_threadpool(services.captures.plan_to_estimate, request)
+    return await services.computing.run_apart(estimate_plan, asked)
 
 
 @router.get("", summary="Captures, newest first")
@@ -184,7 +187,7 @@ async def resume(
 ) -> JSONResponse:
     """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
     services.lease.check(x_lease)
-    job = await asyncio.to_thread(services.captures.resume, capture_id, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.captures.resume, capture_id, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
 
 
@@ -215,6 +218,7 @@ def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
     summary="The dataset as one ZIP file",
     response_class=StreamingResponse,
     responses=file_responses("application/zip"),
+    dependencies=[LONG_READ],
 )
 def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
@@ -289,7 +293,12 @@ def picture(
     return Response(content, media_type=media_type(form))
 
 
-@router.post("/{capture_id}/check", summary="Is all as it was written", responses=problems(404))
+@router.post(
+    "/{capture_id}/check",
+    summary="Is all as it was written",
+    responses=problems(404),
+    dependencies=[LONG_READ],
+)
 def check_files(capture_id: CaptureId, services: ServicesDep) -> CaptureChecked:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
     kept = services.captures.collection.get(capture_id)

@@ -21,7 +21,7 @@ from foveacam_server.resources.captures.begin import (
     check_room,
     resume_dataset,
 )
-from foveacam_server.resources.captures.estimates import check_possible, estimate_plan
+from foveacam_server.resources.captures.estimates import PlanToEstimate, check_possible
 from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher, LiveCapture
 from foveacam_server.resources.captures.schema import (
     CaptureDocument,
@@ -30,7 +30,6 @@ from foveacam_server.resources.captures.schema import (
     CaptureProgress,
     CaptureRequest,
     CaptureResumption,
-    EstimateDocument,
     EstimateRequest,
 )
 from foveacam_server.rig import refusals
@@ -101,12 +100,12 @@ class CaptureService:
         live.pausing.clear()
         return self.get(capture_id)
 
-    def estimate(self, request: EstimateRequest) -> EstimateDocument:
-        """Return time, size, warnings and footprints of a plan, at a given distance if the plan has none."""
-        return estimate_plan(
-            request.plan,
-            self._tools.calibration.require(),
-            self._facts(),
+    def plan_to_estimate(self, request: EstimateRequest) -> PlanToEstimate:
+        """Return a plan with what its estimate needs, at a given distance if the plan has none."""
+        return PlanToEstimate(
+            plan=request.plan,
+            calibration=self._tools.calibration.require(),
+            facts=self._facts(),
             codec=ImageCodec(request.codec),
             assumed_m=request.distance_m or self._tools.distance_m(),
             folder=self.collection.folder,

@@ -10,7 +10,7 @@ from sse_starlette import EventSourceResponse, ServerSentEvent
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import Limit, opened_services
+from foveacam_server.foundation.answers import EVENT_STREAM, Limit, opened_services
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.schema import EventDocument
 
@@ -56,6 +56,7 @@ _SENT = {
             "description": "events without end; the schema is that of each",
         }
     },
+    dependencies=[EVENT_STREAM],
 )
 async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> EventSourceResponse:
     """Stream events as they come; with `Last-Event-ID`, first those after it."""

@@ -8,7 +8,9 @@ from fastapi import WebSocket, WebSocketDisconnect
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, StereoVolts
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import opened_services
+from foveacam_server.foundation.answers import opened_services, server_places
+from foveacam_server.foundation.errors import AllTaken, PersonLimit
+from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.resources.mirrors import steering_messages as messages
 from foveacam_server.resources.mirrors.routes import MirrorRouteServices
 from foveacam_server.resources.mirrors.targets import gaze_volts, volts_of
@@ -194,9 +196,13 @@ class SteeringSession:
 async def steering_socket(websocket: WebSocket) -> None:
     """Let one client steer both mirrors by hand."""
     services: MirrorRouteServices = await opened_services(websocket)  # type: ignore[assignment]  # app.state is untyped
+    places = await server_places(websocket)
     await websocket.accept()
     try:
-        await SteeringSession(services, websocket).run()
+        with places.steering.hold(PERSON.get()):
+            await SteeringSession(services, websocket).run()
+    except (AllTaken, PersonLimit) as refusal:
+        await websocket.close(*close_of(refusal))
     except FoveaError as error:
         await websocket.send_text(messages.problem(error))
         await websocket.close(_POLICY_VIOLATION, "the first message was refused")

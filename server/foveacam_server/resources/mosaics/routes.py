@@ -1,12 +1,12 @@
 """Routes of a capture's mosaic: compute it, its tiles and files, its surface in the 3D scene."""
 
-import asyncio
 from pathlib import Path
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Header, Query
 from fastapi import Path as InPath
 from fastapi.responses import FileResponse, JSONResponse, Response
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
@@ -74,7 +74,7 @@ async def make(
 
     An older mosaic of the capture stays until the new one is finished.
     """
-    job = await asyncio.to_thread(
+    job = await run_in_threadpool(
         services.mosaics.start, capture_id, request or MosaicRequest(), idempotency_key=idempotency_key
     )
     return await job_answer(services, job, prefer=prefer, result=services.mosaics.get_by_url)

@@ -32,6 +32,8 @@ from foveacam_server.resources.planner.schema import (
 
 MOST_VERTICES = 10_000
 MOST_PIXELS = 4_000_000
+MOST_PIXEL_CORNERS = 2 * MOST_VERTICES
+"""Of a picture's outlines before they are simplified, which leaves more than half of them."""
 MOST_SIGHTS = 100_000
 """Limit of corners times targets: some ten seconds of work."""
 FARTHEST_M = 1e7
@@ -101,7 +103,9 @@ def field_of_picture(content_base64: str, *, m_per_px: float | None) -> FieldMap
     image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
     if image is None:
         raise InvalidInput("the picture cannot be unpacked: it may be cut short; save it again as PNG")
-    return _checked(map_from_picture(np.asarray(image, np.uint8), m_per_px=m_per_px))
+    return _checked(
+        map_from_picture(np.asarray(image, np.uint8), m_per_px=m_per_px, most_corners=MOST_PIXEL_CORNERS)
+    )
 
 
 def describe_map(field: FieldMap) -> MapDocument:

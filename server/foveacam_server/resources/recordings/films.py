@@ -145,14 +145,16 @@ class RecordingLibrary(Protocol):
 
 
 class FilmService:
-    """Encodes films, one at a time, and finds the encoded ones."""
+    """Encodes films, one a person and two in all at a time, and finds the encoded ones."""
 
     def __init__(self, library: RecordingLibrary, jobs: JobRunner) -> None:
         self._library = library
         self._jobs = jobs
-        self._encoding = threading.Lock()
+        self._lock = threading.Lock()
+        self._encoding: dict[tuple[str, str], threading.Lock] = {}
+        """Of each film that was asked for: two jobs may ask for the same."""
         clear_unfinished(library.collection)
-        jobs.handle(KIND, self._work, parallel=True)
+        jobs.handle(KIND, self._work, parallel=True, at_once=2)
 
     def start(self, recording_id: str, request: FilmRequest, *, idempotency_key: str | None = None) -> Job:
         """Queue a film of a recording; raise at once when the recording cannot show it."""
@@ -176,7 +178,9 @@ class FilmService:
             if done == total or done % REPORT_EVERY == 1:
                 context.progress(done, total=total, note=f"a film of {kept.name}")
 
-        with self._encoding:  # an encoder uses all cores
+        with self._lock:
+            encoding = self._encoding.setdefault((kept.id, film_name(order)), threading.Lock())
+        with encoding:
             context.check()
             path = make_film(self._library.collection, kept, order, progress=progress)
         return film_document(kept, path).url

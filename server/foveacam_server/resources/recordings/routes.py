@@ -1,10 +1,10 @@
 """Routes of recordings: make, list, change, download, films."""
 
-import asyncio
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.recording.formats import FORMATS
@@ -68,7 +68,7 @@ async def create(
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is recorded."""
-    job = await asyncio.to_thread(services.recordings.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.recordings.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.recordings.get_by_url)
 
 
@@ -186,7 +186,7 @@ async def make_film(
 ) -> JSONResponse:
     """Queue a film as a job; the same one is not made twice."""
     recordings = services.recordings
-    job = await asyncio.to_thread(
+    job = await run_in_threadpool(
         recordings.films.start, recording_id, request, idempotency_key=idempotency_key
     )
     return await job_answer(services, job, prefer=prefer, result=recordings.films.get_by_url)

@@ -1,10 +1,10 @@
 """Routes of a capture's reference, its depth over the rail's long baselines: compute it, figures, files."""
 
-import asyncio
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
 from foveacam_server.accounts.rights import Right
@@ -84,7 +84,7 @@ async def make(
 
     An older reference of the capture stays until the new one is finished.
     """
-    job = await asyncio.to_thread(
+    job = await run_in_threadpool(
         services.references.start, capture_id, request or ReferenceRequest(), idempotency_key=idempotency_key
     )
     return await job_answer(services, job, prefer=prefer, result=services.references.get_by_url)

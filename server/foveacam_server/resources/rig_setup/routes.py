@@ -1,10 +1,10 @@
 """Routes of the set-up: devices found, their pictures and tries, the draft, its file, opening it."""
 
-import asyncio
 from typing import Annotated, Protocol
 
 from fastapi import Depends, Query
 from fastapi.responses import Response
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.accounts.rights import Right
@@ -154,4 +154,4 @@ async def mirror_steps(
 ) -> TryResult:
     """Move each mirror of the open rig a small step and back; only for the holder of the lease."""
     services.lease.require(x_lease, asked="move the mirrors")
-    return await asyncio.to_thread(step_mirrors, services.hardware, clock=services.clock)
+    return await run_in_threadpool(step_mirrors, services.hardware, clock=services.clock)

@@ -1,11 +1,11 @@
 """Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
 
-import asyncio
 from pathlib import Path as FilePath
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Path, Query
 from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import check_dataset
@@ -15,6 +15,7 @@ from foveacam_server.datasets.collection import readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
 from foveacam_server.foundation.answers import (
+    LONG_READ,
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -75,7 +76,7 @@ async def create(
 ) -> JSONResponse:
     """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
     services.lease.check(x_lease)
-    job = await asyncio.to_thread(services.stills.start, request, idempotency_key=idempotency_key)
+    job = await run_in_threadpool(services.stills.start, request, idempotency_key=idempotency_key)
     return await job_answer(services, job, prefer=prefer, result=services.stills.get_by_url)
 
 
@@ -136,7 +137,9 @@ def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
     return services.stills.restore(still_id)
 
 
-@router.post("/{still_id}/check", summary="Verify every file", responses=problems(404))
+@router.post(
+    "/{still_id}/check", summary="Verify every file", responses=problems(404), dependencies=[LONG_READ]
+)
 def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     """Read every file of the still's dataset again, and list what is not as it was written."""
     faults = check_dataset(services.stills.collection.get(still_id).stored.folder)
@@ -148,6 +151,7 @@ def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     summary="The still's dataset as one ZIP file",
     response_class=StreamingResponse,
     responses=file_responses("application/zip"),
+    dependencies=[LONG_READ],
 )
 def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""

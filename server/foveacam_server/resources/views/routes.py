@@ -4,18 +4,19 @@ from collections.abc import AsyncIterator
 from contextlib import aclosing
 from typing import Annotated, Literal
 
-from fastapi import Depends, Query, Request, WebSocket, WebSocketDisconnect
+from fastapi import Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response, StreamingResponse
 from pydantic import BaseModel
 from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
-from foveacam_hardware.contract import Busy, NotConnected
+from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.answers import file_responses, problems
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import AllTaken, NotFound, PersonLimit
+from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.rig.encoder import EncodedPicture, Scale
@@ -24,23 +25,21 @@ from foveacam_server.rig.stream import LiveStreams, StreamSession
 router = GuardedRouter(tags=["views"], reading=Right.VIEW, changing=Right.OPERATE)
 
 _BOUNDARY = "foveacam-frame"
-_TRY_AGAIN_LATER = 1013
 
 
 class _MjpegResponse(StreamingResponse):
     """An endless multipart answer; its MJPEG seat is held from the first byte to the last."""
 
-    def __init__(self, streams: LiveStreams, *, view: str, scale: Scale, address: str) -> None:
+    def __init__(self, streams: LiveStreams, *, view: str, scale: Scale) -> None:
         super().__init__(
             self._parts(streams, view=view, scale=scale),
             media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}",
             headers={"Cache-Control": "no-store"},
         )
         self._streams = streams
-        self._address = address
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        with self._streams.mjpeg_seat(self._address):
+        with self._streams.mjpeg_seats.hold(PERSON.get()):
             await super().__call__(scope, receive, send)
 
     @staticmethod
@@ -148,19 +147,12 @@ async def snapshot(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> R
     response_class=StreamingResponse,
     responses={
         200: {"content": {"multipart/x-mixed-replace": {"schema": {"type": "string"}}}},
-        **problems(404, 409),
+        **problems(404),
     },
 )
-async def stream_mjpeg(
-    name: str, request: Request, streams: StreamsDep, scale: ScaleQuery = "1"
-) -> StreamingResponse:
-    """Stream a view without end; at most two an address; a slow client lags without bound."""
-    return _MjpegResponse(
-        streams,
-        view=_known(streams, name),
-        scale=_scale(scale),
-        address="unknown" if request.client is None else request.client.host,
-    )
+async def stream_mjpeg(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> StreamingResponse:
+    """Stream a view without end; at most two a person; a slow client lags without bound."""
+    return _MjpegResponse(streams, view=_known(streams, name), scale=_scale(scale))
 
 
 @router.websocket("/views/ws")
@@ -170,10 +162,10 @@ async def views_socket(websocket: WebSocket) -> None:
     found = await streams(websocket)
     await websocket.accept()
     try:
-        with found.seat():
+        with found.seats.hold(PERSON.get()):
             await StreamSession(found, websocket).run()
-    except Busy as error:
-        await websocket.close(_TRY_AGAIN_LATER, str(error))
+    except (AllTaken, PersonLimit) as refusal:
+        await websocket.close(*close_of(refusal))
     except WebSocketDisconnect:
         return  # the client has left
 

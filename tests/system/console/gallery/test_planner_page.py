@@ -18,7 +18,7 @@ from fastapi import FastAPI
 from playwright.sync_api import Locator, Page, Route, expect
 
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.compute_queue import ComputeQueue
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.resources.planner import routes
 from tests.local_server import serving
 from tests.system.console.awaited import box_of, expect_to_fit, expect_value, settled, wait_for

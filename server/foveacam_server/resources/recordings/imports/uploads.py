@@ -18,6 +18,7 @@ from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT
 from foveacam_server.foundation.answers import MIB
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.persons.person_quota import PERSON, Person, Places
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.recordings.imports.schema import GIB, LARGEST_BYTES, UploadRequest
 
@@ -31,6 +32,9 @@ LEFT_S = 30.0
 WRITE_BYTES = MIB
 HEAD_SHOWN = 12
 """Bytes of another file's beginning that a refusal shows."""
+
+MOST_OPEN, MOST_OPEN_EACH = 16, 4
+"""Uploads that are on their way: of all persons, and of one."""
 
 FreeBytes = Callable[[Path], int]
 
@@ -47,6 +51,8 @@ class Upload:
     recording: StoredRecording | None = None
     touched_s: float = field(default_factory=time.monotonic)
     writing: bool = False
+    person: Person = None
+    """Who holds its place until it is complete or forgotten."""
 
 
 class UploadService:
@@ -58,6 +64,9 @@ class UploadService:
         self._free_bytes = free_bytes
         self._lock = threading.Lock()
         self._uploads: dict[str, Upload] = {}
+        self._places = Places(
+            "uploads", most=MOST_OPEN, most_each=MOST_OPEN_EACH, remedy="wait for one, or abandon one"
+        )
         for left in self._folder.glob("*"):
             left.unlink(missing_ok=True)
 
@@ -70,13 +79,23 @@ class UploadService:
             coming = {one.name.casefold() for one in self._uploads.values() if one.recording is None}
             if stem.casefold() in coming:
                 raise Busy(f"a recording named {stem!r} is being sent already; choose another name")
-            upload_id = new_id("upl")
-            path = self._folder / upload_id
-            upload = Upload(id=upload_id, name=stem, size_bytes=request.size_bytes, path=path)
+            return self._begun(stem, request.size_bytes)
+
+    def _begun(self, stem: str, size_bytes: int) -> Upload:
+        """Return a new upload, which holds a place; called with the lock."""
+        upload_id, person = new_id("upl"), PERSON.get()
+        upload = Upload(
+            id=upload_id, name=stem, size_bytes=size_bytes, path=self._folder / upload_id, person=person
+        )
+        self._places.take(person)
+        try:
             with disk_errors(f"receiving recording {stem}", self._folder.parent):
                 self._folder.mkdir(exist_ok=True)
                 upload.path.touch()
-            self._uploads[upload.id] = upload
+        except BaseException:
+            self._places.give_back(person)
+            raise
+        self._uploads[upload_id] = upload
         return upload
 
     def get(self, upload_id: str) -> Upload:
@@ -97,7 +116,7 @@ class UploadService:
                 self._check_head(upload)
             upload.received_bytes = received
             if received == upload.size_bytes:
-                upload.recording = await asyncio.to_thread(self._finish, upload)
+                self._complete(upload, await asyncio.to_thread(self._finish, upload))
         finally:
             upload.writing, upload.touched_s = False, time.monotonic()
         return upload
@@ -170,9 +189,17 @@ class UploadService:
             self._drop(upload)
             raise
 
+    def _complete(self, upload: Upload, recording: StoredRecording) -> None:
+        with self._lock:
+            upload.recording = recording
+            if upload.id in self._uploads:  # else it was abandoned meanwhile
+                self._places.give_back(upload.person)
+
     def _drop(self, upload: Upload) -> None:
         with self._lock:
-            self._uploads.pop(upload.id, None)
+            found = self._uploads.pop(upload.id, None)
+        if found is not None and found.recording is None:
+            self._places.give_back(found.person)
         upload.path.unlink(missing_ok=True)
 
     def _forget_idle(self, stem: str) -> None:

@@ -1,0 +1,38 @@
+"""ASGI middleware that sets whom a request works for, and limits how many requests one person has open."""
+
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from foveacam_server.accounts.requests import person_of
+from foveacam_server.console.access_rules import STOP_PATH
+from foveacam_server.foundation.errors import AllTaken, PersonLimit, problem_of
+from foveacam_server.foundation.persons.person_quota import PERSON, Places
+
+
+class PersonRequests:
+    """Comes after the access rules, which find out who asks. A stop is always served.
+
+    WebSockets have limits of their own kinds.
+    """
+
+    def __init__(self, app: ASGIApp, *, places: Places) -> None:
+        self._app, self._places = app, places
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        person = person_of(scope)
+        PERSON.set(person)
+        if scope["type"] == "websocket" or scope["path"] == STOP_PATH:
+            await self._app(scope, receive, send)
+            return
+        try:
+            self._places.take(person)
+        except (AllTaken, PersonLimit) as refusal:
+            await problem_of(refusal).response(instance=scope["path"])(scope, receive, send)
+            return
+        try:
+            await self._app(scope, receive, send)
+        finally:
+            self._places.give_back(person)

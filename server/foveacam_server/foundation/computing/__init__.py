@@ -1,0 +1,1 @@
+"""Computations that a request waits for: their turns, and processes with limits."""
