@@ -2,21 +2,24 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import ExitStack, asynccontextmanager
+from contextlib import asynccontextmanager
+from functools import partial
 
 from fastapi import FastAPI
 
-from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
+from foveacam_hardware.contract import Clock, MonotonicClock
 from foveacam_server import __version__
 from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.foundation.answers import BODY_BYTES, problems
+from foveacam_server.foundation.closing import ClosingStack, run_beside
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
 from foveacam_server.resources.archive import routes as archive
@@ -136,20 +139,24 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         bound_threads()
-        with ExitStack() as stack:
-            try:
-                app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
-                foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
-                services = open_services(foundation, loop=asyncio.get_running_loop())
-            except FoveaError as error:
-                app.state.failure = error  # `foveacam serve` prints it in place of a traceback
-                raise
-            app.state.services = services
-            app.state.gate.accounts = services.accounts
-            app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
-            yield
-            # Closing joins threads that may still hand work to this loop, so the loop must keep turning
-            await asyncio.to_thread(stack.pop_all().close)
+        stack = ClosingStack()
+        try:
+            app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
+            foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
+            services = open_services(foundation, loop=asyncio.get_running_loop())
+        except Exception as error:
+            app.state.failure = error  # `foveacam serve` prints it in place of a traceback
+            await run_beside(stack.close)
+            raise
+        app.state.services = services
+        app.state.gate.accounts = services.accounts
+        app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
+        yield
+        ending: ProcessEnd | None = app.state.ending
+        if ending is None:
+            await run_beside(stack.close)
+        else:
+            ending.closed(await run_beside(partial(stack.close, ending.left_s)))
 
     app = FastAPI(
         title="FoveaCam Duo",
@@ -160,6 +167,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         redoc_url=None,
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
+    app.state.ending = None  # set by who ends the process with the application
     pages.install(app)
     error_handlers.install(app)
     app.add_middleware(HeadRequests)

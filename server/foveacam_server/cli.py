@@ -181,7 +181,8 @@ def serve(
     with collection_paused():
         from foveacam_server.serving import run_server  # not loaded for other commands
 
-    run_server(settings, console=Console())
+    if not run_server(settings, console=Console()):
+        raise typer.Exit(_FAILURE)
 
 
 @app.command()

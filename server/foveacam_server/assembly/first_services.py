@@ -6,7 +6,6 @@ The hardware thread opens the rig that is chosen, or a recording that is played.
 import asyncio
 import logging
 import secrets
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.foundation.closing import ClosingStack
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
@@ -44,7 +44,7 @@ class ServerFoundation:
     """Settings, store, accounts and events; `stack` closes what is opened, last opened first."""
 
     settings: Settings
-    stack: ExitStack
+    stack: ClosingStack
     clock: Clock
     store: Store
     accounts: Accounts
@@ -87,7 +87,7 @@ class SharedServices:
     jobs: JobRunner
 
 
-def open_foundation(settings: Settings, *, stack: ExitStack, clock: Clock) -> ServerFoundation:
+def open_foundation(settings: Settings, *, stack: ClosingStack, clock: Clock) -> ServerFoundation:
     """Open the store, the event log and the accounts."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
