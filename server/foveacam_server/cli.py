@@ -181,8 +181,7 @@ def serve(
     with collection_paused():
         from foveacam_server.serving import run_server  # not loaded for other commands
 
-    if not run_server(settings, console=Console()):
-        raise typer.Exit(_FAILURE)
+    run_server(settings, console=Console())
 
 
 @app.command()

@@ -168,10 +168,11 @@ class _StartedServices:
         return cast(AccessRules, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
 
 
-def run_server(settings: Settings, *, console: Console, clock: Clock | None = None) -> bool:
-    """Serve until interrupted; return whether all services closed in time.
+def run_server(settings: Settings, *, console: Console, clock: Clock | None = None) -> None:
+    """Serve until interrupted; raise the error of what cannot be opened, a `FoveaError` as a rule.
 
-    Raise the error of what cannot be opened, a `FoveaError` as a rule. `clock`: as for `create_app`.
+    `clock`: as for `create_app`. The process ends within `process_end.END_S` of a signal, with status 0, or
+    1 where something did not end by itself.
     """
     simulated = _checked_simulation(settings)
     token_path = None
@@ -200,8 +201,7 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
             server.run(sockets=[listener])
         except SystemExit as ended:  # uvicorn's way to report that the application did not start
             raise _failure(app) or ended from None
-    server.ending.log_unended()
-    return not server.ending.unended
+    server.ending.finish()
 
 
 def _checked_simulation(settings: Settings) -> bool:

@@ -54,7 +54,7 @@ class ProcessEnd:
         self._lock = threading.Lock()
         self._deadline_s: float | None = None
         self._closed = threading.Event()
-        self.unended: list[str] = []
+        self._unended: list[str] = []
         """Services that did not close in time."""
 
     @property
@@ -73,28 +73,33 @@ class ProcessEnd:
         with self._lock:
             if self.begun:
                 return
+            self._start_timer(LAST_S)
             self._deadline_s = time.monotonic() + END_S
-        self._start_timer(LAST_S)
         threading.Thread(target=self._on_begin, name="foveacam-park", daemon=True).start()
         threading.Thread(target=self._end_at_deadline, name="foveacam-end", daemon=True).start()
 
     def closed(self, unended: Sequence[str]) -> None:
         """Note that the services are closed, and which did not end: nothing else is worth waiting for."""
-        self.unended.extend(unended)
+        self._unended.extend(unended)
         self._closed.set()
 
     def _end_at_deadline(self) -> None:
         deadline_s = self._deadline_s or 0.0
         if self._closed.wait(deadline_s - time.monotonic()):
             threading.Event().wait(min(CLOSED_S, deadline_s - time.monotonic()))  # the process ends in it
-        running = [f"thread {thread.name}" for thread in threading.enumerate() if not thread.daemon]
-        self.log_unended(running if self._closed.is_set() else ["requests and services", *running])
-        self._exit_now(UNCLEAN)
+        self._end_now([] if self._closed.is_set() else ["requests and services"])
 
-    def log_unended(self, further: Sequence[str] = ()) -> None:
-        """Log in one line what did not end in time, if anything."""
-        if names := [*self.unended, *further]:
-            _log.error("the process ends now; not ended in time: %s", ", ".join(names))
+    def finish(self) -> None:
+        """End the process at once if a service did not close in time: it may hold up the interpreter."""
+        if self._unended:
+            self._end_now([])
+
+    def _end_now(self, further: Sequence[str]) -> None:
+        """End the process; name in one line of the log what did not end in time."""
+        running = [f"thread {thread.name}" for thread in threading.enumerate() if _is_waited_for(thread)]
+        names = ", ".join([*self._unended, *further, *running])
+        _log.error("the process ends now; not ended in time: %s", names)
+        self._exit_now(UNCLEAN)
 
     @contextlib.contextmanager
     def signals(self, on_signal: Callable[[], None]) -> Iterator[None]:
@@ -130,3 +135,8 @@ class ProcessEnd:
         while numbers := read.recv(64):
             if any(number in _SIGNALS for number in numbers):
                 self.begin()
+
+
+def _is_waited_for(thread: threading.Thread) -> bool:
+    """Return whether the interpreter waits for a thread before it ends."""
+    return not thread.daemon and thread is not threading.main_thread()

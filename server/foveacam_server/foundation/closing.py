@@ -43,18 +43,19 @@ class ClosingStack:
     def close(self, left_s: Callable[[], float] = full_time) -> list[str]:
         """Close all services; return the names of those that did not end in time.
 
-        `left_s` returns the time that is left for all of them. Each may use half of it, so that one that
-        hangs leaves the same to all others together. What has not ended goes on on its thread.
+        `left_s` returns the time that is left for all of them. Each is waited for half of it, then the next
+        one is closed beside it; in the end all that is left is waited for those that are not done.
         """
         steps, self._steps = self._steps, []
-        unended = []
+        threads = []
         for name, close in reversed(steps):
             thread = threading.Thread(target=_attempt, args=(name, close), name=name, daemon=True)
             thread.start()
             thread.join(max(LEAST_S, left_s() / 2))
-            if thread.is_alive():
-                unended.append(name)
-        return unended
+            threads.append(thread)
+        for thread in threads:
+            thread.join(max(0.0, left_s()))
+        return [thread.name for thread in threads if thread.is_alive()]
 
 
 def _attempt(name: str, close: Callable[[], object]) -> None:
