@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from sqlalchemy import delete, func, insert, or_, select, update
 from sqlalchemy.exc import SQLAlchemyError
 
-from foveacam_hardware.contract import DeviceFault, StorageFull
+from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.rights import Principal, PrincipalKind
 from foveacam_server.accounts.tables import AuditRow
 from foveacam_server.foundation.names import age_s, utc_now
@@ -171,7 +171,7 @@ class AuditLog:
             ended = None in batch
             try:
                 self._store_entries([entry for entry in batch if entry is not None])
-            except (StorageFull, DeviceFault, SQLAlchemyError) as error:
+            except (FoveaError, SQLAlchemyError) as error:
                 self.unwritten += len(batch)
                 _log.warning("the audit log was not written: %s", error)
             for _ in batch:
