@@ -142,8 +142,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         stack = ClosingStack()
         try:
             app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
-            foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
-            services = open_services(foundation, loop=asyncio.get_running_loop())
+            loop = asyncio.get_running_loop()
+            foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock(), loop=loop)
+            services = open_services(foundation, loop=loop)
         except Exception as error:
             app.state.failure = error  # `foveacam serve` prints it in place of a traceback
             await run_beside(stack.close)
@@ -163,6 +164,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         version=__version__,
         summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
         lifespan=lifespan,
+        openapi_url=None,  # ours is built beside the event loop
         docs_url=None,  # ours need nothing from other servers
         redoc_url=None,
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone

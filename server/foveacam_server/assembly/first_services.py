@@ -31,6 +31,7 @@ from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.loop_lag import LoopLag
 from foveacam_server.rig.ports import AssembledRig, SceneViewer
 from foveacam_server.rig.settle_times import SettleTimes
 from foveacam_server.rig.stream import LiveStreams
@@ -49,6 +50,7 @@ class ServerFoundation:
     store: Store
     accounts: Accounts
     events: EventLog
+    lag: LoopLag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,8 +89,10 @@ class SharedServices:
     jobs: JobRunner
 
 
-def open_foundation(settings: Settings, *, stack: ClosingStack, clock: Clock) -> ServerFoundation:
-    """Open the store, the event log and the accounts."""
+def open_foundation(
+    settings: Settings, *, stack: ClosingStack, clock: Clock, loop: asyncio.AbstractEventLoop
+) -> ServerFoundation:
+    """Open the store, the event log, the accounts, and the watch over the event loop; called on the loop."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
     stack.callback(events.close)
@@ -98,6 +102,8 @@ def open_foundation(settings: Settings, *, stack: ClosingStack, clock: Clock) ->
         guarded=not (settings.loopback or settings.insecure),
     )
     stack.callback(accounts.close)
+    lag = LoopLag(loop)
+    stack.callback(lag.close)
     return ServerFoundation(
         settings=settings,
         stack=stack,
@@ -105,6 +111,7 @@ def open_foundation(settings: Settings, *, stack: ClosingStack, clock: Clock) ->
         store=store,
         accounts=accounts,
         events=events,
+        lag=lag,
     )
 
 
@@ -191,6 +198,7 @@ def open_hardware(
         overlay=displays.overlay.of,
         limits=live_rates(settings),
         keeper=knowledge.cameras,
+        blocked_ns=foundation.lag.blocked_ns,
     )
     foundation.stack.callback(hardware.close)
     displays.stereo.spare_while(lambda: hardware.use.firm)

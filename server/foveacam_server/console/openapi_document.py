@@ -1,12 +1,19 @@
-"""Completes the OpenAPI document: the security schemes, and the answers of the middleware for every route."""
+"""The OpenAPI document: built beside the event loop, completed by what the middleware answers and asks for.
 
+Building it takes seconds of computation, writing it as JSON tens of milliseconds; both are done once, on a
+thread.
+"""
+
+import asyncio
+import json
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI, Response
 
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, needed_right
 from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.closing import run_beside
 
 _METHODS = ("get", "post", "put", "patch", "delete")
 _WHERE_NEEDED = "Needed only where the server has users, or was started with a token."
@@ -31,10 +38,11 @@ _SCHEMES = {
     },
 }
 _BEFORE_ROUTES = (400, 401, 403, 429, 431)
+OPENAPI_PATH = "/openapi.json"
 
 
 def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
-    """Complete the document that `app` serves; it is built once, at the first request."""
+    """Complete the document of `app` and serve it; it is built once, at the first request."""
     routes_alone = app.openapi
     if root_path:
         app.servers = [{"url": root_path}]
@@ -46,6 +54,22 @@ def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
         return document
 
     app.openapi = whole  # type: ignore[method-assign]  # FastAPI's own way to extend the document
+    app.include_router(_document_route(app))
+
+
+def _document_route(app: FastAPI) -> APIRouter:
+    """Return the route of the document; FastAPI's own builds it on the event loop."""
+    router, building = APIRouter(), asyncio.Lock()
+    built: list[bytes] = []
+
+    @router.get(OPENAPI_PATH, include_in_schema=False)
+    async def openapi() -> Response:
+        async with building:
+            if not built:
+                built.append(await run_beside(lambda: json.dumps(app.openapi()).encode()))
+        return Response(built[0], media_type="application/json")
+
+    return router
 
 
 def _complete(document: dict[str, Any], *, token_needed: bool) -> None:  # Any: a JSON document
