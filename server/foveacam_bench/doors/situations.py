@@ -23,7 +23,8 @@ from foveacam_hardware.contract import DeviceFault
 
 PATIENCE_S = 60.0
 POLL_S = 0.05
-RECORDED_S = 3.0
+RECORDED_S, ENDLESS_S = 3.0, 60.0
+"""The longer one must fit on the disk, and last longer than its situation."""
 NOISE_PX = 2000
 ESTIMATES = 4
 UPLOADED_BYTES = 6_000_000
@@ -133,7 +134,7 @@ def begin_recording(work: RunningWork) -> None:
     """Record something whole, then without an end."""
     job = record(work, "whole", duration_s=RECORDED_S)
     work.wait_for("the end of a recording", lambda: _has_ended(work, job))
-    work.wait_for_job(record(work, "endless", duration_s=600.0), done=1)
+    work.wait_for_job(record(work, "endless", duration_s=ENDLESS_S), done=1)
 
 
 def _has_ended(work: RunningWork, job: JsonObject) -> bool:

@@ -10,6 +10,7 @@ from typing import cast
 
 import uvicorn
 from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
 from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -40,16 +41,21 @@ class RefusableWebSocket(WebSocketsSansIOProtocol):
             self.handshake_complete = True
 
 
-class QuietCancellation:
-    """Ends a request that the shutdown cancels without an error, for which uvicorn would log a traceback."""
+class QuietEnds:
+    """Ends without an error what the shutdown cancels, and a WebSocket whose client has left before an answer.
+
+    uvicorn would log a traceback of each.
+    """
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one request."""
+        """Serve one request or WebSocket."""
         try:
             await self._app(scope, receive, send)
+        except WebSocketDisconnect:
+            return
         except asyncio.CancelledError:
             if scope["type"] == "lifespan":
                 raise
@@ -62,7 +68,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
     any other peer are ignored.
     """
     return uvicorn.Config(
-        QuietCancellation(app),
+        QuietEnds(app),
         http="h11",  # whose state the watch reads
         ws=RefusableWebSocket,
         proxy_headers=bool(trusted_proxies),

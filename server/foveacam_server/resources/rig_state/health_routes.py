@@ -92,8 +92,8 @@ async def readyz(services: ServicesDep) -> JSONResponse:
 
 
 @router.get("/metrics", summary="Counters for Prometheus", response_class=Response)
-async def metrics(services: ServicesDep) -> Response:
-    """Return the counters in Prometheus' text format."""
+def metrics(services: ServicesDep) -> Response:
+    """Return the counters in Prometheus' text format; beside the event loop, which writing them would hold."""
     text = generate_latest(registry_of(services)) + generate_latest(timings.REGISTRY)
     return Response(text, media_type=CONTENT_TYPE_LATEST)
 
