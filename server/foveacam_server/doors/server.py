@@ -42,7 +42,7 @@ class RefusableWebSocket(WebSocketsSansIOProtocol):
 
 
 class QuietEnds:
-    """Ends without an error what the shutdown cancels, and a WebSocket whose client has left before an answer.
+    """Ends without an error what the shutdown cancels, and a WebSocket whose client left before an answer.
 
     uvicorn would log a traceback of each.
     """
