@@ -143,7 +143,8 @@ def _has_ended(work: RunningWork, job: JsonObject) -> bool:
 
 def begin_replaying(work: RunningWork) -> None:
     """Play a recording."""
-    work.server.send("GET", "/views/wide/snapshot.jpg")
+    url = f"{work.server.url}api/v1/views/wide/snapshot.jpg"
+    work.wait_for("the replay", lambda: httpx.get(url, timeout=PATIENCE_S, trust_env=False).is_success)
 
 
 def begin_capturing(work: RunningWork) -> None:
