@@ -47,7 +47,7 @@ def first_use_figures(folder: Path) -> Figures:
     server = ServerProcess(folder, port=free_port(), options=(str(log),), program=PROGRAM)
     with server, httpx.Client(base_url=server.url, timeout=PATIENCE_S, trust_env=False) as http:
         begin = len(log.read_text().splitlines()) if log.exists() else 0  # the start itself serves nobody
-        for number, (method, path, body) in enumerate(_requests(http)):
+        for number, (method, path, body) in enumerate(first_requests(http)):
             request_id = f"first-{number}"
             asked[request_id] = f"{method} {path}"
             _ask(http, method, path, body, request_id=request_id)
@@ -70,7 +70,7 @@ def first_use_figures(folder: Path) -> Figures:
     }
 
 
-def _requests(http: httpx.Client) -> Iterator[tuple[str, str, object]]:
+def first_requests(http: httpx.Client) -> Iterator[tuple[str, str, object]]:
     """Yield every page, the document itself, typical changes, and every operation that reads."""
     yield from (("GET", path, None) for path in PAGES)
     yield "GET", "/openapi.json", None

@@ -23,7 +23,7 @@ from foveacam_hardware.contract import DeviceFault
 
 PATIENCE_S = 60.0
 POLL_S = 0.05
-RECORDED_S, ENDLESS_S = 3.0, 60.0
+RECORDED_S, ENDLESS_S = 6.0, 60.0
 """The longer one must fit on the disk, and last longer than its situation."""
 NOISE_PX = 2000
 ESTIMATES = 4
@@ -138,7 +138,10 @@ def begin_recording(work: RunningWork) -> None:
 
 
 def _has_ended(work: RunningWork, job: JsonObject) -> bool:
-    return work.server.send("GET", f"/jobs/{job['id']}").json()["ended_utc"] is not None
+    found = work.server.send("GET", f"/jobs/{job['id']}").json()
+    if found["state"] in ("failed", "cancelled"):
+        raise DeviceFault(f"bench doors: the {job['kind']} failed: {found['problem']}")
+    return bool(found["state"] == "succeeded")
 
 
 def begin_replaying(work: RunningWork) -> None:
