@@ -14,7 +14,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from foveacam_bench.archive.storage_server import CREDENTIALS
-from foveacam_bench.doors.situations import PATIENCE_S, POLL_S, SITUATIONS, RunningWork, Situation
+from foveacam_bench.doors.situations import PATIENCE_S, POLL_S, SITUATIONS, WHOLE, RunningWork, Situation
 from foveacam_bench.figures import Figures
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_hardware.contract import DeviceFault
@@ -53,7 +53,7 @@ def _end_server(
     """Return how long a server took to end, and its status; add what it wrote to `texts`."""
     options = [*situation.options]
     if situation.replays:
-        options += ["--replay", str(next((folder / "data" / "recordings").glob("whole*.fcap")))]
+        options += ["--replay", str(folder / "data" / "recordings" / f"{WHOLE}.fcap")]
     environment = {**CREDENTIALS, ENDPOINT: f"http://127.0.0.1:{storage.getsockname()[1]}"}
     server = ServerProcess(folder, port=free_port(), options=options, environment=environment)
     with ExitStack() as stack, server:

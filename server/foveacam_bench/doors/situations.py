@@ -25,6 +25,8 @@ PATIENCE_S = 60.0
 POLL_S = 0.05
 RECORDED_S, ENDLESS_S = 6.0, 60.0
 """The longer one must fit on the disk, and last longer than its situation."""
+WHOLE = "whole"
+"""Name of the recording that other situations use."""
 NOISE_PX = 2000
 ESTIMATES = 4
 UPLOADED_BYTES = 6_000_000
@@ -132,7 +134,7 @@ def begin_downloading(work: RunningWork) -> None:
 
 def begin_recording(work: RunningWork) -> None:
     """Record something whole, then without an end."""
-    job = record(work, "whole", duration_s=RECORDED_S)
+    job = record(work, WHOLE, duration_s=RECORDED_S)
     work.wait_for("the end of a recording", lambda: _has_ended(work, job))
     work.wait_for_job(record(work, "endless", duration_s=ENDLESS_S), done=1)
 
@@ -190,7 +192,8 @@ def begin_archiving(work: RunningWork) -> None:
 
 
 def _recording_id(work: RunningWork) -> str:
-    return str(work.server.send("GET", "/recordings").json()[0]["id"])
+    found = work.server.send("GET", "/recordings").json()
+    return str(next(one["id"] for one in found if one["name"] == WHOLE))
 
 
 def _cpu_s(pid: int) -> float:
