@@ -57,14 +57,14 @@ class RunningWork:
                 raise DeviceFault(f"bench doors: {what} did not begin in {PATIENCE_S:g} s")
             time.sleep(POLL_S)
 
-    def wait_for_job(self, job: JsonObject, *, done: int = 0) -> None:
-        """Wait until a job runs and has done some steps."""
+    def wait_for_job(self, job: JsonObject) -> None:
+        """Wait until a job has done a step."""
 
         def runs() -> bool:
             found = self.server.send("GET", f"/jobs/{job['id']}").json()
             if found["ended_utc"] is not None:
                 raise DeviceFault(f"bench doors: the {job['kind']} ended too early: {found['problem']}")
-            return found["state"] == "running" and found["progress"]["done"] >= done
+            return found["state"] == "running" and found["progress"]["done"] >= 1
 
         self.wait_for(f"the {job['kind']}", runs)
 
@@ -136,7 +136,7 @@ def begin_recording(work: RunningWork) -> None:
     """Record something whole, then without an end."""
     job = record(work, WHOLE, duration_s=RECORDED_S)
     work.wait_for("the end of a recording", lambda: _has_ended(work, job))
-    work.wait_for_job(record(work, "endless", duration_s=ENDLESS_S), done=1)
+    work.wait_for_job(record(work, "endless", duration_s=ENDLESS_S))
 
 
 def _has_ended(work: RunningWork, job: JsonObject) -> bool:
@@ -156,7 +156,7 @@ def begin_capturing(work: RunningWork) -> None:
     """Capture a dataset of many points."""
     grid = {"kind": "grid", "columns": 30, "rows": 30}
     plan = {"points": grid, "verging": {"mode": "given", "distance_m": 2.0}}
-    work.wait_for_job(work.start("/captures", {"name": "many points", "plan": plan}), done=1)
+    work.wait_for_job(work.start("/captures", {"name": "many points", "plan": plan}))
 
 
 def begin_uploading(work: RunningWork) -> None:
@@ -176,13 +176,17 @@ def begin_calibrating(work: RunningWork) -> None:
     """Run all steps of a calibration."""
     session = work.start("/calibration_sessions", {"label": "to be ended"})
     run = work.start(f"/calibration_sessions/{session['id']}/runs", {"step": "all"})
-    work.wait_for_job(run, done=1)
+    work.wait_for_job(run)
 
 
 def begin_following(work: RunningWork) -> None:
     """Follow what is in the middle."""
-    job = work.start("/follows", {"pixel": {"x_px": 700.0, "y_px": 500.0}})
-    work.wait_for_job(job)
+    work.start("/follows", {"pixel": {"x_px": 700.0, "y_px": 500.0}})
+
+    def follows() -> bool:
+        return any(job["state"] == "running" for job in work.server.send("GET", "/jobs").json())
+
+    work.wait_for("the following", follows)
 
 
 def begin_archiving(work: RunningWork) -> None:
