@@ -18,11 +18,11 @@ from types import FrameType
 
 _log = logging.getLogger(__name__)
 
-END_S = 4.0
+END_S = 3.5
 """Deadline after the first signal: the process ends then, with what has not ended by itself."""
-LAST_S = 4.6
+LAST_S = 4.2
 """Deadline of the timer in C: a computation that never releases the interpreter stops every Python thread."""
-CLOSED_S = 1.0
+CLOSED_S = 2.0
 """Once all services are closed: longest time in which idle threads and the interpreter end."""
 RESERVE_S = 0.4
 """Of the time to the deadline, what the services may not use."""
