@@ -14,7 +14,15 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from foveacam_bench.archive.storage_server import CREDENTIALS
-from foveacam_bench.doors.situations import PATIENCE_S, POLL_S, SITUATIONS, WHOLE, RunningWork, Situation
+from foveacam_bench.doors.situations import (
+    PATIENCE_S,
+    POLL_S,
+    SITUATIONS,
+    WHOLE,
+    RunningWork,
+    Situation,
+    used_cpu_s,
+)
 from foveacam_bench.figures import Figures
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_hardware.contract import DeviceFault
@@ -25,6 +33,8 @@ TRACEBACK = "Traceback (most recent call last)"
 WAITED_S = 30.0
 """So long a server is waited for; it counts as having ended then."""
 PAIRS = ("--size", "360x270", "--count", "1", "--json")
+TRAINED_S = 2.0
+"""Processor time after which a training has begun for sure."""
 TRAINING = ("--crop", "64x64", "--batch", "1", "--steps", "1000000")
 
 
@@ -83,7 +93,9 @@ def _end_training(folder: Path, texts: list[str]) -> tuple[float, int]:
     order = ("learn", "train", str(folder / "train"), "--held-out", str(folder / "held-out"))
     with log.open("wb") as output:
         training = _program(*order, "--out", str(out), *TRAINING, output=output.fileno())
-        _wait_for(lambda: out.exists() and any(out.iterdir()), process=training, log=log)
+        _wait_for(out.exists, process=training, log=log)
+        begun_s = used_cpu_s(training.pid)
+        _wait_for(lambda: used_cpu_s(training.pid) > begun_s + TRAINED_S, process=training, log=log)
         found = _terminated(training)
     texts.append(log.read_text())
     return found

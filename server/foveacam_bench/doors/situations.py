@@ -64,7 +64,7 @@ class RunningWork:
             found = self.server.send("GET", f"/jobs/{job['id']}").json()
             if found["ended_utc"] is not None:
                 raise DeviceFault(f"bench doors: the {job['kind']} ended too early: {found['problem']}")
-            return found["state"] == "running" and found["progress"]["done"] >= 1
+            return bool(found["state"] == "running" and found["progress"]["done"] >= 1)
 
         self.wait_for(f"the {job['kind']}", runs)
 
@@ -111,12 +111,12 @@ def begin_computing(work: RunningWork) -> None:
     """Ask for estimates, and for a map of a picture that is nothing but edges."""
     picture = (np.random.default_rng(1).integers(0, 2, (NOISE_PX, NOISE_PX)) * 255).astype(np.uint8)
     text = base64.b64encode(cv2.imencode(".png", picture)[1].tobytes()).decode()
-    before_s = _cpu_s(work.server.process.pid)
+    before_s = used_cpu_s(work.server.process.pid)
     body = {"kind": "picture", "picture_base64": text, "m_per_px": 0.1}
     work.ask_beside("POST", "/planner/map", body)
     for _ in range(ESTIMATES):
         work.ask_beside("POST", "/captures/estimates", ESTIMATE)
-    work.wait_for("the computation", lambda: _cpu_s(work.server.process.pid) > before_s + 1.0)
+    work.wait_for("the computation", lambda: used_cpu_s(work.server.process.pid) > before_s + 1.0)
 
 
 def begin_streaming(work: RunningWork) -> None:
@@ -200,7 +200,7 @@ def _recording_id(work: RunningWork) -> str:
     return str(next(one["id"] for one in found if one["name"] == WHOLE))
 
 
-def _cpu_s(pid: int) -> float:
+def used_cpu_s(pid: int) -> float:
     """Return the processor time that a process and its children have used."""
     ticks = 0
     for process in process_family(pid):

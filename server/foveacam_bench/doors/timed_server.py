@@ -33,7 +33,7 @@ def time_callbacks(log: TextIO) -> None:
             log.write(f"{took_ms:.1f} {work_ms:.1f} {request_id or '-'}\n")
             log.flush()
 
-    asyncio.Handle._run = timed  # type: ignore[method-assign]  # noqa: SLF001 - in this process alone
+    asyncio.Handle._run = timed  # type: ignore[method-assign,assignment]  # noqa: SLF001 - in this process alone
 
 
 def main() -> None:

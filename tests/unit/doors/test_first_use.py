@@ -6,6 +6,7 @@ import threading
 import httpx
 import pytest
 from fastapi import FastAPI, routing
+from starlette.routing import Match
 
 from foveacam_server.app import create_app, prepare_routes
 from foveacam_server.console import openapi_document
@@ -19,7 +20,7 @@ def test_no_route_completes_itself_at_its_first_request(monkeypatch: pytest.Monk
         routing._IncludedRouter, "_build_effective_context", lambda *_args: pytest.fail("it does so now")
     )
     scope = {"type": "http", "method": "GET", "path": "/api/v1/rig", "root_path": "", "headers": []}
-    assert any(route.matches(dict(scope))[0] is not routing.Match.NONE for route in app.router.routes)
+    assert any(route.matches(dict(scope))[0] is not Match.NONE for route in app.router.routes)
 
 
 def test_the_document_is_built_once_and_beside_the_event_loop() -> None:
