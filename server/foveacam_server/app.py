@@ -13,13 +13,13 @@ from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors import error_handlers
+from foveacam_server.doors.closing import ClosingStack, run_beside
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
 from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.foundation.answers import BODY_BYTES, problems
-from foveacam_server.foundation.closing import ClosingStack, run_beside
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
 from foveacam_server.resources.archive import routes as archive

@@ -22,12 +22,12 @@ from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
+from foveacam_server.doors.closing import run_beside
 from foveacam_server.doors.listening_socket import listen, tls_context
 from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_arenas, keep_start_objects
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
-from foveacam_server.foundation.closing import run_beside
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
 

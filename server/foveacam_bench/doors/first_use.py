@@ -56,15 +56,9 @@ def first_use_figures(folder: Path) -> Figures:
             asked[request_id] = f"{method} {path}"
             _ask(http, method, path, body, request_id=request_id)
         for path in SOCKETS:
-            asked[path.replace("/", "-")[1:]] = path
-            headers = {"X-Request-ID": path.replace("/", "-")[1:]}
-            with (
-                suppress(OSError),
-                connect(
-                    f"{server.url}{path[1:]}".replace("http", "ws", 1), additional_headers=headers
-                ) as one,
-            ):
-                one.send("{}")
+            request_id = path.replace("/", "-")[1:]
+            asked[request_id] = path
+            _open_socket(server.url.replace("http", "ws", 1) + path[1:], request_id=request_id)
     lines = [line.split() for line in log.read_text().splitlines()[begin:]]
     blocks = sorted(((float(took), asked.get(who, "no request")) for took, _, who in lines), reverse=True)
     return {

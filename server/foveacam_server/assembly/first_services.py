@@ -13,7 +13,7 @@ from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.foundation.closing import ClosingStack
+from foveacam_server.doors.closing import ClosingStack
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings

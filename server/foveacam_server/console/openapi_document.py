@@ -12,8 +12,8 @@ from fastapi import APIRouter, FastAPI, Response
 
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.route_rights import OPEN_CALLS, OPEN_PATHS, needed_right
+from foveacam_server.doors.closing import run_beside
 from foveacam_server.foundation.answers import problems
-from foveacam_server.foundation.closing import run_beside
 
 _METHODS = ("get", "post", "put", "patch", "delete")
 _WHERE_NEEDED = "Needed only where the server has users, or was started with a token."

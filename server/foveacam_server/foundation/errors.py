@@ -25,9 +25,8 @@ from foveacam_hardware.contract import (
     Timeout,
 )
 from foveacam_pipeline.storage.disk import disk_error_class, disk_fault, is_disk_exhausted
-from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation
+from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation, shorten
 from foveacam_server.foundation.schema import Problem
-from foveacam_server.foundation.short_text import shorten
 
 if TYPE_CHECKING:
     from starlette.responses import JSONResponse

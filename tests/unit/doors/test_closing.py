@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from foveacam_hardware.contract import DeviceFault
-from foveacam_server.foundation.closing import ClosingStack, run_beside
+from foveacam_server.doors.closing import ClosingStack, run_beside
 
 
 class Service:
