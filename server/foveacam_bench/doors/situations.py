@@ -21,7 +21,7 @@ from foveacam_bench.servers import ServerProcess
 from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 POLL_S = 0.05
 RECORDED_S, ENDLESS_S = 6.0, 60.0
 """The longer one must fit on the disk, and last longer than its situation."""
