@@ -1,11 +1,12 @@
 """`foveacam serve` in its own process, for benches."""
 
+import os
 import re
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -26,9 +27,19 @@ class ServerProcess:
     """A server that starts with the context and ends with it."""
 
     def __init__(
-        self, folder: Path, *, port: int, options: Sequence[str] = (), program: Sequence[str] = SERVE
+        self,
+        folder: Path,
+        *,
+        port: int,
+        options: Sequence[str] = (),
+        program: Sequence[str] = SERVE,
+        environment: Mapping[str, str] | None = None,
     ) -> None:
-        """`program`: module and arguments, with {port} and {data} in place of both."""
+        """`program`: module and arguments, with {port} and {data} in place of both.
+
+        `environment`: variables beside those of this process.
+        """
+        self._environment = {**os.environ, **(environment or {})}
         self._log = folder / "serve.log"
         called = [part.format(port=port, data=folder / "data") for part in program]
         self._command = [sys.executable, "-m", *called, *options]
@@ -37,7 +48,9 @@ class ServerProcess:
 
     def __enter__(self) -> Self:
         with self._log.open("w") as output:
-            self._process = subprocess.Popen(self._command, stdout=output, stderr=subprocess.STDOUT)  # noqa: S603  # our own program
+            self._process = subprocess.Popen(  # noqa: S603  # our own program
+                self._command, stdout=output, stderr=subprocess.STDOUT, env=self._environment
+            )
         end_s = time.monotonic() + _START_PATIENCE_S
         while not re.search(r"is ready: ", self._log.read_text()):
             if time.monotonic() > end_s or self._process.poll() is not None:
@@ -57,6 +70,11 @@ class ServerProcess:
         if self._process is None:
             raise DeviceFault("the bench's server has not been started")
         return self._process
+
+    @property
+    def log(self) -> str:
+        """All that the server has written."""
+        return self._log.read_text()
 
     def send(
         self, method: str, path: str, body: object = None, headers: dict[str, str] | None = None

@@ -2,18 +2,21 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import ExitStack, asynccontextmanager
+from contextlib import asynccontextmanager
+from functools import partial
 
 from fastapi import FastAPI
 
-from foveacam_hardware.contract import Clock, FoveaError, MonotonicClock
+from foveacam_hardware.contract import Clock, MonotonicClock
 from foveacam_server import __version__
 from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
+from foveacam_server.doors.closing import ClosingStack, run_beside
 from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
@@ -138,33 +141,40 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         bound_threads()
-        app.state.gate.routes.load()
-        with ExitStack() as stack:
-            try:
-                app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
-                foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock())
-                services = open_services(foundation, loop=asyncio.get_running_loop())
-            except FoveaError as error:
-                app.state.failure = error  # `foveacam serve` prints it in place of a traceback
-                raise
-            app.state.services = services
-            app.state.gate.accounts = services.accounts
-            app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
-            yield
-            # Closing joins threads that may still hand work to this loop, so the loop must keep turning
-            await asyncio.to_thread(stack.pop_all().close)
+        await run_beside(partial(prepare_routes, app))
+        stack = ClosingStack()
+        try:
+            app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
+            loop = asyncio.get_running_loop()
+            foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock(), loop=loop)
+            services = open_services(foundation, loop=loop)
+        except Exception as error:
+            app.state.failure = error  # `foveacam serve` prints it in place of a traceback
+            await run_beside(stack.close)
+            raise
+        app.state.services = services
+        app.state.gate.accounts = services.accounts
+        app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
+        yield
+        ending: ProcessEnd | None = app.state.ending
+        if ending is None:
+            await run_beside(stack.close)
+        else:
+            ending.closed(await run_beside(partial(stack.close, ending.left_s)))
 
     app = FastAPI(
         title="FoveaCam Duo",
         version=__version__,
         summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
         lifespan=lifespan,
+        openapi_url=None,  # ours is built beside the event loop
         docs_url=None,  # ours need nothing from other servers
         redoc_url=None,
         redirect_slashes=False,  # a path is served as it is written, or not at all
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
     app.state.places = ServerPlaces()
+    app.state.ending = None  # set by who ends the process with the application
     pages.install(app)
     error_handlers.install(app)
     app.add_middleware(BodyLimitProblems)
@@ -185,3 +195,14 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         app.include_router(module.router, max_body_size=BODY_BYTES)
     openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
     return app
+
+
+def prepare_routes(app: FastAPI) -> None:
+    """Let every route complete itself, which the first request would have to wait for otherwise.
+
+    FastAPI does so for a router when it first matches a path: half a second of computation in all.
+    """
+    nowhere = {"type": "http", "method": "GET", "path": f"{API}/nowhere", "root_path": "", "headers": []}
+    for route in app.router.routes:
+        route.matches(dict(nowhere))
+    app.state.gate.routes.load()

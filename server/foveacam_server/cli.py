@@ -7,7 +7,7 @@ import json
 import logging
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
@@ -19,6 +19,7 @@ from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.retention import app as retention_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.collection_pause import collection_paused
+from foveacam_server.foundation.errors import translate_error
 from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.foundation.watching.log_lines import choose_format, configure_logging
 from foveacam_server.resources.archive.cli import app as archive_app
@@ -267,6 +268,8 @@ def main() -> None:
         sys.exit(_INTERRUPTED)
     except Exception as error:
         logging.getLogger(__name__).debug("unforeseen", exc_info=error)
+        if (known := translate_error(error)) is not None:
+            _fail(str(known), _USAGE_ERROR if isinstance(known, InvalidInput) else _FAILURE)
         _fail(
             f"an error that nobody foresaw ({type(error).__name__}: {error}); "
             "run again with FOVEACAM_LOG=debug and report what it prints",
@@ -274,7 +277,7 @@ def main() -> None:
         )
 
 
-def _fail(message: str, status: int) -> None:
+def _fail(message: str, status: int) -> NoReturn:
     line = " ".join(message.split())
     Console(stderr=True, soft_wrap=True).print(f"[red]foveacam:[/red] {_plain(line)}", highlight=False)
     sys.exit(status)

@@ -6,6 +6,8 @@ import os
 import shlex
 import socket
 import ssl
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import cast
 from urllib.parse import urlsplit
@@ -23,7 +25,9 @@ from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
+from foveacam_server.doors.closing import run_beside
 from foveacam_server.doors.listening_socket import listen, tls_context
+from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_arenas, keep_start_objects
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
 from foveacam_server.doors.stop_door import StopDoor
@@ -53,6 +57,7 @@ class _GreetingServer(WatchedServer):
         tls: ssl.SSLContext | None,
     ) -> None:
         super().__init__(config, tls=tls)
+        self.ending = ProcessEnd(on_begin=self._bring_to_rest)
         self._address = address
         self._lines = [f"FoveaCam Duo is ready: {address}", *greeting]
         self._doors: list[StopDoor] = []
@@ -69,15 +74,33 @@ class _GreetingServer(WatchedServer):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the streams, which never end by themselves, then stop."""
+        self.ending.begin()
         if self._greeting_task is not None:
             self._greeting_task.cancel()
-        await asyncio.to_thread(self._close_doors)
+        await run_beside(self._close_doors)
         if self.started:
             services = self._services()
             services.streams.end()
             services.computing.end()
             services.events.end_listeners()
         await super().shutdown(sockets)
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Shut down with the first SIGINT or SIGTERM; the end of the process then has a deadline."""
+
+        def stop_serving() -> None:
+            self.should_exit = True
+
+        with self.ending.signals(stop_serving):
+            yield
+
+    def _bring_to_rest(self) -> None:
+        """Cancel all jobs and park the mirrors, at once and without the event loop."""
+        services = self._services.opened()
+        if services is not None:
+            services.jobs.begin_close()
+            services.hardware.halt()
 
     def _open_doors(self, listeners: list[socket.socket]) -> None:
         services, gate = self._services(), self._services.gate()
@@ -144,9 +167,14 @@ class _StartedServices:
     def __init__(self, state: object) -> None:
         self._state = state
 
-    def __call__(self) -> Services:
+    def opened(self) -> Services | None:
+        """Return the services; None before they are open."""
         services = getattr(self._state, "services", None)
-        if not isinstance(services, Services):
+        return services if isinstance(services, Services) else None
+
+    def __call__(self) -> Services:
+        services = self.opened()
+        if services is None:
             raise TypeError("the application has not started")
         return services
 
@@ -156,9 +184,10 @@ class _StartedServices:
 
 
 def run_server(settings: Settings, *, console: Console, clock: Clock | None = None) -> None:
-    """Serve until interrupted; raise a `FoveaError` for settings that cannot be used.
+    """Serve until interrupted; raise the error of what cannot be opened, a `FoveaError` as a rule.
 
-    `clock`: as for `create_app`.
+    `clock`: as for `create_app`. The process ends within `process_end.END_S` of a signal, with status 0, or
+    1 where something did not end by itself.
     """
     os.umask(PRIVATE_UMASK)  # what a server keeps is for its owner
     simulated = _checked_simulation(settings)
@@ -183,14 +212,14 @@ def run_server(settings: Settings, *, console: Console, clock: Clock | None = No
             console=console,
             tls=tls,
         )
+        app.state.ending = server.ending
         log = logging.getLogger("uvicorn.error")
         log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
         try:
             server.run(sockets=[listener])
-        except KeyboardInterrupt:
-            return  # Ctrl-C is the usual end
         except SystemExit as ended:  # uvicorn's way to report that the application did not start
             raise _failure(app) or ended from None
+    server.ending.finish()
 
 
 def _checked_simulation(settings: Settings) -> bool:
@@ -206,10 +235,10 @@ def _checked_simulation(settings: Settings) -> bool:
     return isinstance(config, SimulatedRigConfig)
 
 
-def _failure(app: FastAPI) -> FoveaError | None:
+def _failure(app: FastAPI) -> Exception | None:
     """Return why the application could not start."""
     found = getattr(app.state, "failure", None)
-    return found if isinstance(found, FoveaError) else None
+    return found if isinstance(found, Exception) else None
 
 
 def _address(settings: Settings, *, port: int) -> str:

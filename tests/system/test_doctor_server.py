@@ -1,12 +1,13 @@
 """`foveacam doctor --server`: a server that runs, as a client finds it."""
 
+import asyncio
 import json
 import ssl
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 
 import pytest
-from fastapi import FastAPI
+from fastapi import FastAPI, Response
 from pydantic import SecretStr
 from typer.testing import CliRunner
 
@@ -108,3 +109,43 @@ def test_a_certificate_that_ends_soon_is_a_warning(tmp_path: Path) -> None:
         (refused,) = examine_server(url, token=None)
     assert findings["certificate"].level == "warning" and "0 days" in findings["certificate"].found
     assert "certificate" in refused.found.lower()
+
+
+async def late() -> Response:
+    await asyncio.Event().wait()
+    return Response()
+
+
+async def cut() -> Response:
+    return Response(b"{", headers={"Content-Length": "100"})
+
+
+async def list_of_nothing() -> Response:
+    return Response(b"[]", media_type="application/json")
+
+
+async def page() -> Response:
+    return Response("<html>502 Bad Gateway</html>", status_code=502)
+
+
+@pytest.mark.parametrize("answer", [late, cut, list_of_nothing, page])
+@pytest.mark.parametrize("known", [True, False])
+def test_every_check_ends_in_a_finding_whatever_the_server_answers(
+    answer: Callable[[], Awaitable[Response]], known: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app = FastAPI(openapi_url=None)
+    app.add_api_route("/healthz", lambda: {"status": "ok"})
+    if known:
+        app.add_api_route("/api/v1/session", lambda: {"kind": "user", "name": "ada", "rights": ["view"]})
+    app.add_api_route("/{path:path}", answer)
+    monkeypatch.setattr(running_server, "PATIENCE_S", 0.3)
+    with serving(app) as port:
+        findings = examine_server(f"http://127.0.0.1:{port}", token=None)
+    wanted = ["server", "clock", "sign_in"]
+    if known:
+        wanted += ["version", "rig", "calibration", "events", "views"]
+    assert [each.name for each in findings] == wanted
+    bad = findings[3:] if known else findings[2:]
+    lenient = {"events"} if answer is not late else set()  # whatever comes at once is an event there
+    assert {each.level for each in bad if each.name not in lenient} == {"problem"}
+    assert all(each.found for each in findings)

@@ -64,7 +64,9 @@ def _accepted(port: int, request: bytes) -> bool:
 
 def _ports(pid: int) -> Iterator[int]:
     """Yield the TCP ports on which a process and its children listen."""
-    sockets = {_inode(link) for process in _family(pid) for link in Path(f"/proc/{process}/fd").glob("*")}
+    sockets = {
+        _inode(link) for process in process_family(pid) for link in Path(f"/proc/{process}/fd").glob("*")
+    }
     for table in ("tcp", "tcp6"):
         for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
             fields = line.split()
@@ -72,11 +74,12 @@ def _ports(pid: int) -> Iterator[int]:
                 yield int(fields[1].rpartition(":")[2], 16)
 
 
-def _family(pid: int) -> Iterator[int]:
+def process_family(pid: int) -> Iterator[int]:
+    """Yield a process and all its children."""
     yield pid
     for thread in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in thread.read_text().split():
-            yield from _family(int(child))
+            yield from process_family(int(child))
 
 
 def _inode(link: Path) -> str:

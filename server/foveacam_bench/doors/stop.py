@@ -2,8 +2,8 @@
 
 The stop is requested several hundred times while bodies of 63 MB, estimates, viewers (one of which never
 reads), bursts of requests and fixations run; once without the bodies, to compare memory. Then follow 64
-viewers that never read, requests that every port must refuse, generated requests to every operation, and a
-person who takes all that there is while another asks for it.
+viewers that never read, requests that every port must refuse, the end of servers at work, first requests,
+generated requests to every operation, and a person who takes all that there is while another asks for it.
 """
 
 import http.client
@@ -20,7 +20,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.parse import urlsplit
 
+from foveacam_bench.doors.ends import end_figures
 from foveacam_bench.doors.fairness import fairness_figures
+from foveacam_bench.doors.first_use import first_use_figures
 from foveacam_bench.doors.foreign import foreign_figures
 from foveacam_bench.doors.generated import check_generator, generated_figures
 from foveacam_bench.figures import Figures
@@ -47,7 +49,7 @@ class TimedStop:
 
 
 def run(*, quick: bool = False) -> Figures:
-    """Measure and return the figures; about fifteen minutes, quick about five."""
+    """Measure and return the figures; about twenty minutes, quick about nine."""
     check_generator()
     count = QUICK_STOPS if quick else STOPS
     with TemporaryDirectory() as folder:
@@ -57,6 +59,8 @@ def run(*, quick: bool = False) -> Figures:
         with _server(Path(folder) / "open") as server:
             figures["dead_viewers_after_30_s"] = count_held_viewers(server.url)
             figures |= foreign_figures(server.url, pid=server.process.pid)
+        figures |= end_figures(Path(folder) / "ends")
+        figures |= first_use_figures(Path(folder) / "first")
         token_file = Path(folder) / "token"
         token_file.write_text(TOKEN)
         with _server(Path(folder) / "generated", options=("--token-file", str(token_file))) as server:

@@ -12,9 +12,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from sqlalchemy import delete, func, insert, or_, select, update
+from sqlalchemy.exc import SQLAlchemyError
 
+from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.rights import Principal, PrincipalKind
-from foveacam_server.accounts.tables import WRITE_ERRORS, AuditRow
+from foveacam_server.accounts.tables import AuditRow
 from foveacam_server.foundation.names import age_s, utc_now
 from foveacam_server.foundation.store import Store
 
@@ -169,7 +171,7 @@ class AuditLog:
             ended = None in batch
             try:
                 self._store_entries([entry for entry in batch if entry is not None])
-            except WRITE_ERRORS as error:
+            except (FoveaError, SQLAlchemyError) as error:
                 self.unwritten += len(batch)
                 _log.warning("the audit log was not written: %s", error)
             for _ in batch:

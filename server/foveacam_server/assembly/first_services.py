@@ -6,7 +6,6 @@ The hardware thread opens the rig that is chosen, or a recording that is played.
 import asyncio
 import logging
 import secrets
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_replay import replay_rig
 from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.doors.closing import ClosingStack
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.settings import Settings
@@ -31,6 +31,7 @@ from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
+from foveacam_server.rig.loop_lag import LoopLag
 from foveacam_server.rig.ports import AssembledRig, SceneViewer
 from foveacam_server.rig.settle_times import SettleTimes
 from foveacam_server.rig.stream import LiveStreams
@@ -44,11 +45,12 @@ class ServerFoundation:
     """Settings, store, accounts and events; `stack` closes what is opened, last opened first."""
 
     settings: Settings
-    stack: ExitStack
+    stack: ClosingStack
     clock: Clock
     store: Store
     accounts: Accounts
     events: EventLog
+    lag: LoopLag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,8 +89,10 @@ class SharedServices:
     jobs: JobRunner
 
 
-def open_foundation(settings: Settings, *, stack: ExitStack, clock: Clock) -> ServerFoundation:
-    """Open the store, the event log and the accounts."""
+def open_foundation(
+    settings: Settings, *, stack: ClosingStack, clock: Clock, loop: asyncio.AbstractEventLoop
+) -> ServerFoundation:
+    """Open the store, the event log, the accounts, and the watch over the event loop; called on the loop."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
     stack.callback(events.close)
@@ -98,6 +102,8 @@ def open_foundation(settings: Settings, *, stack: ExitStack, clock: Clock) -> Se
         guarded=not (settings.loopback or settings.insecure),
     )
     stack.callback(accounts.close)
+    lag = LoopLag(loop)
+    stack.callback(lag.close)
     return ServerFoundation(
         settings=settings,
         stack=stack,
@@ -105,6 +111,7 @@ def open_foundation(settings: Settings, *, stack: ExitStack, clock: Clock) -> Se
         store=store,
         accounts=accounts,
         events=events,
+        lag=lag,
     )
 
 
@@ -191,6 +198,7 @@ def open_hardware(
         overlay=displays.overlay.of,
         limits=live_rates(settings),
         keeper=knowledge.cameras,
+        blocked_ns=foundation.lag.blocked_ns,
     )
     foundation.stack.callback(hardware.close)
     displays.stereo.spare_while(lambda: hardware.use.firm)

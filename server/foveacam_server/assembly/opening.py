@@ -39,7 +39,6 @@ from foveacam_server.resources.depth_backends.comparison import BackendCompariso
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.displays.service import PatternDisplayService
 from foveacam_server.resources.drift_checks.service import DriftChecks
-from foveacam_server.resources.engine.loop_lag import LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.service import EngineParts, EngineService
 from foveacam_server.resources.faults.service import FaultService
@@ -92,7 +91,8 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
     computing = _open_computing(foundation)
     shared.hardware.start()
     _start_scene_follower(shared)
-    lease = Lease(clock=foundation.clock, events=foundation.events)
+    lag = foundation.lag
+    lease = Lease(clock=foundation.clock, events=foundation.events, blocked_ns=lag.blocked_ns)
     return Services(
         settings=foundation.settings,
         clock=foundation.clock,
@@ -100,7 +100,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         events=foundation.events,
         accounts=foundation.accounts,
         faults=groups.faults,
-        engine=_open_engine(shared, loop=loop),
+        engine=_open_engine(shared),
         lease=lease,
         rigs=_rig_directory(shared, lease),
         hub=displays.hub,
@@ -265,7 +265,7 @@ def _open_computing(foundation: ServerFoundation) -> ComputeQueue:
     return computing
 
 
-def _open_engine(shared: SharedServices, *, loop: asyncio.AbstractEventLoop) -> EngineService:
+def _open_engine(shared: SharedServices) -> EngineService:
     """Start to measure the load; called on the event loop's thread."""
     engine = EngineService(
         EngineParts(
@@ -274,7 +274,7 @@ def _open_engine(shared: SharedServices, *, loop: asyncio.AbstractEventLoop) -> 
             store=shared.foundation.store,
             clock=shared.foundation.clock,
             process=ProcessFiles(Machine()),
-            lag=LoopLag(loop),
+            lag=shared.foundation.lag,
             loop_thread=threading.get_native_id(),
         )
     )

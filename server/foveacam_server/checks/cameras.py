@@ -7,7 +7,7 @@ from typing import TypeAlias
 from foveacam_hardware.contract import FoveaError
 from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_hardware.drivers.cameras.opencv.video_devices import is_device, is_named
-from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.findings import Finding, failed, fine, problem, warning
 from foveacam_server.checks.needs import MACHINE_VISION, NamedCamera, RigNeeds
 
 Discover: TypeAlias = Callable[[], list[FoundCamera]]
@@ -31,6 +31,9 @@ def look_for_cameras(
                 if needed
                 else fine(name, f"not usable here, and not needed: {failure}")
             )
+            continue
+        except Exception as error:  # noqa: BLE001 - a vendor's library may raise anything
+            findings.append(failed(name, error))
             continue
         cameras.extend(found)
         findings.append(_judge(name, found))

@@ -1,11 +1,16 @@
 """Findings of the checks: what was found, its severity and remedy, as a table and as JSON."""
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 from rich.table import Table
+
+from foveacam_hardware.contract import FoveaError
+
+_log = logging.getLogger(__name__)
 
 
 class Severity(StrEnum):
@@ -54,6 +59,32 @@ def warning(name: str, found: str, remedy: str) -> Finding:
 def problem(name: str, found: str, remedy: str = "") -> Finding:
     """Return a finding of severity PROBLEM."""
     return Finding(name=name, level=Severity.PROBLEM, found=found, remedy=remedy)
+
+
+def attempt(name: str, check: Callable[[], Finding]) -> Finding:
+    """Return the finding of a check; one that raises has found a problem, and the other checks go on."""
+    try:
+        return check()
+    except Exception as error:  # noqa: BLE001 - the outermost frame of a check: whatever it raises is a finding
+        return failed(name, error)
+
+
+def attempt_several(name: str, check: Callable[[], list[Finding]]) -> list[Finding]:
+    """Return the findings of a check that has several, as `attempt`."""
+    try:
+        return check()
+    except Exception as error:  # noqa: BLE001 - as in `attempt`
+        return [failed(name, error)]
+
+
+def failed(name: str, error: Exception) -> Finding:
+    """Return the finding of a check that could not be done."""
+    if isinstance(error, FoveaError):
+        return problem(name, str(error))
+    _log.debug("check %s failed", name, exc_info=error)
+    if isinstance(error, OSError):
+        return problem(name, f"the check failed: {error.strerror or error}")
+    return problem(name, f"the check failed: {type(error).__name__}: {error}")
 
 
 def healthy(findings: Sequence[Finding]) -> bool:

@@ -1,14 +1,20 @@
-"""Completes the OpenAPI document: the security schemes, and the answers of the middleware for every route."""
+"""The OpenAPI document: built beside the event loop, completed by what the middleware answers and asks for.
 
+Building it takes seconds of computation, writing it as JSON tens of milliseconds; both are done once, on a
+thread.
+"""
+
+import asyncio
+import json
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Response
 from fastapi.routing import iter_route_contexts
-from starlette.routing import Route
 
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.rights import Right
-from foveacam_server.accounts.route_rights import UNDECLARED, Access, declared_access, needs
+from foveacam_server.accounts.route_rights import UNDECLARED, Access, GuardedRouter, declared_access
+from foveacam_server.doors.closing import run_beside
 from foveacam_server.foundation.answers import problems
 
 _METHODS = ("get", "post", "put", "patch", "delete")
@@ -34,17 +40,14 @@ _SCHEMES = {
     },
 }
 _BEFORE_ROUTES = (400, 401, 403, 429, 431, 503)
+OPENAPI_PATH = "/openapi.json"
 
 
 def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
-    """Complete the document that `app` serves; it is built once, at the first request."""
+    """Complete the document of `app` and serve it; it is built once, at the first request."""
     routes_alone = app.openapi
     if root_path:
         app.servers = [{"url": root_path}]
-
-    for route in app.routes:
-        if isinstance(route, Route) and route.path == app.openapi_url:
-            needs(Right.VIEW)(route.endpoint)
 
     def whole() -> dict[str, Any]:  # Any: a JSON document
         document = routes_alone()
@@ -53,6 +56,22 @@ def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
         return document
 
     app.openapi = whole  # type: ignore[method-assign]  # FastAPI's own way to extend the document
+    app.include_router(_document_route(app))
+
+
+def _document_route(app: FastAPI) -> GuardedRouter:
+    """Return the route of the document; FastAPI's own builds it on the event loop."""
+    router = GuardedRouter(reading=Right.VIEW, changing=Right.ADMINISTER, include_in_schema=False)
+    building, built = asyncio.Lock(), list[bytes]()
+
+    @router.get(OPENAPI_PATH)
+    async def openapi() -> Response:
+        async with building:
+            if not built:
+                built.append(await run_beside(lambda: json.dumps(app.openapi()).encode()))
+        return Response(built[0], media_type="application/json")
+
+    return router
 
 
 def _access_of_operations(app: FastAPI) -> dict[tuple[str, str], Access]:

@@ -18,10 +18,11 @@ from foveacam_hardware.contract import FoveaError, install_command
 from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_cameras import camera_searches
+from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.checks import buses, devices, ports
 from foveacam_server.checks.cameras import Discover, check_named, look_for_cameras
-from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.findings import Finding, attempt, attempt_several, fine, problem, warning
 from foveacam_server.checks.machine import Machine
 from foveacam_server.checks.needs import RigNeeds, needs_of
 from foveacam_server.doors.listening_socket import listen
@@ -155,26 +156,35 @@ def examine(
     machine, config = where.machine, rig_config(settings)
     needs = needs_of(config)
     cameras, searched = look_for_cameras(where.searches, needs)
-    findings = [
-        check_versions(needs, where.versions),
-        ports.check_ports(machine, needs),
-        ports.check_port_permission(machine, needs),
-        ports.check_holders(machine, needs),
-        ports.check_latency(machine, needs),
-        buses.check_usb_permission(machine),
-        buses.check_usbfs(machine, needs),
-        buses.check_receive_buffer(machine, needs),
-        *searched,
-        buses.check_mtu(machine, cameras),
-        *check_named(cameras, needs),
-    ]
+    checks: dict[str, Callable[[], Finding]] = {
+        "versions": lambda: check_versions(needs, where.versions),
+        "serial_ports": lambda: ports.check_ports(machine, needs),
+        "serial_permission": lambda: ports.check_port_permission(machine, needs),
+        "held_devices": lambda: ports.check_holders(machine, needs),
+        "ftdi_latency": lambda: ports.check_latency(machine, needs),
+        "usb_permission": lambda: buses.check_usb_permission(machine),
+        "usbfs_memory_mb": lambda: buses.check_usbfs(machine, needs),
+        "net_core_rmem_max": lambda: buses.check_receive_buffer(machine, needs),
+    }
+    findings = [attempt(name, check) for name, check in checks.items()]
+    findings += [*searched, attempt("mtu", lambda: buses.check_mtu(machine, cameras))]
+    findings += attempt_several("cameras", lambda: check_named(cameras, needs))
+    findings += attempt_several("rig", lambda: _examine_rig(settings, config, trigger_test=trigger_test))
+    if needs.simulated:
+        findings.append(attempt("renderer_cache", lambda: check_renderer_cache(settings)))
+    findings.append(attempt("port", lambda: check_port(settings)))
+    findings.append(attempt("data", lambda: check_data(settings)))
+    return [*findings, attempt("console", check_console)]
+
+
+def _examine_rig(
+    settings: Settings, config: SimulatedRigConfig | SerialRigConfig, *, trigger_test: bool
+) -> list[Finding]:
+    """Return the findings about the rig's own devices and its calibration."""
     rig = open_rig(config)
     with closing(rig):
         rig.connect()
-        findings += devices.check_devices(rig)
+        findings = attempt_several("rig", lambda: devices.check_devices(rig))
         if trigger_test:
-            findings += devices.check_trigger(rig)
-    findings.append(check_calibration(settings, rig.rig_id))
-    if needs.simulated:
-        findings.append(check_renderer_cache(settings))
-    return [*findings, check_port(settings), check_data(settings), check_console()]
+            findings += attempt_several("trigger", lambda: devices.check_trigger(rig))
+    return [*findings, attempt("calibration", lambda: check_calibration(settings, rig.rig_id))]

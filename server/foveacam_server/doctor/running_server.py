@@ -16,13 +16,16 @@ from websockets.sync.client import connect
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server import __version__
-from foveacam_server.checks.findings import Finding, fine, problem, warning
+from foveacam_server.checks.findings import Finding, Severity, attempt, fine, problem, warning
 
 PATIENCE_S = 10.0
 PROBES = 9
 SLOW_MS = 100.0
 CLOCK_OFF_S = 5.0
 DAYS_LEFT = 14
+_LATE = "a busy machine, or a proxy that holds answers back: ask again, then see the server's log"
+_CUT = "a server that is ending, or a proxy between that refuses it: ask again, then see the server's log"
+_OTHER = "is it a FoveaCam server, of this version? Does a proxy answer in its place?"
 _SIGN_IN = "add a token on its page People (a scope to view is enough) and set FOVEACAM_TOKEN to it"
 
 
@@ -66,21 +69,41 @@ def examine_server(
 
 
 def _findings(client: _Client) -> list[Finding]:
-    reached = _check_reached(client)
-    if reached.level == "problem":
+    """Return one finding of each check, whatever the server answers, and however late."""
+    reached = _attempt("server", _check_reached, client)
+    if reached.level is Severity.PROBLEM:
         return [reached]
-    found = [reached, _check_clock(client), *([_check_certificate(client)] if client.encrypted else [])]
-    known = _check_known(client)
-    if known.level == "problem":
+    found = [reached, _attempt("clock", _check_clock, client)]
+    if client.encrypted:
+        found.append(_attempt("certificate", _check_certificate, client))
+    known = _attempt("sign_in", _check_known, client)
+    if known.level is Severity.PROBLEM:
         return [*found, known]
-    checks: list[Callable[[_Client], Finding]] = [
-        _check_version,
-        _check_ready,
-        _check_calibration,
-        _check_events,
-        _check_views,
-    ]
-    return [*found, known, *(check(client) for check in checks)]
+    checks: dict[str, Callable[[_Client], Finding]] = {
+        "version": _check_version,
+        "rig": _check_ready,
+        "calibration": _check_calibration,
+        "events": _check_events,
+        "views": _check_views,
+    }
+    return [*found, known, *(_attempt(name, check, client) for name, check in checks.items())]
+
+
+def _attempt(name: str, check: Callable[[_Client], Finding], client: _Client) -> Finding:
+    """Return the finding of a check; an answer that is late, cut off or of another kind is a problem."""
+
+    def asked() -> Finding:
+        try:
+            return check(client)
+        except httpx.TimeoutException:
+            return problem(name, f"no answer in {PATIENCE_S:g} s", _LATE)
+        except (httpx.HTTPError, OSError, WebSocketException) as error:
+            return problem(name, f"no answer: {error or type(error).__name__}", _CUT)
+        except (ValueError, LookupError, TypeError, AttributeError) as error:
+            found = f"the answer is not as this server's is ({type(error).__name__}: {error})"
+            return problem(name, found, _OTHER)
+
+    return attempt(name, asked)
 
 
 def _check_reached(client: _Client) -> Finding:

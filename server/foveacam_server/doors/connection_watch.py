@@ -56,10 +56,17 @@ class ConnectionWatch:
         self._progress: dict[object, _Progress] = {}
 
     async def run(self, connections: Iterable[Connection]) -> None:
-        """Check once a second, until cancelled; `connections` is the server's own set."""
+        """Check once a second, until cancelled; `connections` is the server's own set.
+
+        Time in which the event loop itself was blocked does not count: it read and sent nothing.
+        """
+        blocked_s, checked_s = 0.0, time.monotonic()
         while True:
             await asyncio.sleep(PERIOD_S)
-            self.check(list(connections), now_s=time.monotonic())
+            now_s = time.monotonic()
+            blocked_s += max(0.0, now_s - checked_s - PERIOD_S)
+            checked_s = now_s
+            self.check(list(connections), now_s=now_s - blocked_s)
 
     def check(self, connections: Iterable[Connection], *, now_s: float) -> None:
         """Abort each connection that has made no progress for too long."""

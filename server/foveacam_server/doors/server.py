@@ -9,15 +9,18 @@ from collections.abc import Sequence
 from typing import cast
 
 import uvicorn
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
 from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
 
-GRACE_S = 1
-"""Longest time of open requests when the server shuts down; streams never end by themselves."""
+GRACE_S = 1.0
+"""Time of open requests when the server shuts down: connections are aborted then, requests cancelled."""
+ABORTED_S = 0.3
+"""Longest time in which aborted requests end; the server does not wait for what ignores its cancellation."""
 PING_S = 10.0
 """Interval of the pings of a WebSocket, and longest time of their answers."""
 HANDSHAKE_S = 10.0
@@ -38,6 +41,26 @@ class RefusableWebSocket(WebSocketsSansIOProtocol):
             self.handshake_complete = True
 
 
+class QuietEnds:
+    """Ends without an error what the shutdown cancels, and a WebSocket whose client left before an answer.
+
+    uvicorn would log a traceback of each.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or WebSocket."""
+        try:
+            await self._app(scope, receive, send)
+        except WebSocketDisconnect:
+            return
+        except asyncio.CancelledError:
+            if scope["type"] == "lifespan":
+                raise
+
+
 def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvicorn.Config:
     """Return the settings that every server of this project has.
 
@@ -45,7 +68,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
     any other peer are ignored.
     """
     return uvicorn.Config(
-        app,
+        QuietEnds(app),
         http="h11",  # whose state the watch reads
         ws=RefusableWebSocket,
         proxy_headers=bool(trusted_proxies),
@@ -54,7 +77,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
         ws_ping_interval=PING_S,
         ws_ping_timeout=PING_S,
         ws_max_size=MESSAGE_BYTES,
-        timeout_graceful_shutdown=GRACE_S,
+        timeout_graceful_shutdown=GRACE_S + ABORTED_S,  # type: ignore[arg-type]  # handed to asyncio alone
         log_config=None,  # its records go where all others go
         log_level="warning",
         access_log=False,
@@ -114,11 +137,25 @@ class WatchedServer(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; keep watching until the last connection has ended."""
+        aborting = asyncio.create_task(self._abort_requests())
         await super().shutdown(sockets)
+        aborting.cancel()
         if self._watching is not None:
             self._watching.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._watching
+
+    async def _abort_requests(self) -> None:
+        """Abort, after `GRACE_S`, the connections that are still open, and cancel their requests.
+
+        A peer that does not read keeps its connection open for ever. Aborted first, a request finds its
+        client gone, and what cancels it is no error.
+        """
+        await asyncio.sleep(GRACE_S)
+        for connection in list(self.watched):
+            connection.transport.abort()
+        for task in list(self.server_state.tasks):
+            task.cancel()
 
 
 def allow_open_files() -> int:

@@ -24,10 +24,9 @@ from foveacam_hardware.contract import (
     StorageFull,
     Timeout,
 )
-from foveacam_pipeline.storage.disk import disk_fault, is_disk_exhausted
-from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation
+from foveacam_pipeline.storage.disk import disk_error_class, disk_fault, is_disk_exhausted
+from foveacam_server.foundation.plain_words import PlainWords, explain_unreadable, explain_validation, shorten
 from foveacam_server.foundation.schema import Problem
-from foveacam_server.foundation.short_text import shorten
 
 if TYPE_CHECKING:
     from starlette.responses import JSONResponse
@@ -203,6 +202,22 @@ def _headers_of(error: FoveaError) -> dict[str, str]:
     if isinstance(error, TooManyAttempts):
         return {"Retry-After": str(error.wait_s)}
     return {"Retry-After": str(PLACE_RETRY_S)} if isinstance(error, PersonLimit | AllTaken) else {}
+
+
+def translate_error(error: Exception) -> FoveaError | None:
+    """Return the error of the product for one of the system or of text in a file; None for any other.
+
+    For what no narrower place has translated: it knows neither what was being done nor why.
+    """
+    if isinstance(error, OSError):
+        named = "" if error.filename is None else f"{os.fsdecode(error.filename)}: "
+        kind = disk_error_class(error)
+        return kind(
+            f"{named}{error.strerror or error}; check the path, its permissions, and the disk or device"
+        )
+    if isinstance(error, UnicodeError):
+        return InvalidInput(f"text that is not UTF-8: {error}; check names and files that were given")
+    return None
 
 
 def _of_full_disk(error: OSError) -> FoveaError:

@@ -17,9 +17,9 @@ from enum import StrEnum
 import anyio.to_thread
 from pydantic import BaseModel
 from sqlalchemy import delete, func, insert, select
-from sqlalchemy.exc import OperationalError, SQLAlchemyError
+from sqlalchemy.exc import SQLAlchemyError
 
-from foveacam_hardware.contract import DeviceFault, StorageFull
+from foveacam_hardware.contract import FoveaError
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.schema import EventDocument, ResponseModel, StorageFault
 from foveacam_server.foundation.store import Document, EventRow, Store
@@ -220,11 +220,8 @@ class EventLog:
         """Write events; return whether they need not be written again."""
         try:
             self._save(events, prune=prune)
-        except (StorageFull, DeviceFault) as error:  # full or read-only: it may recover
+        except FoveaError as error:  # full, read-only, or locked: it may recover
             self._emit_fault(error.found or str(error))
-            return False
-        except OperationalError as error:  # locked: it may recover
-            self._emit_fault(str(error.orig))
             return False
         except SQLAlchemyError:
             self.unwritten += len(events)

@@ -114,15 +114,17 @@ class JobRunner:
         """Start the worker thread."""
         self._lane.start()
 
+    def begin_close(self) -> None:
+        """Cancel all jobs, without waiting and without the database."""
+        with self._lock:
+            for job in self._open.values():
+                self._mark_cancelled(job, "the server is shutting down")
+
     def close(self) -> None:
         """Cancel all jobs and end the threads."""
-        reason = "the server is shutting down"
-        self.cancel_all(reason)
-        with self._lock:
-            parallel = [job.id for job in self._open.values() if job.kind in self._parallel]
-        for job_id in parallel:
-            self.cancel(job_id, reason)
-        for thread in [thread for lane in (self._lane, *self._parallel.values()) for thread in lane.close()]:
+        self.begin_close()
+        lanes = (self._lane, *self._parallel.values())
+        for thread in [thread for lane in lanes for thread in lane.close()]:
             thread.join(timeout=15.0)
         self._save_ended()
 
@@ -218,9 +220,7 @@ class JobRunner:
         with self._lock:
             if job_id not in self._open:
                 return job
-            self._cancelled.setdefault(job_id, reason)
-            if job.state is JobState.RUNNING:
-                job.state = JobState.CANCELLING
+            self._mark_cancelled(job, reason)
             _, work = self._works[job_id]
         if self._lane_of(job).withdraw(work):
             work.run()
@@ -232,11 +232,14 @@ class JobRunner:
         """Cancel every job that may move the rig, without using the database."""
         with self._lock:
             for job in self._open.values():
-                if job.kind in self._parallel:
-                    continue
-                self._cancelled.setdefault(job.id, reason)
-                if job.state is JobState.RUNNING:
-                    job.state = JobState.CANCELLING
+                if job.kind not in self._parallel:
+                    self._mark_cancelled(job, reason)
+
+    def _mark_cancelled(self, job: Job, reason: str) -> None:
+        """Let the job end at its next check; called with the lock held."""
+        self._cancelled.setdefault(job.id, reason)
+        if job.state is JobState.RUNNING:
+            job.state = JobState.CANCELLING
 
     def is_cancelled(self, job_id: str) -> bool:
         """Return whether a job was cancelled."""

@@ -6,6 +6,7 @@ holder is not heard of, or has moved nothing for long.
 
 import secrets
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy, Clock, InvalidInput
@@ -17,6 +18,8 @@ LIFETIME_S = 15.0
 """How long a lease lasts after it was taken or renewed."""
 IDLE_S = 600.0
 """How long its holder may move nothing."""
+EXCUSED_NS = 30_000_000_000
+"""Longest time by which a lease lasts longer because the server itself did not read."""
 OFFER_S = 20.0
 """How long a lease that was handed over waits for who asked for it."""
 
@@ -48,6 +51,8 @@ class _Held:
     claim: LeaseClaim
     expires_ns: int
     moved_ns: int
+    blocked_ns: int
+    """For how long the event loop had been blocked when it was taken or renewed."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -61,9 +66,11 @@ class _Offer:
 class Lease:
     """One holder at a time, who must renew it; in memory, so that a restart frees it."""
 
-    def __init__(self, *, clock: Clock, events: EventLog) -> None:
+    def __init__(self, *, clock: Clock, events: EventLog, blocked_ns: Callable[[], int] = lambda: 0) -> None:
+        """`blocked_ns`: for how long the event loop, which reads the renewals, has been blocked until now."""
         self._clock = clock
         self._events = events
+        self._blocked_ns = blocked_ns
         self._lock = threading.Lock()
         self._held: _Held | None = None
         self._asked: LeaseClaim | None = None
@@ -101,6 +108,7 @@ class Lease:
                 claim=claim,
                 expires_ns=now_ns + round(LIFETIME_S * 1e9),
                 moved_ns=now_ns,
+                blocked_ns=self._blocked_ns(),
             )
             self._asked = self._offer = None
             granted = self._grant(self._held)
@@ -112,6 +120,7 @@ class Lease:
         with self._lock:
             held = self._require(token, "keep the lease")
             held.expires_ns = self._clock.now_ns() + round(LIFETIME_S * 1e9)
+            held.blocked_ns = self._blocked_ns()
             return self._grant(held)
 
     def release(self, token: str | None) -> None:
@@ -185,7 +194,7 @@ class Lease:
         if held is None:
             return None
         idle_s = (now_ns - held.moved_ns) / 1e9
-        if held.expires_ns <= now_ns or idle_s > IDLE_S:
+        if self._left_s(held) <= 0 or idle_s > IDLE_S:
             self._held = self._asked = None
             if idle_s > IDLE_S:
                 self._tell_free(
@@ -236,7 +245,8 @@ class Lease:
         )
 
     def _left_s(self, held: _Held) -> float:
-        return (held.expires_ns - self._clock.now_ns()) / 1e9
+        excused_ns = min(EXCUSED_NS, self._blocked_ns() - held.blocked_ns)
+        return (held.expires_ns + excused_ns - self._clock.now_ns()) / 1e9
 
 
 def _check_take_over(claim: LeaseClaim, before: LeaseClaim) -> None:

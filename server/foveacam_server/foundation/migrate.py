@@ -19,6 +19,8 @@ from foveacam_server.foundation.private_files import make_private_file
 
 FIRST_REVISION = "0001"
 """What databases have that were made before revisions were numbered."""
+LOCKED_S = 5.0
+"""Longest wait for another program that has the database locked."""
 _FOLDER = Path(__file__).parent / "migrations"
 _MIGRATING = threading.Lock()
 """Alembic's `context` and `op` belong to the whole process: one migration at a time."""
@@ -37,12 +39,12 @@ def migrate(path: Path) -> None:
     A database that has tables is first copied to `NAME.before-REVISION` beside it. All changes are one
     transaction: a database whose migration fails stays as it was.
 
-    Raise `InvalidInput` for a database of a newer version, `OperationalError` (SQLAlchemy's or sqlite3's)
-    for a disk that cannot be written.
+    Raise `InvalidInput` for a database of a newer version, SQLAlchemy's or sqlite3's `DatabaseError` for one
+    that cannot be used.
     """
     config = migration_config()
     newest = ScriptDirectory.from_config(config).get_current_head()
-    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": 5.0}, poolclass=NullPool)
+    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": LOCKED_S}, poolclass=NullPool)
     event.listen(engine, "connect", _leave_transactions_to_sqlalchemy)
     event.listen(engine, "begin", _begin)
     with _MIGRATING, engine.begin() as connection:

@@ -1,15 +1,16 @@
 """Validation errors in plain words: which field, what was sent, what is allowed, what to do."""
 
 import math
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Context
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.short_text import shorten
 
 _NEEDED = {
     "float_type": "a number",
@@ -33,6 +34,10 @@ _TOLD = 5
 """Most failures reported of one request; a list of a thousand wrong numbers has one cause."""
 _NAME_LENGTH = 80
 _TEXT_LENGTH = 40
+_DIGITS = 6
+_MORE_THAN_A_TIME_STAMP = re.compile(r"(?<![\w./\"'])\d{21,}(?:\.\d+)?(?!\w)")
+_MORE_THAN_A_PATH = re.compile(r"\S{301,}")
+_WORD_LENGTH = 80
 
 Failure = Mapping[str, Any]  # Any: pydantic's own
 """One of pydantic's error dictionaries."""
@@ -197,3 +202,13 @@ def _show(value: object) -> str:
 
 def _cut(text: str, length: int) -> str:
     return text if len(text) <= length else text[:length] + "…"
+
+
+def shorten(text: str) -> str:
+    """Return `text` with numbers over 20 digits as powers of ten, and words over 300 characters cut."""
+    readable = _MORE_THAN_A_TIME_STAMP.sub(lambda number: _power(number[0]), text)
+    return _MORE_THAN_A_PATH.sub(lambda word: word[0][:_WORD_LENGTH] + "…", readable)
+
+
+def _power(number: str) -> str:
+    return f"{Context(prec=_DIGITS).create_decimal(number).normalize():g}"

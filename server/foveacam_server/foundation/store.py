@@ -1,25 +1,22 @@
 """The SQLite database (WAL) and the data directory's lock; each resource adds its own tables."""
 
-import errno
 import fcntl
 import os
-import shutil
-import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 from sqlalchemy import JSON, Dialect, Engine, Index, String, TypeDecorator, create_engine, event
 from sqlalchemy.engine.interfaces import DBAPIConnection
-from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import DeclarativeBase, Mapped, Session, mapped_column
 from sqlalchemy.pool import ConnectionPoolEntry, NullPool
 
 from foveacam_hardware.contract import Busy, InvalidInput
-from foveacam_pipeline.storage.disk import PRIVATE, disk_errors, disk_fault
+from foveacam_pipeline.storage.disk import PRIVATE, disk_errors
+from foveacam_server.foundation.database_errors import database_errors, unreadable_row
 from foveacam_server.foundation.migrate import migrate
 from foveacam_server.foundation.private_files import make_private, make_private_file, make_private_folder
 from foveacam_server.foundation.schema import EventDocument, Problem
@@ -27,15 +24,7 @@ from foveacam_server.foundation.schema import EventDocument, Problem
 Document = dict[str, Any]  # Any: what a kind of job or event has
 """A JSON object, as stored in a row or sent by REST."""
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
-_DISK_ERRORS = {
-    sqlite3.SQLITE_FULL: errno.ENOSPC,
-    sqlite3.SQLITE_READONLY: errno.EROFS,
-    sqlite3.SQLITE_IOERR: errno.EIO,
-    sqlite3.SQLITE_CANTOPEN: errno.EIO,
-}
 DATABASE = "foveacam.sqlite"
-_LEAST_FREE_BYTES = 65_536
-"""With less free space, an I/O error is taken as a full disk."""
 
 
 class SchemaColumn(TypeDecorator[SchemaT]):
@@ -54,7 +43,12 @@ class SchemaColumn(TypeDecorator[SchemaT]):
 
     def process_result_value(self, value: object, dialect: Dialect) -> SchemaT | None:
         """Return the schema of a stored JSON object."""
-        return None if value is None else self.schema.model_validate(value)
+        if value is None:
+            return None
+        try:
+            return self.schema.model_validate(value)
+        except ValidationError as error:
+            raise unreadable_row(f"a {self.schema.__name__}", error.errors()[0]["msg"]) from error
 
 
 class TableRow(DeclarativeBase):
@@ -101,7 +95,7 @@ class Store:
         self._lock_fd = _lock_folder(folder)
         try:
             self._path = folder / DATABASE
-            with disk_errors("the database", folder), _disk_faults(folder):
+            with disk_errors("the database", folder), database_errors(self._path):
                 _make_private(self._path)
                 self._engine = _open_engine(self._path)
         except BaseException:
@@ -120,10 +114,10 @@ class Store:
     def session(self) -> Iterator[Session]:
         """Open a transaction: committed at the end of the block, rolled back on an error.
 
-        Raise StorageFull when the disk is full or cannot be written, DeviceFault when it failed.
+        Raise as `database_errors`.
         """
         with (
-            _disk_faults(self.folder),
+            database_errors(self._path),
             Session(self._engine, expire_on_commit=False) as session,
             session.begin(),
         ):
@@ -150,32 +144,16 @@ class StoreReader:
     """The database of a data directory to read from, also beside the server that uses it."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self._path = folder / DATABASE
         self._engine = create_engine(
-            f"sqlite:///{folder / DATABASE}", connect_args={"timeout": 5.0}, poolclass=NullPool
+            f"sqlite:///{self._path}", connect_args={"timeout": 5.0}, poolclass=NullPool
         )
 
     @contextmanager
     def session(self) -> Iterator[Session]:
         """Open a session; raise as `Store.session`."""
-        with _disk_faults(self._folder), Session(self._engine) as session:
+        with database_errors(self._path), Session(self._engine) as session:
             yield session
-
-
-@contextmanager
-def _disk_faults(folder: Path) -> Iterator[None]:
-    """Raise StorageFull or DeviceFault where SQLite met a disk that is full, read-only or broken."""
-    try:
-        yield
-    except (OperationalError, sqlite3.OperationalError) as error:
-        cause = error.orig if isinstance(error, OperationalError) else error
-        number = _DISK_ERRORS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
-        if number is None:
-            raise
-        if number == errno.EIO and shutil.disk_usage(folder).free < _LEAST_FREE_BYTES:
-            number = errno.ENOSPC  # SQLite cannot create its files beside the database
-        disk_error = OSError(number, str(cause))
-        raise disk_fault(disk_error, what="the database", folder=folder) from error
 
 
 def _lock_folder(folder: Path) -> int:

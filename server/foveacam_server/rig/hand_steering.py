@@ -16,6 +16,7 @@ from foveacam_hardware.contract import Busy, Clock, FoveaError, Mirrors, MirrorV
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.watching.flows import MIRRORS, count_flow, this_part
 from foveacam_server.rig.hardware_commands import answer_of
+from foveacam_server.rig.loop_lag import never_blocked
 
 _log = logging.getLogger(__name__)
 
@@ -35,6 +36,8 @@ SILENT_S = 0.25
 """A held session that says nothing for so long is silent: the mirrors hold."""
 PARK_S = 3.0
 """A session that is silent for so long is over: the mirrors are parked."""
+EXCUSED_NS = 10_000_000_000
+"""Of a silence, the longest time in which the server itself did not read that is left out."""
 REST_S = 0.05
 """So often a session that stands still looks whether the mirrors were parked or moved by a look."""
 LINGER_NS = 100_000_000
@@ -85,6 +88,8 @@ class SteeringCourse:
     parks: int
     held: bool
     heard_ns: int
+    blocked_ns: int
+    """For how long the event loop had been blocked when its client was heard."""
     sent: StereoVolts | None = None
     sent_ns: int = 0
     moving: bool = False
@@ -95,17 +100,25 @@ class SteeringCourse:
     over: str | None = None
     """Why it has ended."""
 
-    def status(self, now_ns: int) -> SteeringStatus:
-        """Return what it does."""
+    def status(self, now_ns: int, *, blocked_ns: int) -> SteeringStatus:
+        """Return what it does; `blocked_ns`: as for `silent_s`."""
         if self.over is not None:
             return SteeringStatus.ENDED
         if not self.held:
             return SteeringStatus.RELEASED
-        return SteeringStatus.SILENT if self.silent_s(now_ns) >= SILENT_S else SteeringStatus.STEERING
+        return (
+            SteeringStatus.SILENT
+            if self.silent_s(now_ns, blocked_ns=blocked_ns) >= SILENT_S
+            else SteeringStatus.STEERING
+        )
 
-    def silent_s(self, now_ns: int) -> float:
-        """Return for how long nothing was heard."""
-        heard_s = (now_ns - self.heard_ns) / 1e9
+    def silent_s(self, now_ns: int, *, blocked_ns: int) -> float:
+        """Return for how long its client said nothing.
+
+        `blocked_ns`: for how long the event loop has been blocked until now. It heard no client meanwhile.
+        """
+        excused_ns = min(EXCUSED_NS, max(0, blocked_ns - self.blocked_ns))
+        heard_s = (now_ns - self.heard_ns - excused_ns) / 1e9
         return max(heard_s, SILENT_S) if self.lost else heard_s
 
 
@@ -121,14 +134,19 @@ class HandSteering:
         park: Callable[[Callable[[], bool]], "Future[None]"],
         on_pose: Callable[[StereoVolts], None],
         events: EventLog,
+        blocked_ns: Callable[[], int] = never_blocked,
     ) -> None:
-        """`check` raises while nobody may steer; `park` parks if its argument says so by then."""
+        """`check` raises while nobody may steer; `park` parks if its argument says so by then.
+
+        `blocked_ns`: for how long the event loop, which hears the clients, has been blocked until now.
+        """
         self._clock = clock
         self._mirrors = mirrors
         self._check = check
         self._park_if = park
         self._on_pose = on_pose
         self._events = events
+        self._blocked_ns = blocked_ns
         self._changed = threading.Condition()
         self._sending = threading.Lock()
         self._course: SteeringCourse | None = None
@@ -156,7 +174,7 @@ class HandSteering:
 
     def status(self, course: SteeringCourse) -> SteeringStatus:
         """Return what a course does now."""
-        return course.status(self._clock.now_ns())
+        return course.status(self._clock.now_ns(), blocked_ns=self._blocked_ns())
 
     # A course ----------------------------------------------------------------------------------------------
 
@@ -178,6 +196,7 @@ class HandSteering:
                 parks=state.parks,
                 held=held,
                 heard_ns=self._clock.now_ns(),
+                blocked_ns=self._blocked_ns(),
             )
             self._changed.notify_all()
             return course
@@ -185,7 +204,7 @@ class HandSteering:
     def hear(self, course: SteeringCourse, target: StereoVolts | None = None) -> None:
         """Note that the client of a course is there, and its newest target, if it gives one."""
         with self._changed:
-            course.heard_ns = self._clock.now_ns()
+            course.heard_ns, course.blocked_ns = self._clock.now_ns(), self._blocked_ns()
             course.target = target or course.target
             self._changed.notify_all()
 
@@ -255,8 +274,9 @@ class HandSteering:
         if state.parks != course.parks:
             self._check()
             raise Stopped("the mirrors were parked", found="the mirrors were parked")
-        if course.status(now_ns) is SteeringStatus.SILENT:
-            if course.silent_s(now_ns) >= SILENT_S + PARK_S:
+        blocked_ns = self._blocked_ns()
+        if course.status(now_ns, blocked_ns=blocked_ns) is SteeringStatus.SILENT:
+            if course.silent_s(now_ns, blocked_ns=blocked_ns) >= SILENT_S + PARK_S:
                 self._park(course)
             else:
                 self._rest(course)

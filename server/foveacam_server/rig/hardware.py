@@ -22,6 +22,7 @@ from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
 from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
 from foveacam_server.rig.hardware_thread.status_reading import StatusReading
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
+from foveacam_server.rig.loop_lag import never_blocked
 from foveacam_server.rig.ports import AssembledRig, CameraKeeper, PictureSink
 from foveacam_server.rig.status import RigStatus
 from foveacam_server.rig.stop import bring_to_rest
@@ -46,7 +47,9 @@ class HardwareThread:
         overlay: OverlayOf,
         limits: LiveRates,
         keeper: CameraKeeper | None = None,
+        blocked_ns: Callable[[], int] = never_blocked,
     ) -> None:
+        """`blocked_ns`: as for `HandSteering`."""
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self.recent_wide = self._live.recent_wide
         """The wide frames that viewers may see at the moment."""
@@ -88,6 +91,7 @@ class HardwareThread:
             park=self._park_if,
             on_pose=self._moves.keep_gaze,
             events=events,
+            blocked_ns=blocked_ns,
         )
         """Steers both mirrors by hand, update after update, while no job has the rig."""
         self._thread = threading.Thread(target=self._run, name=HARDWARE, daemon=True)

@@ -130,6 +130,34 @@ def test_silence_holds_the_mirrors_then_parks_them(
     assert mirrors.volts == PARKED
 
 
+def silent_s(course: SteeringCourse, *, after_s: float, blocked_s: float) -> float:
+    return course.silent_s(
+        course.heard_ns + round(1e9 * after_s), blocked_ns=course.blocked_ns + round(1e9 * blocked_s)
+    )
+
+
+def test_time_in_which_the_server_itself_did_not_read_is_no_silence(setup: HardwareSetup) -> None:
+    course = setup.start().hand.press("Ada", THERE, held=True)
+    parked_s = hand_steering.SILENT_S + hand_steering.PARK_S
+    excused_s = hand_steering.EXCUSED_NS / 1e9
+    assert silent_s(course, after_s=3.4, blocked_s=3.3) < hand_steering.SILENT_S
+    assert silent_s(course, after_s=3.4, blocked_s=0.0) >= parked_s  # a real silence
+    assert silent_s(course, after_s=1.0 + parked_s, blocked_s=1.0) >= parked_s  # a block in a real silence
+    assert silent_s(course, after_s=excused_s + parked_s, blocked_s=60.0) >= parked_s  # a server that hangs
+
+
+def test_a_loop_that_never_reads_again_leaves_nothing_steered_for_ever(
+    setup: HardwareSetup, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hand_steering, "PARK_S", 0.2)
+    monkeypatch.setattr(hand_steering, "EXCUSED_NS", 500_000_000)
+    hardware, mirrors = setup.start(), setup.rig.mirrors
+    monkeypatch.setattr(hardware.hand, "_blocked_ns", setup.clock.now_ns)  # blocked all the time
+    course = hardware.hand.press("Ada", THERE, held=True)
+    assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.ENDED)
+    assert (course.over, mirrors.volts) == ("nothing was heard for 0.45 s: the mirrors were parked", PARKED)
+
+
 def test_a_client_that_speaks_again_in_time_goes_on(setup: HardwareSetup) -> None:
     hardware, mirrors = setup.start(), setup.rig.mirrors
     course = hardware.hand.press("Ada", THERE, held=True)

@@ -3,14 +3,23 @@ import socket
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
+import pytest
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from foveacam_server.doors.connection_watch import BODY_S, HEADERS_S, UNREAD_S
+from foveacam_server.doors import connection_watch
+from foveacam_server.doors.connection_watch import (
+    BODY_S,
+    HEADERS_S,
+    PERIOD_S,
+    UNREAD_S,
+    ConnectionWatch,
+)
 from foveacam_server.doors.listening_socket import listen
 from foveacam_server.doors.server import WatchedServer, server_config
 
@@ -222,3 +231,23 @@ async def _until_full(running: Running, *, count: int) -> None:
 
 def _unsent(running: Running) -> int:
     return sum(c.transport.get_write_buffer_size() for c in running.server.watched)
+
+
+def test_time_in_which_the_loop_was_blocked_is_nobodys_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    watch, seen_s = ConnectionWatch(), list[float]()
+    times_s = iter([100.0, 101.0, 101.0 + PERIOD_S + 60.0, 102.0 + PERIOD_S + 60.0])
+
+    def look(_connections: object, *, now_s: float) -> None:
+        seen_s.append(now_s)
+        if len(seen_s) == 3:
+            raise asyncio.CancelledError
+
+    async def at_once(_delay_s: float) -> None:
+        return
+
+    monkeypatch.setattr(watch, "check", look)
+    monkeypatch.setattr(connection_watch, "time", SimpleNamespace(monotonic=lambda: next(times_s)))
+    monkeypatch.setattr(connection_watch, "asyncio", SimpleNamespace(sleep=at_once))
+    with pytest.raises(asyncio.CancelledError):
+        watch.run([]).send(None)
+    assert seen_s == pytest.approx([101.0, 102.0, 103.0])

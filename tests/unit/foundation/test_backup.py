@@ -4,12 +4,14 @@ import hashlib
 import io
 import json
 import os
+import shutil
 import sqlite3
 import tarfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -198,6 +200,103 @@ def test_no_member_leads_out_of_the_directory(tmp_path: Path, name: str) -> None
     with pytest.raises(InvalidInput, match="which is no file of a backup"):
         restore(archive, tmp_path / "deep" / "other", watch=WATCH)
     assert [path.name for path in tmp_path.rglob("outside")] == []
+
+
+def link(kind: bytes) -> tarfile.TarInfo:
+    member = tarfile.TarInfo("captures/link")
+    member.type, member.linkname = kind, "missing"
+    return member
+
+
+def pax(**headers: str) -> tarfile.TarInfo:
+    member = tarfile.TarInfo("captures/one")
+    member.pax_headers = {name.replace("_", "."): value for name, value in headers.items()}
+    return member
+
+
+def named(name: str, *, mtime: float = 0.0) -> tarfile.TarInfo:
+    member = tarfile.TarInfo(name)
+    member.mtime = mtime
+    return member
+
+
+EVIL_MEMBERS = {
+    "a hard link": [link(tarfile.LNKTYPE)],
+    "a symbolic link": [link(tarfile.SYMTYPE)],
+    "a fifo": [link(tarfile.FIFOTYPE)],
+    "a device": [link(tarfile.CHRTYPE)],
+    "a folder": [link(tarfile.DIRTYPE)],
+    "a sparse file of old GNU tar": [link(tarfile.GNUTYPE_SPARSE)],
+    "a sparse file of PAX 0.1": [pax(GNU_sparse_size="1099511627776", GNU_sparse_map="0,0")],
+    "a sparse file of PAX with numbers that are none": [pax(GNU_sparse_size="1", GNU_sparse_map="x")],
+    "a name twice": [named("a"), named("a")],
+    "a file below a file": [named("a"), named("a/b")],
+    "another spelling": [named("./a")],
+    "a control character": [named("a\nb")],
+    "a time beyond the calendar": [named("a", mtime=1e18)],
+    "a size beyond the archive": [pax(size="1099511627776")],
+}
+
+
+@pytest.mark.parametrize("members", EVIL_MEMBERS.values(), ids=EVIL_MEMBERS.keys())
+def test_what_no_backup_holds_is_refused_before_anything_is_written(
+    members: list[tarfile.TarInfo], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    archive = tmp_path / "evil.tar"
+    with tarfile.open(archive, "w", format=tarfile.PAX_FORMAT) as tar:
+        for member in members:
+            tar.addfile(member)
+    monkeypatch.setattr(Path, "mkdir", lambda *_args, **_more: pytest.fail("something was written"))
+    with pytest.raises(InvalidInput, match=r"evil\.tar is no backup, or was cut short"):
+        restore(archive, tmp_path / "other", watch=WATCH)
+
+
+def test_a_file_of_another_size_than_its_manifest_says_is_refused_before_anything_is_written(
+    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def enlarge(document: dict[str, object]) -> None:
+        files = document["files"]
+        assert isinstance(files, list)
+        files[0]["size"] += 1
+
+    rewritten(archive, enlarge)
+    monkeypatch.setattr(Path, "mkdir", lambda *_args, **_more: pytest.fail("something was written"))
+    with pytest.raises(InvalidInput, match=f"{DATABASE}: .* bytes, by its manifest"):
+        restore(archive, tmp_path / "other", watch=WATCH)
+
+
+def test_a_backup_that_does_not_fit_is_refused_before_a_file_is_written(
+    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _path: SimpleNamespace(free=1000))
+    with pytest.raises(StorageFull, match="nothing was restored, free some space"):
+        restore(archive, tmp_path / "other", watch=WATCH)
+    assert not list(tmp_path.glob("*other*"))
+
+
+def test_a_damaged_header_is_refused_and_never_met_by_another_error(
+    archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "sync", lambda: None)
+    whole = archive.read_bytes()
+    with tarfile.open(archive) as tar:
+        heads = [member.offset for member in tar]
+    draws = np.random.default_rng(2)
+    for _ in range(50):
+        content = bytearray(whole)
+        head = int(draws.choice(heads))
+        for place in draws.integers(0, 500, size=int(draws.integers(1, 4))):
+            content[head + place] = draws.integers(256)
+        block = content[head : head + 512]
+        block[148:156] = b" " * 8  # the check sum of the header, so that what is damaged gets past it
+        content[head + 148 : head + 156] = b"%06o\0 " % sum(block)
+        archive.write_bytes(content)
+        try:
+            restore(archive, tmp_path / "other", watch=WATCH)
+        except InvalidInput:
+            assert not (tmp_path / "other").exists()
+        else:  # a field that no backup depends on, such as the owner
+            shutil.rmtree(tmp_path / "other")
 
 
 def test_nothing_is_overwritten(data: Path, archive: Path, tmp_path: Path) -> None:

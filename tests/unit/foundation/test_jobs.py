@@ -371,6 +371,32 @@ def test_the_end_of_the_server_cancels_a_job_beside_and_waits_for_it(store: Stor
     assert jobs.get(job.id).state is JobState.CANCELLED
 
 
+def test_the_begin_of_the_end_cancels_every_job_without_waiting(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    began = threading.Event()
+
+    def observe(context: JobContext) -> str:
+        began.set()
+        assert bench.go.wait(PATIENCE_S)
+        context.check()
+        return ""
+
+    bench.jobs.handle("observe", observe, parallel=True)
+    jobs = [bench.jobs.submit("wait"), bench.jobs.submit("quick"), bench.jobs.submit("observe")]
+    assert bench.running.wait(PATIENCE_S)
+    assert began.wait(PATIENCE_S)
+    with monkeypatch.context() as patched:
+        patched.setattr(JobTable, "save", lambda *_args: pytest.fail("the database was used"))
+        bench.jobs.begin_close()
+    bench.go.set()
+    for job in jobs:
+        ended = bench.end(job)
+        assert ended.state is JobState.CANCELLED
+        assert ended.problem is not None
+        assert "the server is shutting down" in ended.problem.detail
+
+
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_job_works_under_its_id_and_that_of_its_request(store: Store, parallel: bool) -> None:
     seen: list[tuple[str | None, str | None]] = []

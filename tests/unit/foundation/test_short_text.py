@@ -1,6 +1,6 @@
 import pytest
 
-from foveacam_server.foundation.short_text import shorten
+from foveacam_server.foundation.plain_words import shorten
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from foveacam_bench import catalogue
 from foveacam_server import __version__, cli
 from foveacam_server.foundation import bench_package
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.store import DATABASE, Store
 
 
 @pytest.fixture(autouse=True)
@@ -164,6 +164,61 @@ def test_data_folder_of_another_server_is_named_with_a_remedy(
     line = one_line(capsys)
     assert str(data) in line
     assert "--data" in line
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("serve", "--port", "0"),
+        ("users", "list"),
+        ("retention", "apply"),
+        ("backup", "new.tar"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_damaged_database_is_named_with_a_remedy_by_every_command(
+    command: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    data: Path,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setattr("foveacam_server.serving.compile_renderer", lambda console: None)
+    monkeypatch.chdir(tmp_path)
+    data.mkdir()
+    (data / DATABASE).write_bytes(b"no database" * 1000)
+    assert run(monkeypatch, *command) == 1
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err
+    last = captured.err.splitlines()[-1]  # a progress bar may stand before it
+    assert last.startswith("foveacam: ")
+    for part in (str(data / DATABASE), "file is not a database", "foveacam restore FILE.tar --data NEW"):
+        assert part in last
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "told"),
+    [
+        (PermissionError(13, "Permission denied", "/srv/rig.toml"), 1, "/srv/rig.toml: Permission denied"),
+        (OSError(28, "No space left on device"), 1, "No space left on device"),
+        (UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"), 2, "text that is not UTF-8"),
+    ],
+)
+def test_errors_of_the_system_and_of_text_are_one_line(
+    error: Exception,
+    status: int,
+    told: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def broken(settings: Settings, *, console: object) -> None:
+        raise error
+
+    monkeypatch.setattr("foveacam_server.serving.run_server", broken)
+    assert run(monkeypatch, "serve") == status
+    line = one_line(capsys)
+    assert told in line
+    assert "nobody foresaw" not in line
 
 
 def test_error_that_nobody_foresaw_is_one_line_too(

@@ -14,6 +14,8 @@ from foveacam_server.checks.cameras import check_named, look_for_cameras
 from foveacam_server.checks.findings import (
     Finding,
     Severity,
+    attempt,
+    attempt_several,
     findings_document,
     findings_table,
     fine,
@@ -318,3 +320,27 @@ def test_the_report_counts_and_the_table_shows_every_finding() -> None:
     assert all(word in text for word in ("[fine]", "do this", "problem", "do that"))
     assert healthy(findings[:2])
     assert not healthy(findings)
+
+
+def test_a_check_that_raises_has_found_a_problem() -> None:
+    def vanish() -> Finding:
+        raise FileNotFoundError(2, "No such file or directory", "/sys/class/net/eth0")
+
+    def divide() -> list[Finding]:
+        return [fine("one", f"{1 / 0}")]
+
+    assert attempt("mtu", vanish) == problem("mtu", "the check failed: No such file or directory")
+    (failed,) = attempt_several("rig", divide)
+    assert (failed.level, failed.found) == (
+        "problem",
+        "the check failed: ZeroDivisionError: division by zero",
+    )
+
+
+def test_a_library_that_raises_what_it_likes_is_a_finding_and_the_others_are_asked() -> None:
+    def broken() -> list[FoundCamera]:
+        raise RuntimeError("the vendor's library")
+
+    cameras, findings = look_for_cameras({"pylon": broken, "aravis": lambda: [camera("1")]}, METAL)
+    assert [each.info.serial for each in cameras] == ["1"]
+    assert [each.level for each in findings] == ["problem", "ok"]

@@ -3,7 +3,7 @@
 import asyncio
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -35,12 +35,12 @@ from foveacam_server.resources.engine.loads import (
     thread_names,
     unknown_loads,
 )
-from foveacam_server.resources.engine.loop_lag import PERIOD_S, LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.schema import HardwareLoadDocument
 from foveacam_server.resources.engine.service import EngineParts, EngineService
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware_thread.opening_steps import OpeningSteps
+from foveacam_server.rig.loop_lag import PERIOD_S, LoopLag
 from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.status import FrameRate, SlidingMaximum
 from foveacam_server.rig.stream import LiveStreams
@@ -248,6 +248,50 @@ def test_a_blocked_event_loop_is_measured() -> None:
     worst_ms = asyncio.run(scenario())
     assert worst_ms is not None
     assert worst_ms >= 1e3 * (blocked_s - PERIOD_S) - 1.0
+
+
+class FakeTimer:
+    def __init__(self, when_s: float, callback: Callable[[], object]) -> None:
+        self._when_s, self.callback = when_s, callback
+
+    def when(self) -> float:
+        return self._when_s
+
+
+class FakeLoop:
+    """A loop whose time is set, and which calls what is due when it is told to."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+        self.timers: list[FakeTimer] = []
+
+    def time(self) -> float:
+        return self.now_s
+
+    def call_later(self, delay_s: float, callback: Callable[[], object]) -> FakeTimer:
+        self.timers.append(FakeTimer(self.now_s + delay_s, callback))
+        return self.timers[-1]
+
+    def turn(self) -> None:
+        for timer in [timer for timer in self.timers if timer.when() <= self.now_s]:
+            self.timers.remove(timer)
+            timer.callback()
+
+
+def test_the_time_of_a_blocked_loop_is_known_during_the_block_and_after_it() -> None:
+    loop = FakeLoop()
+    lag = LoopLag(loop)  # type: ignore[arg-type]  # of a loop it uses what the fake has
+    for _ in range(100):
+        loop.now_s += PERIOD_S + 0.02  # a little late every time
+        loop.turn()
+        assert lag.blocked_ns() == 0
+    loop.now_s += PERIOD_S + 3.0
+    assert lag.blocked_ns() == pytest.approx(3 * S, abs=1000)
+    loop.turn()
+    assert lag.blocked_ns() == pytest.approx(3 * S, abs=1000)
+    loop.now_s += PERIOD_S
+    loop.turn()
+    assert lag.blocked_ns() == pytest.approx(3 * S, abs=1000)
 
 
 def test_service_describes_a_rig_that_is_not_open(setup: HardwareSetup, tmp_path: Path) -> None:

@@ -52,6 +52,19 @@ def test_lease_ends_when_its_holder_is_not_heard_of(lease: Lease, clock: Virtual
     assert lease.describe().holder is None
 
 
+def test_a_lease_lasts_longer_by_the_time_in_which_the_server_read_no_renewal(
+    events: EventLog, clock: VirtualClock
+) -> None:
+    blocked_ns = [0]
+    lease = Lease(clock=clock, events=events, blocked_ns=lambda: blocked_ns[0])
+    granted = lease.take(LeaseClaim(holder="Ada"))
+    after(clock, LIFETIME_S + 4.0)
+    blocked_ns[0] = 5_000_000_000
+    assert lease.renew(granted.token).expires_in_s == pytest.approx(LIFETIME_S)
+    after(clock, LIFETIME_S)
+    assert lease.describe().holder is None  # the block before the renewal counts no more
+
+
 def test_heartbeat_keeps_the_lease(lease: Lease, clock: VirtualClock) -> None:
     granted = lease.take(LeaseClaim(holder="Ada"))
     for _ in range(5):

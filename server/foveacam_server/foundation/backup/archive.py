@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.storage.disk import PART, PRIVATE, disk_errors, part_path, sync_folder
 from foveacam_server import __version__
+from foveacam_server.foundation.database_errors import database_errors
 from foveacam_server.foundation.migrate import copy_database, revision_of
 from foveacam_server.foundation.store import DATABASE
 
@@ -78,7 +79,7 @@ def back_up(folder: Path, archive: Path, *, created_utc: str, watch: CopyWatcher
     if archive.exists():
         raise InvalidInput(f"{archive} exists already; choose another name", asked=str(archive))
     part = part_path(archive)
-    with disk_errors(f"the backup {archive.name}", archive.parent):
+    with database_errors(folder / DATABASE), disk_errors(f"the backup {archive.name}", archive.parent):
         archive.parent.mkdir(parents=True, exist_ok=True)
         try:
             with part.open("wb") as file:  # over one that was cut short

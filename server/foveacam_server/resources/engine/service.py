@@ -23,7 +23,6 @@ from foveacam_server.resources.engine.loads import (
     thread_names,
     unknown_loads,
 )
-from foveacam_server.resources.engine.loop_lag import WINDOW_S, LoopLag
 from foveacam_server.resources.engine.process_files import ProcessFiles
 from foveacam_server.resources.engine.schema import (
     CameraFlowDocument,
@@ -39,6 +38,7 @@ from foveacam_server.resources.engine.schema import (
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
 from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep
+from foveacam_server.rig.loop_lag import WINDOW_S, LoopLag
 from foveacam_server.rig.status import CameraStatus
 from foveacam_server.rig.stream import LiveStreams
 
@@ -108,7 +108,6 @@ class EngineService:
     def close(self) -> None:
         """End the thread and the timer of the event loop."""
         self._thread.close()
-        self._parts.lag.close()
 
     def update(self) -> None:
         """Take one sample; called every `PERIOD_S`."""

@@ -1,0 +1,45 @@
+"""What a first request would have to wait for is done before, or beside the event loop."""
+
+import asyncio
+import threading
+
+import httpx
+import pytest
+from fastapi import FastAPI, routing
+from starlette.routing import Match
+
+from foveacam_server.app import create_app, prepare_routes
+from foveacam_server.console import openapi_document
+from foveacam_server.foundation.settings import Settings
+
+
+def test_no_route_completes_itself_at_its_first_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    app = create_app(Settings(viewer=False))
+    prepare_routes(app)
+    monkeypatch.setattr(
+        routing._IncludedRouter, "_build_effective_context", lambda *_args: pytest.fail("it does so now")
+    )
+    scope = {"type": "http", "method": "GET", "path": "/api/v1/rig", "root_path": "", "headers": []}
+    assert any(route.matches(dict(scope))[0] is not Match.NONE for route in app.router.routes)
+
+
+def test_the_document_is_built_once_and_beside_the_event_loop() -> None:
+    app = FastAPI(openapi_url=None)
+    threads: list[str] = []
+    openapi_document.install(app, token_needed=False, root_path="")
+
+    def build() -> dict[str, object]:
+        threads.append(threading.current_thread().name)
+        return {"paths": {}}
+
+    app.openapi = build  # type: ignore[method-assign]
+
+    async def ask() -> list[httpx.Response]:
+        transport = httpx.ASGITransport(app=app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://rig") as http:
+            return list(await asyncio.gather(*(http.get("/openapi.json") for _ in range(3))))
+
+    answers = asyncio.run(ask())
+    assert [answer.json() for answer in answers] == [{"paths": {}}] * 3
+    assert len(threads) == 1
+    assert threads[0] != threading.main_thread().name
