@@ -12,7 +12,13 @@ from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors import error_handlers
-from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.middleware import (
+    BodyLimitProblems,
+    HeaderLimit,
+    HeadRequests,
+    RequestTimes,
+    UncollectedStreams,
+)
 from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
@@ -162,6 +168,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     )
     pages.install(app)
     error_handlers.install(app)
+    app.add_middleware(UncollectedStreams)
     app.add_middleware(HeadRequests)
     app.add_middleware(BodyLimitProblems)
     app.add_middleware(HeaderLimit)

@@ -1,4 +1,4 @@
-"""ASGI middleware: 413 and 431 as problem documents, HEAD wherever GET is served, times of requests.
+"""ASGI middleware: 413 and 431 as problem documents, HEAD wherever GET is served, streams, times of requests.
 
 FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
 text; here that answer is replaced.
@@ -6,7 +6,7 @@ text; here that answer is replaced.
 
 import time
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -93,6 +93,35 @@ def _problem(scope: Scope) -> ProblemDetails:
         found=f"a limit of {most}",
         remedy="Send less; the size is that of the whole body.",
     )
+
+
+class UncollectedStreams:
+    """ASGI middleware: asks proxies to pass on as it comes what has no length beforehand.
+
+    That is whatever has no end (pictures, events), of which a proxy that collects it would send ever older
+    parts, and what is made while it is sent (archives).
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+
+        async def send_marked(message: Message) -> None:
+            if message["type"] == "http.response.start" and message["status"] not in _WITHOUT_BODY:
+                headers = MutableHeaders(scope=message)
+                if "content-length" not in headers:
+                    headers["X-Accel-Buffering"] = "no"
+            await send(message)
+
+        await self._app(scope, receive, send_marked)
+
+
+_WITHOUT_BODY = (204, 304)
 
 
 class HeadRequests:
