@@ -53,6 +53,12 @@ class EditedMeanwhile(FoveaError):
     code = "edited_meanwhile"
 
 
+class StillOpening(NotConnected):
+    """Something that opens now; it is worth asking again after `wait_s`."""
+
+    wait_s = 2
+
+
 class WrongCredentials(FoveaError):
     """A wrong name, password, or invitation."""
 
@@ -159,6 +165,10 @@ def _sendable(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
+_PASSING = (TooManyAttempts, StillOpening)
+"""Errors that say how long to wait, which becomes Retry-After."""
+
+
 def problem_of(error: BaseException) -> ProblemDetails:
     """Return the problem document of `error`; an unexpected error shows no details."""
     if isinstance(error, OSError) and is_disk_exhausted(error):
@@ -172,7 +182,7 @@ def problem_of(error: BaseException) -> ProblemDetails:
                 asked=error.asked,
                 found=error.found,
                 remedy=error.remedy,
-                headers={"Retry-After": str(error.wait_s)} if isinstance(error, TooManyAttempts) else {},
+                headers={"Retry-After": str(error.wait_s)} if isinstance(error, _PASSING) else {},
             )
     return ProblemDetails(
         kind=INTERNAL,

@@ -21,7 +21,7 @@ class ServerClient:
     """Asks the server at `address`, such as http://127.0.0.1:8000, also below a path of a site.
 
     Raise `InvalidInput` for what is no address. Every call may raise it for what was refused as wrong,
-    `NotConnected` where nobody answers, `Busy` and `NotFound` as the server says it, `FoveaError` for the rest.
+    `NotConnected` where nobody answers, `Busy` and `NotFound` as the server says it, else `FoveaError`.
     """
 
     def __init__(self, address: str, *, token: SecretStr | None) -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import NotCalibrated, StorageFull
+from foveacam_hardware.contract import NotCalibrated, NotConnected, StorageFull
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, StillOpening
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
@@ -53,8 +53,14 @@ def test_newer_calibration_in_the_data_folder_wins(events: EventLog, folder: Pat
 
 def test_before_the_rig_is_open_there_is_none(events: EventLog, folder: Path) -> None:
     service = CalibrationService(chosen=None, folder=folder, events=events)
-    with pytest.raises(NotCalibrated, match="not open yet"):
+    with pytest.raises(StillOpening, match="not open yet"):
         service.require()
+    service.choose_for(RIG)
+    service.forget_rig()
+    service.refuse_without_rig(lambda: NotConnected("the rig file is missing"))
+    with pytest.raises(NotConnected, match="the rig file is missing"):
+        service.require()
+    assert (service.current, service.reach_rad, service.every()) == (None, None, [])
 
 
 def test_calibration_of_another_rig_is_refused_naming_both(events: EventLog, folder: Path) -> None:

@@ -8,11 +8,11 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, NotCalibrated
+from foveacam_hardware.contract import FoveaError, NotCalibrated, NotConnected
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, StillOpening
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
@@ -47,6 +47,7 @@ class CalibrationService:
         self.records = CalibrationStore(folder)
         self._reach_rad: Reach | None = None
         self._problem = "the rig is not open yet, so its calibration is not known; try again in a moment"
+        self._no_rig: Callable[[], NotConnected] = lambda: StillOpening(self._problem)
 
     @property
     def current(self) -> Calibration | None:
@@ -64,7 +65,9 @@ class CalibrationService:
         return self._reach_rad
 
     def require(self) -> Calibration:
-        """Return the calibration in force or raise `NotCalibrated`."""
+        """Return the calibration in force; raise `NotCalibrated`, or `NotConnected` where no rig is open."""
+        if self._rig_id is None:
+            raise self._no_rig()
         if self._current is None:
             raise NotCalibrated(
                 self._problem, asked="a calibrated rig", remedy="load this rig's own with --calibration FILE"
@@ -90,13 +93,22 @@ class CalibrationService:
         """Call `callback` whenever another calibration comes into force."""
         self._on_change.append(callback)
 
+    def refuse_without_rig(self, error: Callable[[], NotConnected]) -> None:
+        """Let `require` raise what `error` returns while no rig is known."""
+        self._no_rig = error
+
+    def forget_rig(self) -> None:
+        """Forget the calibrations of a rig that was closed: another one may be opened."""
+        with self._lock:
+            self._rig_id = None
+            self._known = {}
+            self._current = self._reach_rad = None
+
     def choose_for(self, rig_id: str, *, brought: Calibration | None = None) -> None:
         """Load the calibrations of the rig `rig_id`; a chosen one of another rig leaves it uncalibrated.
 
         `brought`: one that comes with the rig itself, as with a recording; only a chosen file goes before it.
         """
-        if self._rig_id not in (None, rig_id):
-            self._forget_rig()
         self._rig_id = rig_id
         self._brought = brought
         self._load(self._shipped / f"{rig_id}.json", rig_id)
@@ -111,12 +123,6 @@ class CalibrationService:
             self._emit(f"not calibrated: {error}", missing, level=EventLevel.ERROR)
             return
         self._put_in_force(current)
-
-    def _forget_rig(self) -> None:
-        """Forget the calibrations of the rig that was open before."""
-        with self._lock:
-            self._known = {}
-            self._current = self._reach_rad = None
 
     def add(self, calibration: Calibration) -> None:
         """Store a calibration of this rig; the one in force stays so, also after a restart."""

@@ -49,7 +49,8 @@ class TriggerTests:
         jobs.handle(KIND, self._work)
 
     def submit(self, *, idempotency_key: str | None = None) -> Job:
-        """Queue a test of both eyes."""
+        """Queue a test of both eyes; raise `NotConnected` while no rig is open."""
+        self._hardware.check_open()
         return self._jobs.submit(KIND, idempotency_key=idempotency_key)
 
     def get(self, test_id: str) -> TriggerTestDocument:
