@@ -34,12 +34,6 @@ def nginx(below: Running, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
         yield found
 
 
-@pytest.fixture(params=["passes the path on", "strips the path", "a slash at the end"])
-def address(request: pytest.FixtureRequest, nginx: Nginx) -> str:
-    port = nginx.stripping_port if request.param == "strips the path" else nginx.port
-    return f"http://127.0.0.1:{port}{ROOT}{'/' * (request.param == 'a slash at the end')}"
-
-
 def run(command: str, address: str, *, status: int = 0) -> str:
     result = CliRunner().invoke(app, [*shlex.split(command), "--server", address])
     assert result.exit_code == status, (command, result.output, result.exception)
@@ -47,9 +41,8 @@ def run(command: str, address: str, *, status: int = 0) -> str:
 
 
 def doctor(server: Running, address: str, data: Path) -> None:
-    findings = json.loads(run("doctor --json", address))["findings"]
-    found = {each["name"]: each["level"] for each in findings}
-    assert found["events"] == found["views"] == found["rig"] == "ok"
+    found = json.loads(run("doctor --json", address))["checks"]
+    assert {found[name]["level"] for name in ("events", "views", "rig")} == {"ok"}
 
 
 def still(server: Running, address: str, data: Path) -> None:
@@ -117,6 +110,13 @@ def test_what_has_no_length_is_not_collected_by_proxies(below: Running, path: st
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_reaches_the_server_below_its_path(
-    command: str, below: Running, address: str, tmp_path: Path
+    command: str, below: Running, nginx: Nginx, tmp_path: Path
 ) -> None:
-    COMMANDS[command](below, address, tmp_path)
+    COMMANDS[command](below, f"http://127.0.0.1:{nginx.port}{ROOT}", tmp_path)
+
+
+def test_a_proxy_may_strip_the_path_and_an_address_may_end_with_a_slash(
+    below: Running, nginx: Nginx, tmp_path: Path
+) -> None:
+    for port, end in ((nginx.stripping_port, ""), (nginx.port, "/")):
+        confirm_zero(below, f"http://127.0.0.1:{port}{ROOT}{end}", tmp_path)

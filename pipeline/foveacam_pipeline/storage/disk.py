@@ -11,13 +11,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from foveacam_hardware.contract import DeviceFault, FoveaError, StorageFull
+from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput, StorageFull
 
 PART = ".part"
 """Suffix of an unfinished file, whose name begins with a dot."""
 TRY_AGAIN = "then try again"
 """Default advice of an error for the time after the disk is repaired."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
+_NO_NAME = (errno.ENAMETOOLONG, errno.EILSEQ)
 _NOT_WRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM, errno.EEXIST, errno.ENOTDIR)
 
 
@@ -57,6 +58,23 @@ def write_file(path: Path, content: bytes | memoryview) -> None:
     finally:
         part_path(path).unlink(missing_ok=True)
     sync_folder(path.parent)
+
+
+def check_name(path: Path, *, name: str) -> None:
+    """Raise `InvalidInput` for a path that the file system or its encoding cannot have; nothing is made.
+
+    `name`: the name that somebody gave it.
+    """
+    try:
+        os.lstat(part_path(path))  # which is longer than the file's own name
+    except (OSError, ValueError) as error:  # ValueError: NUL, or no character of the encoding
+        if isinstance(error, OSError) and error.errno not in _NO_NAME:
+            return  # there is no such file, as should be; what else is wrong is met when it is written
+        found = f"the file system takes no such name ({getattr(error, 'strerror', None) or error})"
+        remedy = "choose a shorter name of plain letters"
+        raise InvalidInput(
+            f"name {name!r}: {found}; {remedy}", asked=name, found=found, remedy=remedy
+        ) from error
 
 
 @contextmanager
