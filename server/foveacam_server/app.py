@@ -13,13 +13,14 @@ from foveacam_server.assembly.opening import open_services
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import (
-    BodyLimitProblems,
+    FrameworkProblems,
     HeaderLimit,
     HeadRequests,
     RequestTimes,
     UncollectedStreams,
 )
 from foveacam_server.doors.process_limits import bound_threads
+from foveacam_server.doors.request_headers import RequestHeaders
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -170,8 +171,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     error_handlers.install(app)
     app.add_middleware(UncollectedStreams)
     app.add_middleware(HeadRequests)
-    app.add_middleware(BodyLimitProblems)
+    app.add_middleware(FrameworkProblems)
     app.add_middleware(HeaderLimit)
+    app.add_middleware(RequestHeaders)
     app.state.gate = security.install(app, settings)
     app.add_middleware(RequestTimes)
     app.add_middleware(RequestTraces)

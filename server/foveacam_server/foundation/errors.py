@@ -97,6 +97,9 @@ INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was 
 TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")
 TOO_LARGE = ProblemType(slug="content-too-large", status=413, title="The request is too large")
 HEADERS_TOO_LARGE = ProblemType(slug="headers-too-large", status=431, title="The headers are too large")
+RANGE_NOT_SATISFIABLE = ProblemType(
+    slug="range-not-satisfiable", status=416, title="The file has no such part"
+)
 NOT_FOUND = ProblemType(slug="not-found", status=404, title="There is nothing here")
 UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="Sign in first")
 FORBIDDEN_ORIGIN = ProblemType(slug="forbidden-origin", status=403, title="This page may not control the rig")
