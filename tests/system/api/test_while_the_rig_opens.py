@@ -175,6 +175,12 @@ def test_no_other_operation_blames_the_calibration_or_fails(answers: dict[str, h
         assert not refused and answer.status_code < 500, (name, answer.status_code, answer.text)
 
 
+def test_every_refusal_is_a_problem_document(answers: dict[str, httpx.Response]) -> None:
+    refused = [answer for answer in answers.values() if answer.status_code >= 400]
+    assert len(refused) > len(NEEDING_THE_RIG)
+    assert {answer.headers["content-type"] for answer in refused} == {"application/problem+json"}
+
+
 def test_a_device_that_is_missing_already_is_no_reason_before_the_end_of_the_start() -> None:
     problem = DeviceProblemDocument(device="left", detail="it is unplugged", remedy="plug it in")
     early, late = (RigStatus(problems=(problem,), opened=opened) for opened in (False, True))
