@@ -70,11 +70,17 @@ def check_name(path: Path, *, name: str) -> None:
     except (OSError, ValueError) as error:  # ValueError: NUL, or no character of the encoding
         if isinstance(error, OSError) and error.errno not in _NO_NAME:
             return  # there is no such file, as should be; what else is wrong is met when it is written
-        found = f"the file system takes no such name ({getattr(error, 'strerror', None) or error})"
-        remedy = "choose a shorter name of plain letters"
+        found = _refused_name(error)
         raise InvalidInput(
-            f"name {name!r}: {found}; {remedy}", asked=name, found=found, remedy=remedy
+            f"name {name!r}: {found}; {_OTHER_NAME}", asked=name, found=found, remedy=_OTHER_NAME
         ) from error
+
+
+def _refused_name(error: OSError | ValueError) -> str:
+    return f"the file system takes no such name ({getattr(error, 'strerror', None) or error})"
+
+
+_OTHER_NAME = "choose a shorter name of plain letters"
 
 
 @contextmanager
@@ -97,7 +103,12 @@ def disk_fault(error: OSError, *, what: str, folder: Path, again: str = TRY_AGAI
 
 
 def disk_error_class(error: OSError) -> type[FoveaError]:
-    """Return StorageFull for a disk that is full or not writable, DeviceFault for one that failed."""
+    """Return StorageFull for a disk that is full or not writable, DeviceFault for one that failed.
+
+    InvalidInput for a name that the file system cannot have.
+    """
+    if error.errno in _NO_NAME:
+        return InvalidInput
     return StorageFull if error.errno in (*_FULL, *_NOT_WRITABLE) else DeviceFault
 
 
@@ -112,6 +123,8 @@ def describe_disk_error(error: OSError, folder: Path, *, again: str = TRY_AGAIN)
         return f"the quota of the disk is used up ({_free(folder)})", f"free some space, {again}"
     if error.errno == errno.ENOSPC:
         return f"the disk is full ({_free(folder)})", f"free some space, {again}"
+    if error.errno in _NO_NAME:
+        return _refused_name(error), _OTHER_NAME
     if error.errno in _NOT_WRITABLE:
         return f"the disk cannot be written ({error.strerror})", f"make the folder writable, {again}"
     return f"the disk failed ({error.strerror or error})", f"check the disk, {again}"

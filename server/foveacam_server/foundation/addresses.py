@@ -3,7 +3,7 @@
 A server may live below a path of a site (`--root-path`), so nothing else joins an address and a path.
 """
 
-from urllib.parse import urlsplit
+from urllib.parse import urlsplit, urlunsplit
 
 from foveacam_hardware.contract import InvalidInput
 
@@ -24,7 +24,7 @@ def server_address(given: str) -> str:
         raise _no_address(given, "it names no host by http:// or https://")
     if parts.query or parts.fragment:
         raise _no_address(given, "it has a query or a fragment")
-    return given.strip().rstrip("/")
+    return urlunsplit((parts.scheme, parts.netloc, parts.path.rstrip("/"), "", ""))
 
 
 def join_address(address: str, path: str) -> str:

@@ -6,7 +6,9 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.addresses import join_address, server_address, websocket_address
 
 
-@pytest.mark.parametrize("base", ["http://h:8000/lab/foveacam", "http://h:8000/lab/foveacam/"])
+@pytest.mark.parametrize(
+    "base", ["http://h:8000/lab/foveacam", "HTTP://h:8000/lab/foveacam/", " http://h:8000/lab/foveacam//"]
+)
 @pytest.mark.parametrize("path", ["/api/v1/jobs?limit=1", "api/v1/jobs?limit=1"])
 def test_a_path_comes_below_that_of_the_server(base: str, path: str) -> None:
     assert join_address(server_address(base), path) == "http://h:8000/lab/foveacam/api/v1/jobs?limit=1"
