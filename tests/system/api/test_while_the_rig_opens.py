@@ -39,7 +39,6 @@ LEFT_OUT = ("/lease", "/stop", "/session", "/users", "/service_tokens", "/rig/se
 WITHOUT_WORK = "the vergence loop does not run", "no target is followed now", "nobody holds it"
 """Refusals that stay true when the rig is open."""
 NEEDING_THE_RIG = [
-    "",
     "delete /cameras/wide/settings",
     "delete /settle_time",
     "delete /simulation/faults",
@@ -85,8 +84,7 @@ NEEDING_THE_RIG = [
     "put /loop/eyes/left",
     "put /mirrors/volts",
     "put /simulation/faults",
-    "",
-][1:-1]
+]
 
 
 @pytest.fixture(scope="module")
