@@ -54,7 +54,8 @@ def nginx_before(server_port: int, folder: Path, *, path: str = "/foveacam") -> 
     """Run nginx before the server at a port of 127.0.0.1, below `path`; its log is whole after the end."""
     if PROGRAM is None:
         pytest.skip("nginx is not installed; tests/system/install-nginx.sh installs it")
-    found = Nginx(*_free_ports(2))
+    port, stripping_port = _free_ports(2)
+    found = Nginx(port=port, stripping_port=stripping_port)
     folder.mkdir(parents=True, exist_ok=True)
     config = folder / "nginx.conf"
     config.write_text(_config(found, server_port, folder=folder, path=path), encoding="utf-8")

@@ -116,7 +116,7 @@ def asked(http: httpx.Client) -> Iterator[tuple[str, httpx.Response]]:
         for method, operation in operations.items():
             if "{" in (url := path.format_map(_Names(NAMES))):
                 continue  # about one of the things that the server keeps
-            query = {}
+            query: dict[str, Any] = {}  # Any: JSON
             for parameter in operation.get("parameters", ()):
                 if parameter["in"] == "query" and parameter.get("required"):
                     query[parameter["name"]] = example(parameter["schema"])
