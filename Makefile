@@ -43,6 +43,7 @@ packages:
 	@sh tests/system/install-chromium.sh
 	@sh tests/system/install-aravis.sh
 	@sh tests/system/install-compiler.sh
+	@sh tests/system/install-nginx.sh
 
 kernels: $(DEV)
 	@PYTHONDONTWRITEBYTECODE= $(BIN)/python .ci/compile_kernels.py

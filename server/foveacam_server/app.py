@@ -15,9 +15,16 @@ from foveacam_server.console import openapi_document, pages, security, viser_rel
 from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.closing import ClosingStack, run_beside
-from foveacam_server.doors.middleware import BodyLimitProblems, HeaderLimit, HeadRequests, RequestTimes
+from foveacam_server.doors.middleware import (
+    FrameworkProblems,
+    HeaderLimit,
+    HeadRequests,
+    RequestTimes,
+    UncollectedStreams,
+)
 from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_threads
+from foveacam_server.doors.request_headers import RequestHeaders
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
 from foveacam_server.foundation.answers import BODY_BYTES, problems
@@ -177,8 +184,10 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     app.state.ending = None  # set by who ends the process with the application
     pages.install(app)
     error_handlers.install(app)
-    app.add_middleware(BodyLimitProblems)
+    app.add_middleware(UncollectedStreams)
+    app.add_middleware(FrameworkProblems)
     app.add_middleware(HeaderLimit)
+    app.add_middleware(RequestHeaders)
     app.add_middleware(PersonRequests, places=app.state.places.requests)
     app.state.gate = security.install(app, settings)
     app.add_middleware(HeadRequests)

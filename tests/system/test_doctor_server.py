@@ -84,7 +84,7 @@ def test_nobody_there_and_no_address(capsys: pytest.CaptureFixture[str]) -> None
     (alone,) = examine_server("http://127.0.0.1:9", token=None)
     assert alone.level == "problem" and "no answer from http://127.0.0.1:9" in alone.found
     for address in ("nonsense", "ftp://127.0.0.1", "http://"):
-        with pytest.raises(InvalidInput, match="give http://HOST:PORT"):
+        with pytest.raises(InvalidInput, match="give the address that a browser opens it by"):
             examine_server(address, token=None)
     result = CliRunner().invoke(app, ["doctor", "--server", "http://127.0.0.1:9", "--json"])
     assert result.exit_code == 1 and json.loads(result.output)["problems"] == 1

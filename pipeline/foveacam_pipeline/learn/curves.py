@@ -28,7 +28,7 @@ class LossCurves:
         if not self._rows:
             return
         with disk_errors("the curves", self._folder):
-            with (self._folder / CSV).open("w", newline="") as file:
+            with (self._folder / CSV).open("w", newline="", encoding="utf-8") as file:
                 writer = csv.DictWriter(file, fieldnames=list(self._rows[0]))
                 writer.writeheader()
                 writer.writerows(self._rows)
@@ -55,5 +55,5 @@ class LossCurves:
 def _read(path: Path) -> list[dict[str, float]]:
     if not path.exists():
         return []
-    with path.open(newline="") as file:
+    with path.open(newline="", encoding="utf-8") as file:
         return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]

@@ -220,7 +220,7 @@ def _read(path: Path) -> dict[str, Any]:  # Any: JSON of unknown shape, checked 
         raise NotCalibrated(
             f"no calibration file at {path}; calibrate the rig or give another path"
         ) from error
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise InvalidInput(
             f"calibration file {path} cannot be read as JSON ({error}); restore it or calibrate again"
         ) from error

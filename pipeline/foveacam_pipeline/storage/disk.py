@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from foveacam_hardware.contract import DeviceFault, FoveaError, StorageFull
+from foveacam_hardware.contract import DeviceFault, FoveaError, InvalidInput, StorageFull
 
 PRIVATE = 0o600
 """Mode of a file that its owner alone may read: it holds secrets."""
@@ -20,6 +20,7 @@ PART = ".part"
 TRY_AGAIN = "then try again"
 """Default advice of an error for the time after the disk is repaired."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
+_NO_NAME = (errno.ENAMETOOLONG, errno.EILSEQ)
 _NOT_WRITABLE = (errno.EROFS, errno.EACCES, errno.EPERM, errno.EEXIST, errno.ENOTDIR)
 
 
@@ -63,6 +64,29 @@ def write_file(path: Path, content: bytes | memoryview, *, mode: int | None = No
     sync_folder(path.parent)
 
 
+def check_name(path: Path, *, name: str) -> None:
+    """Raise `InvalidInput` for a path that the file system or its encoding cannot have; nothing is made.
+
+    `name`: the name that somebody gave it.
+    """
+    try:
+        os.lstat(part_path(path))  # which is longer than the file's own name
+    except (OSError, ValueError) as error:  # ValueError: NUL, or no character of the encoding
+        if isinstance(error, OSError) and error.errno not in _NO_NAME:
+            return  # there is no such file, as should be; what else is wrong is met when it is written
+        found = _refused_name(error)
+        raise InvalidInput(
+            f"name {name!r}: {found}; {_OTHER_NAME}", asked=name, found=found, remedy=_OTHER_NAME
+        ) from error
+
+
+def _refused_name(error: OSError | ValueError) -> str:
+    return f"the file system takes no such name ({getattr(error, 'strerror', None) or error})"
+
+
+_OTHER_NAME = "choose a shorter name of plain letters"
+
+
 @contextmanager
 def disk_errors(what: str, folder: Path, *, again: str = TRY_AGAIN) -> Iterator[None]:
     """Turn an OSError raised inside into StorageFull or DeviceFault; arguments as for `disk_fault`."""
@@ -83,7 +107,12 @@ def disk_fault(error: OSError, *, what: str, folder: Path, again: str = TRY_AGAI
 
 
 def disk_error_class(error: OSError) -> type[FoveaError]:
-    """Return StorageFull for a disk that is full or not writable, DeviceFault for one that failed."""
+    """Return StorageFull for a disk that is full or not writable, DeviceFault for one that failed.
+
+    InvalidInput for a name that the file system cannot have.
+    """
+    if error.errno in _NO_NAME:
+        return InvalidInput
     return StorageFull if error.errno in (*_FULL, *_NOT_WRITABLE) else DeviceFault
 
 
@@ -98,6 +127,8 @@ def describe_disk_error(error: OSError, folder: Path, *, again: str = TRY_AGAIN)
         return f"the quota of the disk is used up ({_free(folder)})", f"free some space, {again}"
     if error.errno == errno.ENOSPC:
         return f"the disk is full ({_free(folder)})", f"free some space, {again}"
+    if error.errno in _NO_NAME:
+        return _refused_name(error), _OTHER_NAME
     if error.errno in _NOT_WRITABLE:
         return f"the disk cannot be written ({error.strerror})", f"make the folder writable, {again}"
     return f"the disk failed ({error.strerror or error})", f"check the disk, {again}"

@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 import httpx
 
 from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
+from foveacam_server.foundation.addresses import websocket_address
 
 BODY_BYTES = 63_000_000
 CHUNK_BYTES = 256 * 1024
@@ -40,6 +41,7 @@ class OutsiderLoad:
 
     def __init__(self, url: str) -> None:
         self._api = f"{url}api/v1/"
+        self._url = url
         self._address = urlsplit(url)
         self._rng = random.Random(SEED)  # noqa: S311 - not a secret
         limits = httpx.Limits(max_connections=None)
@@ -85,7 +87,7 @@ class OutsiderLoad:
         await asyncio.sleep(FIXATION_PAUSE_S)
 
     async def _viewer(self) -> None:
-        url = f"ws://{self._address.netloc}/api/v1/views/ws"
+        url = websocket_address(self._url, "/api/v1/views/ws")
         await StreamViewer(url, choice={"wide": 2, "left": 2, "right": 2}).watch()
 
     async def _unread_viewer(self) -> None:

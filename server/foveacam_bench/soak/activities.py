@@ -7,12 +7,12 @@ import random
 import time
 from collections.abc import Callable
 from typing import TypeAlias
-from urllib.parse import urlsplit
 
 from foveacam_bench.small_disk import SmallDisk
 from foveacam_bench.soak.soaked_server import SoakedServer
 from foveacam_bench.soak.tally import SoakTally, run_job
 from foveacam_bench.stream.clients import StreamViewer
+from foveacam_server.foundation.addresses import websocket_address
 
 FIELD_PX = ((300.0, 1140.0), (250.0, 830.0))
 GRID_DEG = 2.0
@@ -141,7 +141,7 @@ def viewers(soak: Soak) -> None:
     """Three browsers open the live views and go away."""
 
     async def show() -> None:
-        url = f"ws://{urlsplit(soak.server.url).netloc}/api/v1/views/ws"
+        url = websocket_address(soak.server.url, "/api/v1/views/ws")
         streams = [StreamViewer(url, choice={"wide": 2, "left": 2, "right": 2}) for _ in range(3)]
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(SHOWN_S):

@@ -20,6 +20,7 @@ import httpx
 from foveacam_bench.figures import Figures
 from foveacam_bench.judging import percentile
 from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
+from foveacam_server.foundation.addresses import websocket_address
 
 VIEWERS = 12
 LISTS = ("captures", "calibrations", "targets", "jobs", "rig", "mirrors", "events/recent", "engine")
@@ -34,6 +35,7 @@ class Crowd:
     """The clients, what they were answered, and what they saw."""
 
     def __init__(self, url: str) -> None:
+        self._url = url
         self._api = f"{url}api/v1/"
         self._address = urlsplit(url)
         self._http = httpx.AsyncClient(timeout=PATIENCE_S, trust_env=False)
@@ -105,7 +107,7 @@ class Crowd:
                     self._late_ms.append(1e3 * (time.time() - emitted.timestamp()))
 
     async def _view(self) -> None:
-        url = f"ws://{self._address.netloc}/api/v1/views/ws"
+        url = websocket_address(self._url, "/api/v1/views/ws")
         viewer = StreamViewer(url, choice={"wide": 2, "left": 2, "right": 2})
         try:
             await viewer.watch()

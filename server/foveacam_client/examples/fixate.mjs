@@ -1,5 +1,5 @@
 // Look at a pixel of the wide view from Node 20 or newer: node fixate.mjs 720 540
-const url = process.env.FOVEACAM_URL ?? "http://127.0.0.1:8000";
+const url = (process.env.FOVEACAM_URL ?? "http://127.0.0.1:8000").replace(/\/$/, "");
 const token = process.env.FOVEACAM_TOKEN;
 const authorization = token ? { Authorization: `Bearer ${token}` } : {};
 

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Look at a pixel of the wide view with curl, and save the point cloud: sh fixate.sh 720 540 cloud.ply
 set -eu
-url=${FOVEACAM_URL:-http://127.0.0.1:8000}/api/v1
+url=${FOVEACAM_URL:-http://127.0.0.1:8000}
+url=${url%/}/api/v1
 
 ask() {
   curl --silent --show-error --fail-with-body ${FOVEACAM_TOKEN:+--header "Authorization: Bearer $FOVEACAM_TOKEN"} "$@"

@@ -379,7 +379,7 @@ class AsyncCalibrations:
     async def current(self) -> models.CalibrationDocument:
         """The one in force.
 
-        Return the calibration in force; 409 while there is none.
+        Return the calibration in force; 409 without one, 503 while the rig opens.
 
         Needs the right `view`.
         """

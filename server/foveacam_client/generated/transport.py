@@ -174,7 +174,8 @@ class Transport:
     ) -> httpx.Response:
         self.check_lease()
         request = self._request(call, headers=headers or {}, silence_s=silence_s)
-        for attempt in count(1):
+        attempt, opening_s = 1, 0.0
+        while True:
             try:
                 answer = self._http.send(request, stream=stream)
             except httpx.TransportError as error:
@@ -184,12 +185,18 @@ class Transport:
             else:
                 if answer.is_success or answer.status_code in call.also:
                     return answer
-                pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
                 answer.read()
+                refusal = error_of_answer(answer)
+                pause_s = self._retries.opening_pause_s(refusal, waited_s=opening_s)
+                if pause_s is not None:
+                    opening_s += pause_s
+                    attempt = 0
+                else:
+                    pause_s = self._retries.pause_s(call, attempt=attempt, answer=answer)
                 if pause_s is None:
-                    raise error_of_answer(answer)
+                    raise refusal
+            attempt += 1
             self._pause(pause_s)
-        raise AssertionError("the attempts have no end")
 
     def _request(self, call: Call, *, headers: dict[str, str], silence_s: float | None) -> httpx.Request:
         lease = {} if self.lease_token is None else {"X-Lease": self.lease_token}

@@ -26,6 +26,7 @@ from foveacam_server.resources.fixations.schema import FixationSelectedEvent
 from foveacam_server.resources.settle_time.service import SettleTimeService
 from foveacam_server.resources.views.live_stereo import LiveStereo
 from foveacam_server.resources.views.overlay import GazeOverlay
+from foveacam_server.rig import refusals
 from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
@@ -200,12 +201,14 @@ def open_hardware(
         keeper=knowledge.cameras,
         blocked_ns=foundation.lag.blocked_ns,
     )
+    knowledge.calibration.refuse_without_rig(lambda: refusals.not_open(hardware.status))
     foundation.stack.callback(hardware.close)
     displays.stereo.spare_while(lambda: hardware.use.firm)
     return hardware
 
 
 def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: ChosenRig) -> AssembledRig:
+    knowledge.calibration.forget_rig()
     replay = foundation.settings.replay
     if replay is not None:
         return _open_replay(foundation, knowledge, replay)

@@ -80,7 +80,7 @@ class AccessRules:
         foreign = self.check_site(scope)
         if foreign is not None:
             return foreign
-        access = self.routes.access(scope)
+        access = scope["access"] = self.routes.access(scope)
         found = self._identify(scope, Headers(scope=scope), stops=access is not None and access.stops)
         if access is not None and access.right is None:
             return NOBODY if isinstance(found, Refusal) else found

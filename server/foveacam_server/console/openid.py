@@ -20,6 +20,7 @@ from foveacam_server.accounts.route_rights import open_to_anybody
 from foveacam_server.accounts.users import User
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.sign_in import OPENID_PATH, REFERRER_POLICY, page_of
+from foveacam_server.foundation.addresses import join_address
 from foveacam_server.foundation.errors import WrongCredentials, problem_of
 from foveacam_server.foundation.settings import OpenIdSettings, Settings
 
@@ -85,12 +86,12 @@ class _OpenIdRoutes:
 
     def __init__(self, provider: _Provider, gate: AccessRules, *, root_path: str) -> None:
         self._provider = provider
-        self._callback = f"{root_path}{OPENID_CALLBACK}".lstrip("/")
+        self._callback = f"{root_path}{OPENID_CALLBACK}"
         self._gate = gate
 
     @open_to_anybody
     async def ask(self, request: Request) -> Response:
-        callback = f"{request.base_url}{self._callback}"
+        callback = join_address(str(request.base_url), self._callback)
         try:
             found: Response = await self._provider.client.authorize_redirect(request, callback)
         except Exception as error:  # noqa: BLE001 - whatever a foreign server and its client library raise

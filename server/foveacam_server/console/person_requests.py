@@ -3,7 +3,7 @@
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from foveacam_server.accounts.requests import person_of
-from foveacam_server.console.access_rules import STOP_PATH
+from foveacam_server.accounts.route_rights import Access
 from foveacam_server.foundation.errors import AllTaken, PersonLimit, problem_of
 from foveacam_server.foundation.persons.person_quota import PERSON, Places
 
@@ -24,7 +24,7 @@ class PersonRequests:
             return
         person = person_of(scope)
         PERSON.set(person)
-        if scope["type"] == "websocket" or scope["path"] == STOP_PATH:
+        if scope["type"] == "websocket" or _is_stop(scope):
             await self._app(scope, receive, send)
             return
         try:
@@ -36,3 +36,8 @@ class PersonRequests:
             await self._app(scope, receive, send)
         finally:
             self._places.give_back(person)
+
+
+def _is_stop(scope: Scope) -> bool:
+    access: Access | None = scope["access"]  # of the route, as the access rules found it
+    return access is not None and access.stops

@@ -14,7 +14,7 @@ from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.capture.dataset.reader import DatasetPoint
-from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.storage.disk import check_name, disk_errors
 from foveacam_server.foundation.errors import NotFound
 
 CAPTURES = "captures"
@@ -58,6 +58,7 @@ class CaptureCollection:
     def new_folder(self, name: str) -> Path:
         """Return the folder for a new capture; raise `InvalidInput` for an invalid or used name."""
         path = self.folder / dataset_name(name)
+        check_name(path, name=name)
         taken = {other.name.casefold() for other in self.folder.iterdir()}
         if path.name.casefold() in taken:
             raise InvalidInput(

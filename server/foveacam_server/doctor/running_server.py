@@ -14,9 +14,9 @@ from pydantic import SecretStr
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
-from foveacam_hardware.contract import InvalidInput
 from foveacam_server import __version__
 from foveacam_server.checks.findings import Finding, Severity, attempt, fine, problem, warning
+from foveacam_server.foundation.addresses import server_address, websocket_address
 
 PATIENCE_S = 10.0
 PROBES = 9
@@ -37,9 +37,7 @@ class _Client:
 
     @property
     def websocket_url(self) -> str:
-        return str(
-            self.http.base_url.copy_with(scheme="wss" if self.encrypted else "ws", path="/api/v1/views/ws")
-        )
+        return websocket_address(str(self.http.base_url), "/api/v1/views/ws")
 
     @property
     def encrypted(self) -> bool:
@@ -56,15 +54,9 @@ def examine_server(
     secret = None if token is None else token.get_secret_value()
     headers = {} if secret is None else {"X-Api-Token": secret}
     verified = trusted or ssl.create_default_context()
-    try:
-        http = httpx.Client(
-            base_url=url, headers=headers, timeout=PATIENCE_S, trust_env=False, verify=verified
-        )
-    except httpx.InvalidURL as error:
-        raise InvalidInput(f"{url} is no address: {error}; give http://HOST:PORT", asked=url) from error
-    if http.base_url.scheme not in ("http", "https") or not http.base_url.host:
-        raise InvalidInput(f"{url} is no address of a server; give http://HOST:PORT", asked=url)
-    with http:
+    with httpx.Client(
+        base_url=server_address(url), headers=headers, timeout=PATIENCE_S, trust_env=False, verify=verified
+    ) as http:
         return _findings(_Client(http=http, token=secret, trusted=verified))
 
 

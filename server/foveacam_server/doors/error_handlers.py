@@ -14,6 +14,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server.foundation.errors import (
     INTERNAL,
     NOT_FOUND,
+    RANGE_NOT_SATISFIABLE,
     ProblemDetails,
     ProblemType,
     problem_of,
@@ -45,8 +46,9 @@ def install(app: FastAPI) -> None:
         headers = dict(known.headers or {})
         if "Allow" in headers:  # with the methods of one route of several at this address
             headers["Allow"] = _served(request)
-        problem = _of_status(known.status_code, path=request.url.path, method=request.method, headers=headers)
-        return problem.response(instance=request.url.path)
+        path = request.url.path
+        problem = problem_of_status(known.status_code, path=path, method=request.method, headers=headers)
+        return problem.response(instance=path)
 
     async def on_validation_error(request: Request, error: Exception) -> JSONResponse:
         failed = cast(RequestValidationError, error)
@@ -86,9 +88,20 @@ def nothing_served(*, path: str, method: str) -> ProblemDetails:
     )
 
 
-def _of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
+def problem_of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
+    """Return the problem of a status that the framework chose."""
     if status == HTTPStatus.NOT_FOUND:
         return nothing_served(path=path, method=method)
+    if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:
+        size = headers.get("Content-Range", "").rpartition("/")[2]
+        return ProblemDetails(
+            kind=RANGE_NOT_SATISFIABLE,
+            detail=f"{path} has {size} bytes, and none in that range.",
+            asked=f"{method} {path}",
+            found=f"{size} bytes",
+            remedy="Ask for a range inside, or for the whole.",
+            headers=headers,
+        )
     phrase = HTTPStatus(status).phrase
     kind = ProblemType(slug=phrase.lower().replace(" ", "-"), status=status, title=phrase)
     allowed = headers.get("Allow")

@@ -1,22 +1,24 @@
-"""ASGI middleware: 413 and 431 as problem documents, HEAD wherever GET is served, times of requests.
+"""ASGI middleware: refusals as problem documents, HEAD wherever GET is served, streams, times of requests.
 
 FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
 text; here that answer is replaced.
 """
 
 import time
+from http import HTTPStatus
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from foveacam_server.doors.error_handlers import problem_of_status
 from foveacam_server.foundation.answers import BODY_BYTES, MIB
 from foveacam_server.foundation.errors import HEADERS_TOO_LARGE, TOO_LARGE, ProblemDetails
 from foveacam_server.foundation.watching import timings
 
 
-class BodyLimitProblems:
-    """ASGI middleware: replaces the framework's 413 by a problem document that names the limit."""
+class FrameworkProblems:
+    """ASGI middleware: replaces refusals of the framework in plain text (400, 413, 416) by problems."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -63,7 +65,7 @@ def _header_bytes(scope: Scope) -> int:
 
 
 class _AnswerSender:
-    """Sends one answer; replaces the framework's 413 by a problem document."""
+    """Sends one answer; replaces a refusal in plain text by a problem document."""
 
     def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
         self._scope = scope
@@ -72,16 +74,34 @@ class _AnswerSender:
         self._replaced = False
 
     async def send(self, message: Message) -> None:
-        """Send a message; in place of all messages of the framework's 413, send the problem document."""
-        if message["type"] == "http.response.start" and message["status"] == TOO_LARGE.status:
+        """Send a message; in place of all messages of a refusal in plain text, send the problem document."""
+        if message["type"] == "http.response.start" and _is_no_problem(message):
             self._replaced = True
-            problem = _problem(self._scope)
+            problem = _problem(self._scope, message)
             await problem.response(instance=self._scope["path"])(self._scope, self._receive, self._send)
         elif not self._replaced:
             await self._send(message)
 
 
-def _problem(scope: Scope) -> ProblemDetails:
+def _is_no_problem(start: Message) -> bool:
+    if start["status"] == TOO_LARGE.status:
+        return True
+    kind = Headers(raw=start["headers"]).get("content-type", "")
+    return start["status"] >= HTTPStatus.BAD_REQUEST and kind.startswith("text/plain")
+
+
+def _problem(scope: Scope, start: Message) -> ProblemDetails:
+    if start["status"] == TOO_LARGE.status:
+        return _too_large(scope)
+    told = Headers(raw=start["headers"])
+    kept = {name: told[name] for name in _KEPT_HEADERS if name in told}
+    return problem_of_status(start["status"], path=scope["path"], method=scope["method"], headers=kept)
+
+
+_KEPT_HEADERS = ("Allow", "Content-Range", "Retry-After", "WWW-Authenticate")
+
+
+def _too_large(scope: Scope) -> ProblemDetails:
     most_bytes = int(scope.get(MAX_BODY_SIZE_SCOPE_KEY, BODY_BYTES))
     announced = Headers(scope=scope).get("content-length")
     found = f"{int(announced) / MIB:.1f} MiB" if announced else f"more than {most_bytes / MIB:g} MiB"
@@ -93,6 +113,35 @@ def _problem(scope: Scope) -> ProblemDetails:
         found=f"a limit of {most}",
         remedy="Send less; the size is that of the whole body.",
     )
+
+
+class UncollectedStreams:
+    """ASGI middleware: asks proxies to pass on as it comes what has no length beforehand.
+
+    That is whatever has no end (pictures, events), of which a proxy that collects it would send ever older
+    parts, and what is made while it is sent (archives).
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+
+        async def send_marked(message: Message) -> None:
+            if message["type"] == "http.response.start" and message["status"] not in _WITHOUT_BODY:
+                headers = MutableHeaders(scope=message)
+                if "content-length" not in headers:
+                    headers["X-Accel-Buffering"] = "no"
+            await send(message)
+
+        await self._app(scope, receive, send_marked)
+
+
+_WITHOUT_BODY = (204, 304)
 
 
 class HeadRequests:

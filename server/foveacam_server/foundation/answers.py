@@ -1,6 +1,5 @@
 """What routes share: services, headers, limits of a body, the answer with a job, problems in OpenAPI."""
 
-import re
 from collections.abc import AsyncIterator, Callable
 from typing import Annotated, Any, Protocol
 
@@ -13,6 +12,7 @@ from foveacam_server.foundation.errors import MEDIA_TYPE
 from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.persons.person_quota import PERSON, ServerPlaces
+from foveacam_server.foundation.preferences import preferred_wait_s
 from foveacam_server.foundation.schema import ResponseModel
 
 JOBS_URL = "/api/v1/jobs"
@@ -40,8 +40,6 @@ IdempotencyHeader = Annotated[
     ),
 ]
 Limit = Annotated[int, Query(ge=1, le=500)]
-
-_WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6}(?:\.\d{1,3})?)(?:$|[,;\s])")
 
 _TITLES = {
     400: "the body cannot be read; as plain text: the request is no HTTP",
@@ -113,12 +111,6 @@ def file_responses(media_type: str) -> dict[int | str, dict[str, Any]]:  # Any: 
     return {200: {"content": {media_type: {"schema": schema}}, "description": "the file"}, **problems(404)}
 
 
-def wait_s(prefer: str | None) -> float:
-    """Return the wait of a `Prefer` header, seconds; 0 without one (RFC 7240)."""
-    found = _WAIT.search(prefer or "")
-    return min(LONGEST_WAIT_S, float(found[1])) if found else 0.0
-
-
 async def job_answer(
     services: JobServices, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel]
 ) -> JSONResponse:
@@ -126,7 +118,7 @@ async def job_answer(
 
     `result`: returns the result from its URL.
     """
-    wanted_s = wait_s(prefer)
+    wanted_s = preferred_wait_s(prefer, longest_s=LONGEST_WAIT_S)
     if wanted_s > 0.0:
         job = await services.jobs.ended(job.id, timeout_s=wanted_s)
     headers = {"Location": f"{JOBS_URL}/{job.id}"}

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from starlette.responses import JSONResponse
 
 MEDIA_TYPE = "application/problem+json"
-PLACE_RETRY_S = 5
-"""After which somebody who got no place is told to ask again."""
 
 
 class NotFound(FoveaError):
@@ -52,6 +50,12 @@ class EditedMeanwhile(FoveaError):
     """A file that somebody else changed since the client has seen it."""
 
     code = "edited_meanwhile"
+
+
+class StillOpening(NotConnected):
+    """Something that opens now; it is worth asking again after `wait_s`."""
+
+    wait_s = 2
 
 
 class WrongCredentials(FoveaError):
@@ -74,12 +78,14 @@ class PersonLimit(Busy):
     """A person holds as many of a limited thing as one may; others are still served."""
 
     code = "person_limit"
+    wait_s = 5
 
 
 class AllTaken(Busy):
     """All persons together hold as many of a limited thing as there are."""
 
     code = "all_taken"
+    wait_s = 5
 
 
 class Forbidden(FoveaError):
@@ -105,6 +111,9 @@ INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was 
 TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")
 TOO_LARGE = ProblemType(slug="content-too-large", status=413, title="The request is too large")
 HEADERS_TOO_LARGE = ProblemType(slug="headers-too-large", status=431, title="The headers are too large")
+RANGE_NOT_SATISFIABLE = ProblemType(
+    slug="range-not-satisfiable", status=416, title="The file has no such part"
+)
 NOT_FOUND = ProblemType(slug="not-found", status=404, title="There is nothing here")
 UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="Sign in first")
 FORBIDDEN_ORIGIN = ProblemType(slug="forbidden-origin", status=403, title="This page may not control the rig")
@@ -175,6 +184,10 @@ def _sendable(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
+_PASSING = (TooManyAttempts, StillOpening, PersonLimit, AllTaken)
+"""Errors that say how long to wait, which becomes Retry-After."""
+
+
 def problem_of(error: BaseException) -> ProblemDetails:
     """Return the problem document of `error`; an unexpected error shows no details."""
     if isinstance(error, OSError) and is_disk_exhausted(error):
@@ -188,20 +201,13 @@ def problem_of(error: BaseException) -> ProblemDetails:
                 asked=error.asked,
                 found=error.found,
                 remedy=error.remedy,
-                headers=_headers_of(error),
+                headers={"Retry-After": str(error.wait_s)} if isinstance(error, _PASSING) else {},
             )
     return ProblemDetails(
         kind=INTERNAL,
         detail="The server met an error that it did not foresee; the cause is in its log.",
         remedy="Try again; when it stays, report it together with the log.",
     )
-
-
-def _headers_of(error: FoveaError) -> dict[str, str]:
-    """Return the headers of an answer that names the time after which to ask again."""
-    if isinstance(error, TooManyAttempts):
-        return {"Retry-After": str(error.wait_s)}
-    return {"Retry-After": str(PLACE_RETRY_S)} if isinstance(error, PersonLimit | AllTaken) else {}
 
 
 def translate_error(error: Exception) -> FoveaError | None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pydantic import SecretStr
 
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, NotConnected
+from foveacam_server.foundation.addresses import join_address, server_address
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.schema import RequestModel
 
@@ -17,21 +18,18 @@ _REFUSALS: dict[int, type[FoveaError]] = {404: NotFound, 409: Busy, 422: Invalid
 
 
 class ServerClient:
-    """Asks the server at `address`, such as http://127.0.0.1:8000.
+    """Asks the server at `address`, such as http://127.0.0.1:8000, also below a path of a site.
 
-    Every call may raise `InvalidInput` for what is no address or was refused as wrong, `NotConnected` where
-    nobody answers, `Busy` and `NotFound` as the server says it, `FoveaError` for the rest.
+    Raise `InvalidInput` for what is no address. Every call may raise it for what was refused as wrong,
+    `NotConnected` where nobody answers, `Busy` and `NotFound` as the server says it, else `FoveaError`.
     """
 
     def __init__(self, address: str, *, token: SecretStr | None) -> None:
         import httpx  # here, since commands that ask no server need not load it
 
-        self.address = address
+        self.address = server_address(address)
         headers = {} if token is None else {"X-Api-Token": token.get_secret_value()}
-        try:
-            self._base = httpx.URL(address).join("/api/v1")
-        except httpx.InvalidURL as error:
-            raise self._no_address(error) from error
+        self._base = join_address(self.address, "/api/v1")
         self._http = httpx.Client(headers=headers, timeout=PATIENCE_S, trust_env=False)
 
     def __enter__(self) -> Self:
@@ -56,7 +54,7 @@ class ServerClient:
         import httpx
 
         try:
-            answer = self._http.request(method, f"{self._base}{path}", **more)
+            answer = self._http.request(method, join_address(self._base, path), **more)
             document = answer.json()
         except (httpx.InvalidURL, httpx.UnsupportedProtocol, ValueError) as error:
             raise self._no_address(error) from error

@@ -37,7 +37,10 @@ def read_document(path: Path, schema: type[SchemaT], *, form: str, version: int)
 
     Raise `OSError` (`FileNotFoundError` where there is none), or `ValueError` for any other content.
     """
-    found = json.loads(path.read_text(encoding="utf-8"))
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except RecursionError as error:
+        raise ValueError("it holds lists in lists without end") from error
     if not isinstance(found, dict) or (found.pop("format", None), found.pop("version", None)) != (
         form,
         version,

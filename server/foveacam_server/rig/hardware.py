@@ -79,6 +79,7 @@ class HardwareThread:
         )
         self._guard = MoveGuard(
             lambda: self._rig,
+            status=lambda: self.status,
             moves=self._moves,
             mirrors=self.mirrors,
             reconnector=self._reconnector,
@@ -151,7 +152,7 @@ class HardwareThread:
     def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
         """Enqueue `work`; raise `NotConnected` or `Busy` at once."""
         if self._rig is None or self._closing.is_set():
-            raise refusals.not_open(self._reconnector.problems)
+            raise refusals.not_open(self.status)
         return self.commands.put(work)
 
     def look(
@@ -181,6 +182,10 @@ class HardwareThread:
         self.use.check_free("park the mirrors")
         self.hand.take_over("park the mirrors")
         return self._park_if(lambda: True)
+
+    def check_open(self) -> None:
+        """Raise `NotConnected` while no rig is open."""
+        self._guard.opened_rig()
 
     def check_may_move(self, *, one_eyed: bool = False) -> None:
         """Raise `Stopped` or `NotConnected` when the mirrors cannot move now; `one_eyed` as in `look`."""

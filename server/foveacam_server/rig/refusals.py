@@ -1,7 +1,6 @@
 """The errors that refuse a move or a look, each with its remedy; the checks of a direction and of volts."""
 
 import math
-from collections.abc import Sequence
 
 from foveacam_hardware.contract import (
     Busy,
@@ -11,7 +10,9 @@ from foveacam_hardware.contract import (
     Stopped,
     Timeout,
 )
+from foveacam_server.foundation.errors import StillOpening
 from foveacam_server.rig.schema import DeviceProblemDocument
+from foveacam_server.rig.status import RigStatus
 
 
 def stopped() -> Stopped:
@@ -50,11 +51,11 @@ def missing(problem: DeviceProblemDocument) -> NotConnected:
     return NotConnected(f"{found}; {problem.remedy}", asked="use the rig", found=found, remedy=problem.remedy)
 
 
-def not_open(problems: Sequence[DeviceProblemDocument]) -> NotConnected:
-    """Return the error while there is no rig: it could not be opened, or is still opening."""
-    if problems:
-        return missing(problems[0])
-    return NotConnected(
+def not_open(status: RigStatus) -> NotConnected:
+    """Return the error while there is no rig: it is still opening, or could not be opened."""
+    if status.opened and status.problems:
+        return missing(status.problems[0])
+    return StillOpening(
         "the rig is still opening; try again in a moment",
         found="the rig is still opening",
         remedy="try again in a moment",

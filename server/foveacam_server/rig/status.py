@@ -91,6 +91,8 @@ class RigStatus:
 
     state: RigState = RigState.OPENING
     problems: tuple[DeviceProblemDocument, ...] = ()
+    opened: bool = False
+    """Whether opening has ended, with a rig or without one."""
     rig_id: str | None = None
     name: str = ""
     simulated: bool = False

@@ -1,8 +1,11 @@
 """Snapshots, the list of views and MJPEG on a real server, fed by the test itself."""
 
+import socket
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
@@ -13,10 +16,12 @@ from fastapi import FastAPI
 
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
+from foveacam_server.doors.middleware import UncollectedStreams
 from foveacam_server.resources.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.stream import MJPEG_EACH, LiveStreams
 from tests.local_server import serving
+from tests.nginx_proxy import nginx_before
 from tests.persons import PERSON_HEADER, install_persons
 
 PATIENCE_S = 10.0
@@ -29,8 +34,8 @@ class Live:
     port: int
     hub: FrameHub
 
-    def publish(self, view: str, seq: int) -> None:
-        image = np.random.default_rng(seq).integers(0, 256, (60, 80), dtype=np.uint8)
+    def publish(self, view: str, seq: int, *, size: tuple[int, int] = (60, 80)) -> None:
+        image = np.random.default_rng(seq).integers(0, 256, size, dtype=np.uint8)
         self.hub.publish(view, image, t_ns=time.monotonic_ns(), seq=seq)
 
     def url(self, path: str) -> str:
@@ -47,6 +52,7 @@ def live() -> Iterator[Live]:
     app = FastAPI()
     app.state.services = SimpleNamespace(streams=streams, viewer=None)
     error_handlers.install(app)
+    app.add_middleware(UncollectedStreams)
     app.include_router(routes.router, prefix="/api/v1")
     install_persons(app)
     with serving(app) as port:
@@ -105,6 +111,26 @@ def test_mjpeg_carries_whole_pictures(live: Live) -> None:
     assert b"X-Frame-Seq: 3" in head
     assert body.startswith(b"\xff\xd8")
     assert body.endswith(b"\xff\xd9\r\n")
+
+
+def test_nginx_collects_no_pictures_for_a_reader_that_pauses(live: Live, tmp_path: Path) -> None:
+    published, pause = 40, threading.Event()
+    with nginx_before(live.port, tmp_path / "nginx") as nginx, socket.socket() as reader:
+        reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        reader.settimeout(PATIENCE_S)
+        reader.connect(("127.0.0.1", nginx.stripping_port))
+        path = "/foveacam/api/v1/views/wide/stream.mjpeg"
+        reader.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
+        live.publish("wide", 1, size=(240, 320))
+        begun = reader.recv(1024)
+        assert begun.startswith(b"HTTP/1.1 200 ")
+        for seq in range(2, published + 1):
+            live.publish("wide", seq, size=(240, 320))
+            pause.wait(0.02)
+        seen = begun
+        while f"X-Frame-Seq: {published}\r\n".encode() not in seen:
+            seen = seen[-100:] + reader.recv(1 << 16)
+    assert nginx.spooled == []
 
 
 def test_a_third_mjpeg_stream_of_one_person_is_refused_until_one_ends(live: Live) -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_hardware.contract import NotCalibrated, StorageFull
+from foveacam_hardware.contract import NotCalibrated, NotConnected, StorageFull
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, StillOpening
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
@@ -53,8 +53,14 @@ def test_newer_calibration_in_the_data_folder_wins(events: EventLog, folder: Pat
 
 def test_before_the_rig_is_open_there_is_none(events: EventLog, folder: Path) -> None:
     service = CalibrationService(chosen=None, folder=folder, events=events)
-    with pytest.raises(NotCalibrated, match="not open yet"):
+    with pytest.raises(StillOpening, match="not open yet"):
         service.require()
+    service.choose_for(RIG)
+    service.forget_rig()
+    service.refuse_without_rig(lambda: NotConnected("the rig file is missing"))
+    with pytest.raises(NotConnected, match="the rig file is missing"):
+        service.require()
+    assert (service.current, service.reach_rad, service.every()) == (None, None, [])
 
 
 def test_calibration_of_another_rig_is_refused_naming_both(events: EventLog, folder: Path) -> None:
@@ -104,6 +110,46 @@ def test_calibration_put_in_force_stays_so_after_a_restart(events: EventLog, fol
     again = CalibrationService(chosen=None, folder=folder, events=events)
     again.choose_for(RIG)
     assert again.require().id == older.id
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"two words", None])
+def test_a_damaged_pin_is_told_until_a_calibration_is_put_in_force_again(
+    events: EventLog, folder: Path, content: bytes | None, caplog: pytest.LogCaptureFixture
+) -> None:
+    newest = own(folder, "newest", "2099-01-01T00:00:00+00:00")
+    pin = folder / "in_force" / f"{RIG}.txt"
+    pin.parent.mkdir()
+    if content is None:
+        pin.mkdir()
+    else:
+        pin.write_bytes(content)
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    assert service.require().id == newest.id
+    told = events.recent(1)[-1]
+    assert (told.kind, told.level) == ("rig.calibration", EventLevel.WARNING)
+    for words in (told.message, caplog.text):
+        assert str(pin) in words and "put the right one in force again" in words
+    if content is None:
+        pin.rmdir()
+    service.activate(newest.id)
+    assert events.recent(1)[-1].level is EventLevel.INFO
+
+
+def test_a_pinned_calibration_that_is_damaged_or_gone_is_told(
+    events: EventLog, folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    older = own(folder, "older", "2098-01-01T00:00:00+00:00")
+    service = CalibrationService(chosen=None, folder=folder, events=events)
+    service.choose_for(RIG)
+    service.activate(older.id)
+    path = CalibrationStore(folder).path_of(older.id)
+    path.write_bytes(b"")
+    again = CalibrationService(chosen=None, folder=folder, events=events)
+    again.choose_for(RIG)
+    assert f"{path} is passed over" in caplog.text
+    assert events.recent(1)[-1].level is EventLevel.WARNING
+    assert f"calibration {older.id}, which was put in force, cannot be read" in events.recent(1)[-1].message
 
 
 def test_new_calibration_comes_into_force_neither_now_nor_by_a_restart(

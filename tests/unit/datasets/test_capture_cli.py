@@ -50,7 +50,7 @@ def refusal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
         (["--name", "newer", "--resume"], "use a newer version of this program"),
         (["--name", "one", "--watch"], "--watch: it is about a server's capture; say whose"),
         (["--name", "one", "--resume", "--cancel"], "--resume and --cancel: one thing at a time"),
-        (["--name", "a", "--server", "here"], "--server here: no server of ours answers there"),
+        (["--name", "a", "--server", "here"], "'here' is no address of a server: it names no host"),
         (["--name", "a", "--server", "http://127.0.0.1:1"], "start it, or leave --server out"),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 from tests.unit.dataset_scenes import written
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.dataset import DatasetState
+from foveacam_pipeline.capture.dataset import DatasetState, labels
 from foveacam_pipeline.capture.dataset.document import read_document, write_document
 from foveacam_server.datasets.collection import CaptureCollection, point_of
 from foveacam_server.datasets.download import zip_stream
@@ -29,6 +29,19 @@ def test_a_name_is_taken_once_whatever_its_case(shelf: CaptureCollection) -> Non
     with pytest.raises(InvalidInput, match="already"):
         shelf.new_folder("ONE")
     assert shelf.new_folder("two").name == "two"
+
+
+def test_a_name_that_the_file_system_cannot_hold_is_refused_before_anything_is_made(
+    shelf: CaptureCollection, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(labels, "LONGEST_NAME", 1000)
+    monkeypatch.setattr(labels, "LONGEST_NAME_BYTES", 1000)
+    with pytest.raises(InvalidInput, match="File name too long"):
+        shelf.new_folder("x" * 300)
+    monkeypatch.setattr(labels, "LONGEST_NAME_BYTES", 90)
+    with pytest.raises(InvalidInput, match="longer than 90 bytes"):
+        shelf.new_folder("木" * 31)
+    assert [path.name for path in shelf.folder.iterdir()] == ["one"]
 
 
 def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureCollection) -> None:

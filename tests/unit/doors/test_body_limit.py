@@ -5,7 +5,7 @@ import httpx
 import pytest
 from fastapi import APIRouter, FastAPI, Request
 
-from foveacam_server.doors.middleware import HEADER_BYTES, BodyLimitProblems, HeaderLimit
+from foveacam_server.doors.middleware import HEADER_BYTES, FrameworkProblems, HeaderLimit
 from foveacam_server.foundation.answers import BODY_BYTES, FILE_BYTES
 
 
@@ -19,7 +19,7 @@ def app() -> FastAPI:
     router.post("/small")(count)
     router.post("/file", max_body_size=FILE_BYTES)(count)
     app = FastAPI()
-    app.add_middleware(BodyLimitProblems)
+    app.add_middleware(FrameworkProblems)
     app.add_middleware(HeaderLimit)
     app.include_router(router, max_body_size=BODY_BYTES)
     return app

@@ -17,8 +17,8 @@ from tests.local_server import serving
 from tests.persons import PERSON_HEADER, install_persons
 
 from foveacam_server.accounts.requests import person_of
-from foveacam_server.accounts.rights import LOCAL, NOBODY, Principal, PrincipalKind
-from foveacam_server.console.access_rules import STOP_PATH
+from foveacam_server.accounts.rights import LOCAL, NOBODY, Principal, PrincipalKind, Right
+from foveacam_server.accounts.route_rights import needs
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.process_limits import REQUEST_THREADS_EACH, bound_threads
 from foveacam_server.foundation.answers import LONG_READ
@@ -68,7 +68,7 @@ def bench() -> Iterator[Bench]:
     app = FastAPI(lifespan=lifespan)
     error_handlers.install(app)
     app.get("/works")(found.wait)
-    app.get(STOP_PATH)(lambda: "stopped")
+    app.get("/stop")(needs(Right.OPERATE, stops=True)(lambda: "stopped"))
 
     @app.get("/waits")
     async def waits() -> None:
@@ -101,7 +101,7 @@ def test_a_person_with_too_many_open_is_refused_and_another_is_served(
         assert refused.status_code == 429
         assert refused.headers["Retry-After"] == "5"
         assert refused.json()["type"] == "/problems/person-limit"
-        assert (await bench.get(STOP_PATH, "mia")).status_code == 200
+        assert (await bench.get("/stop", "mia")).status_code == 200
         open_ones += await bench.begin(path, "ben")
         bench.go.set()
         assert [(await one).status_code for one in open_ones] == [200] * (most + 1)

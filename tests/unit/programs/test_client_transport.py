@@ -77,6 +77,10 @@ def problem(status: int, slug: str = "busy", **headers: str) -> httpx.Response:
     return httpx.Response(status, json=document, headers=names)
 
 
+def opening() -> httpx.Response:
+    return problem(503, "not-connected", Retry_After="2")
+
+
 EMPTY = httpx.Response(200, json=[])
 
 
@@ -334,3 +338,29 @@ def test_the_asynchronous_client_repeats_in_the_same_way() -> None:
     first, second = (request.headers["Idempotency-Key"] for request in server.requests)
     assert first == second
     assert len(server.pauses_s) == 1
+
+
+def test_a_rig_that_opens_is_waited_for_whatever_the_call() -> None:
+    server = FakeServer(*[opening()] * 9, problem(409))
+    with server.rig() as rig, pytest.raises(RigBusy):
+        rig.api.mirrors.park()  # no job and no read: else sent once
+    assert server.pauses_s == [2.0] * 9
+    server = FakeServer(*[opening()] * 9, httpx.Response(202, json=JOB))
+    with server.rig() as rig:
+        rig.api.fixations.create(REQUEST)
+    keys = {request.headers["Idempotency-Key"] for request in server.requests}
+    assert (len(server.requests), len(keys)) == (10, 1)
+
+
+def test_a_rig_that_opens_for_too_long_is_an_error() -> None:
+    server = FakeServer(opening())
+    with server.rig(retries=RetryPolicy(opening_s=7.0, attempts=1)) as rig, pytest.raises(DeviceMissing):
+        rig.api.mirrors.park()
+    assert server.pauses_s == [2.0] * 3
+
+
+def test_a_missing_device_is_not_waited_for() -> None:
+    server = FakeServer(problem(503, "not-connected"))
+    with server.rig() as rig, pytest.raises(DeviceMissing):
+        rig.api.mirrors.park()
+    assert server.pauses_s == []

@@ -88,7 +88,7 @@ class DriftHistory:
         """Return all checks, oldest first; a truncated line is left out."""
         if not self._path.exists():
             return []
-        lines = enumerate(self._path.read_text(encoding="utf-8").splitlines(), start=1)
+        lines = enumerate(self._path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1)
         found = (self._parsed(line, number) for number, line in lines if line)
         return [record for record in found if record is not None]
 

@@ -4,6 +4,7 @@
 """
 
 import hashlib
+import logging
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
@@ -15,6 +16,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, Va
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_pipeline.storage.archive.store import open_store
 from foveacam_pipeline.storage.disk import disk_errors, write_file
+
+_log = logging.getLogger(__name__)
 
 MANIFEST = "manifest.json"
 RECORD = "archived.json"
@@ -140,7 +143,8 @@ def read_record(path: Path) -> ArchiveRecord | None:
 def _read(path: Path, stamp: tuple[int, int]) -> ArchiveRecord | None:
     try:
         return ArchiveRecord.model_validate_json(path.read_bytes())
-    except (OSError, ValidationError):
+    except (OSError, ValidationError) as error:
+        _log.warning("%s is passed over, so its item counts as not archived: %s", path, error)
         return None
 
 

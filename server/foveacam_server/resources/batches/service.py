@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 import shutil
 import threading
 from collections.abc import Callable
@@ -28,6 +29,8 @@ from foveacam_server.resources.batches.schema import (
 
 JOB = "batch"
 PROCESS = "foveacam_server.resources.batches.process"
+_log = logging.getLogger(__name__)
+
 URL = "/api/v1/batches"
 REQUEST, FORM, VERSION = "request.json", "foveacam-batch-request", 1
 
@@ -171,7 +174,9 @@ class BatchService:
     def _require(self, batch_id: str) -> _StoredBatch:
         try:
             found = read_document(self._folder / batch_id / REQUEST, _RequestFile, form=FORM, version=VERSION)
-        except (OSError, ValueError):
+        except (OSError, ValueError) as error:
+            if not isinstance(error, FileNotFoundError):
+                _log.warning("batch %s is passed over: %s", batch_id, error)
             raise NotFound(f"there is no batch {batch_id}; see {URL}", asked=batch_id) from None
         return _StoredBatch(id=batch_id, folder=self._folder / batch_id, request=found.request)
 
@@ -200,5 +205,8 @@ class _RequestFile(BaseModel):
 def _summary(path: Path) -> _SummaryFile | None:
     try:
         return _SummaryFile.model_validate_json(path.read_bytes())
-    except (OSError, ValueError):
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        _log.warning("%s is passed over: %s", path, error)
         return None

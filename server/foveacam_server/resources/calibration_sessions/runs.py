@@ -122,7 +122,7 @@ class CalibrationRuns:
     def _check(self, session: CalibrationSession, run: Run) -> None:
         status = self._tools.hardware.status
         if status.rig_id is None:
-            raise refusals.not_open(status.problems)
+            raise refusals.not_open(status)
         if session.head.rig_id != status.rig_id:
             raise InvalidInput(
                 f"session {session.id} belongs to rig {session.head.rig_id!r}, this is rig "

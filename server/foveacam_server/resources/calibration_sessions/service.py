@@ -34,7 +34,7 @@ class CalibrationSessionService:
         """Create a session of this rig."""
         status = self._hardware.status
         if status.rig_id is None or status.baseline_m is None:
-            raise refusals.not_open(status.problems)
+            raise refusals.not_open(status)
         return self._describe(
             self._sessions.create(label=label, rig_id=status.rig_id, baseline_m=status.baseline_m)
         )

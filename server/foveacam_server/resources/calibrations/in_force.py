@@ -1,5 +1,7 @@
 """Which calibration of a rig is in force, in a file that outlives a restart, and which may be discarded."""
 
+import re
+from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import Busy, InvalidInput
@@ -29,16 +31,37 @@ def check_discarded(calibration: Calibration, *, in_force: bool, kept: bool) -> 
         )
 
 
-_ID_LENGTHS = range(1, 65)
+_ID = re.compile(r"[0-9A-Za-z_-]{1,64}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pin:
+    """Which calibration was put in force; both None when none was.
+
+    `damage`: what is wrong with the file, where it names no calibration.
+    """
+
+    calibration_id: str | None = None
+    damage: str | None = None
+
+
+def read_pin(folder: Path, rig_id: str) -> Pin:
+    """Return which calibration of a rig was put in force."""
+    path = _path(folder, rig_id)
+    try:
+        found = path.read_text(encoding="utf-8").strip()
+    except FileNotFoundError:
+        return Pin()
+    except (OSError, ValueError) as error:
+        return Pin(damage=f"{path} cannot be read ({getattr(error, 'strerror', None) or 'it is no text'})")
+    if _ID.fullmatch(found) is None:
+        return Pin(damage=f"{path} is {'damaged' if found else 'empty'}: it names no calibration")
+    return Pin(calibration_id=found)
 
 
 def pinned_id(folder: Path, rig_id: str) -> str | None:
-    """Return the id of the calibration that was put in force; None when none was."""
-    try:
-        found = _path(folder, rig_id).read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError):
-        return None
-    return found if len(found) in _ID_LENGTHS else None
+    """Return the id of the calibration that was put in force; None when none was, or the file is damaged."""
+    return read_pin(folder, rig_id).calibration_id
 
 
 def write_pin(folder: Path, rig_id: str, calibration_id: str) -> None:

@@ -74,7 +74,7 @@ class CalibrationRecords:
         """Store the calibration of an uploaded file."""
         status = self._hardware.status
         if status.rig_id is None:
-            raise refusals.not_open(status.problems)
+            raise refusals.not_open(status)
         calibration = calibration_of(document, _facts(status, distance_m=distance_m))
         self._service.add(calibration)
         return self.describe(calibration)

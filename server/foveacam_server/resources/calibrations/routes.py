@@ -63,9 +63,9 @@ def every(
     return [services.records.describe(calibration) for calibration in found]
 
 
-@router.get("/current", summary="The one in force", responses=problems(409))
+@router.get("/current", summary="The one in force", responses=problems(409, 503))
 async def current(services: ServicesDep) -> CalibrationDocument:
-    """Return the calibration in force; 409 while there is none."""
+    """Return the calibration in force; 409 without one, 503 while the rig opens."""
     return services.records.describe(services.calibration.require())
 
 

@@ -8,14 +8,14 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError, NotCalibrated
+from foveacam_hardware.contract import FoveaError, NotCalibrated, NotConnected
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, StillOpening
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.schema import ResponseModel
-from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
+from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, read_pin, write_pin
 from foveacam_server.resources.calibrations.schema import CalibrationChosen, CalibrationMissing
 
 _log = logging.getLogger(__name__)
@@ -46,7 +46,9 @@ class CalibrationService:
         self._on_change: list[Callable[[Calibration], None]] = []
         self.records = CalibrationStore(folder)
         self._reach_rad: Reach | None = None
+        self._lost_pin: str | None = None
         self._problem = "the rig is not open yet, so its calibration is not known; try again in a moment"
+        self._no_rig: Callable[[], NotConnected] = lambda: StillOpening(self._problem)
 
     @property
     def current(self) -> Calibration | None:
@@ -64,7 +66,9 @@ class CalibrationService:
         return self._reach_rad
 
     def require(self) -> Calibration:
-        """Return the calibration in force or raise `NotCalibrated`."""
+        """Return the calibration in force; raise `NotCalibrated`, or `NotConnected` where no rig is open."""
+        if self._rig_id is None:
+            raise self._no_rig()
         if self._current is None:
             raise NotCalibrated(
                 self._problem, asked="a calibrated rig", remedy="load this rig's own with --calibration FILE"
@@ -90,13 +94,22 @@ class CalibrationService:
         """Call `callback` whenever another calibration comes into force."""
         self._on_change.append(callback)
 
+    def refuse_without_rig(self, error: Callable[[], NotConnected]) -> None:
+        """Let `require` raise what `error` returns while no rig is known."""
+        self._no_rig = error
+
+    def forget_rig(self) -> None:
+        """Forget the calibrations of a rig that was closed: another one may be opened."""
+        with self._lock:
+            self._rig_id = self._lost_pin = None
+            self._known = {}
+            self._current = self._reach_rad = None
+
     def choose_for(self, rig_id: str, *, brought: Calibration | None = None) -> None:
         """Load the calibrations of the rig `rig_id`; a chosen one of another rig leaves it uncalibrated.
 
         `brought`: one that comes with the rig itself, as with a recording; only a chosen file goes before it.
         """
-        if self._rig_id not in (None, rig_id):
-            self._forget_rig()
         self._rig_id = rig_id
         self._brought = brought
         self._load(self._shipped / f"{rig_id}.json", rig_id)
@@ -111,12 +124,6 @@ class CalibrationService:
             self._emit(f"not calibrated: {error}", missing, level=EventLevel.ERROR)
             return
         self._put_in_force(current)
-
-    def _forget_rig(self) -> None:
-        """Forget the calibrations of the rig that was open before."""
-        with self._lock:
-            self._known = {}
-            self._current = self._reach_rad = None
 
     def add(self, calibration: Calibration) -> None:
         """Store a calibration of this rig; the one in force stays so, also after a restart."""
@@ -164,7 +171,8 @@ class CalibrationService:
         """Put a calibration in force, now and at every start."""
         calibration = self.get(calibration_id)
         write_pin(self._folder, calibration.rig_id, calibration.id)
-        if calibration is not self._current:
+        lost, self._lost_pin = self._lost_pin, None
+        if calibration is not self._current or lost is not None:
             self._put_in_force(calibration)
         return calibration
 
@@ -183,9 +191,11 @@ class CalibrationService:
             self._current = calibration
         for callback in self._on_change:
             callback(calibration)
+        words, lost = f"calibration {calibration.id} ({calibration.label}) is in force", self._lost_pin
         self._emit(
-            f"calibration {calibration.id} ({calibration.label}) is in force",
+            words if lost is None else f"{words}: {lost}",
             CalibrationChosen(id=calibration.id, label=calibration.label, origin=calibration.origin),
+            level=EventLevel.INFO if lost is None else EventLevel.WARNING,
         )
 
     def _emit(self, message: str, data: ResponseModel, *, level: EventLevel = EventLevel.INFO) -> None:
@@ -203,9 +213,13 @@ class CalibrationService:
             self._known[self._brought.id] = self._brought
             return self._brought
         known = self.every()
-        pinned = pinned_id(self._folder, rig_id)
-        if pinned in self._known:
-            return self._known[pinned]
+        pin = read_pin(self._folder, rig_id)
+        if pin.calibration_id in self._known:
+            return self._known[pin.calibration_id]
+        if pin.damage is not None or pin.calibration_id is not None:
+            lost = pin.damage or f"calibration {pin.calibration_id}, which was put in force, cannot be read"
+            self._lost_pin = f"{lost}; the newest that fits is used, put the right one in force again"
+            _log.warning("%s", self._lost_pin)
         if not known:
             raise NotCalibrated(
                 f"rig {rig_id} has no calibration: none ships with the program and none lies in "
@@ -216,8 +230,11 @@ class CalibrationService:
     def _load(self, path: Path, rig_id: str) -> None:
         try:
             known = load_calibration(path)
-            known.check_rig(rig_id)
         except FoveaError as error:
-            _log.info("%s is passed over: %s", path, error)
+            if path.exists():  # no calibration may ship for this rig
+                _log.warning("%s is passed over: %s", path, error)
+            return
+        if known.rig_id != rig_id:
+            _log.info("%s is passed over: it belongs to rig %s", path, known.rig_id)
             return
         self._known[known.id] = known

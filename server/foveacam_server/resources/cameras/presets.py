@@ -6,6 +6,7 @@ from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.resources.cameras.changes import CameraChange
 from foveacam_server.resources.cameras.service import CameraSettingsService
+from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.status import CameraStatus
@@ -44,6 +45,8 @@ class CameraPresets:
     def save(self, name: str, hardware: HardwareThread) -> CameraPreset:
         """Save what the cameras have now; raise `NotConnected` without a camera."""
         present = [camera for camera in hardware.status.cameras if camera.connected]
+        if not present and not hardware.status.opened:
+            raise refusals.not_open(hardware.status)
         if not present:
             raise NotConnected("no camera is connected whose settings could be saved; connect one")
         preset = CameraPreset(name=name, saved_utc=utc_now(), cameras=[_saved(one) for one in present])

@@ -19,7 +19,6 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
-from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -37,6 +36,7 @@ from foveacam_server.resources.cameras.schema import (
 )
 from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
+from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.status import CameraStatus
 
@@ -111,7 +111,7 @@ def one_test(test_id: TestId, services: ServicesDep) -> TriggerTestDocument:
     return services.trigger_tests.get(test_id)
 
 
-@router.get("/{role}", summary="One camera", responses=problems(404))
+@router.get("/{role}", summary="One camera", responses=problems(503))
 async def one(role: RoleName, services: ServicesDep) -> CameraDocument:
     """Return the last status of one camera."""
     return camera_document(_status(role, services), services)
@@ -199,7 +199,7 @@ def _status(role: RoleName, services: CameraRouteServices) -> CameraStatus:
     for camera in services.hardware.status.cameras:
         if camera.role.value == role:
             return camera
-    raise NotFound(f"camera {role} is not known yet: the rig is still opening; try again in a moment")
+    raise refusals.not_open(services.hardware.status)
 
 
 def _roles(role: Role, *, linked: bool) -> tuple[Role, ...]:

@@ -1,5 +1,6 @@
 """Runs trigger tests as jobs, restores the cameras' settings and stores the results."""
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -28,6 +29,8 @@ LONGEST_STEP_S = 60.0
 
 T = TypeVar("T")
 
+_log = logging.getLogger(__name__)
+
 
 class TriggerTests:
     """Queues and runs tests and stores their results."""
@@ -49,7 +52,8 @@ class TriggerTests:
         jobs.handle(KIND, self._work)
 
     def submit(self, *, idempotency_key: str | None = None) -> Job:
-        """Queue a test of both eyes."""
+        """Queue a test of both eyes; raise `NotConnected` while no rig is open."""
+        self._hardware.check_open()
         return self._jobs.submit(KIND, idempotency_key=idempotency_key)
 
     def get(self, test_id: str) -> TriggerTestDocument:
@@ -66,7 +70,7 @@ class TriggerTests:
     def every(self) -> list[TriggerTestDocument]:
         """Return the results of all tests, newest first."""
         paths = sorted(self._folder.glob("*.json"), reverse=True)
-        return [TriggerTestDocument.model_validate_json(path.read_bytes()) for path in paths]
+        return [found for path in paths if (found := _read(path)) is not None]
 
     def newest(self) -> TriggerTestDocument:
         """Return the newest test; before the first, one that finds both eyes untested."""
@@ -123,6 +127,14 @@ class TriggerTests:
     def _write(self, result: TriggerTestDocument) -> None:
         path = self._folder / f"{result.created_utc.replace(':', '')}-{result.id}.json"
         write_document(path, result.as_json(), what="the trigger test")
+
+
+def _read(path: Path) -> TriggerTestDocument | None:
+    try:
+        return TriggerTestDocument.model_validate_json(path.read_bytes())
+    except (OSError, ValueError) as error:
+        _log.warning("%s is passed over: %s", path, error)
+        return None
 
 
 def _eyes(rig: AssembledRig) -> tuple[Camera, Camera]:

@@ -1,5 +1,6 @@
 """Stores point clouds: one folder a cloud, written whole and then renamed, with a row in the database."""
 
+import logging
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,8 @@ from foveacam_server.resources.clouds.depth_patches import (
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.rig.encoder import encode_png
 from foveacam_web.glb import write_glb
+
+_log = logging.getLogger(__name__)
 
 CLOUDS = "clouds"
 CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
@@ -70,7 +73,13 @@ class CloudCollection:
         for cloud in reversed(self.newest(MAX_PATCHES)):
             path = self._folder / cloud.id / "patch.npz"
             if path.exists():
-                self.patches.add(load_patch(path))
+                self._add_stored_patch(path)
+
+    def _add_stored_patch(self, path: Path) -> None:
+        try:
+            self.patches.add(load_patch(path))
+        except (OSError, ValueError) as error:
+            _log.warning("%s is passed over, its depth is not known: %s", path, error)
 
     def put(self, shape: FixationShape) -> CloudDocument:
         """Write the files, then the row; on an error remove both."""

@@ -1,7 +1,9 @@
 """Answers what depth a wide pixel has, from the newest depth maps projected into the wide image."""
 
+import io
 import math
 import threading
+import zipfile
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
@@ -140,16 +142,19 @@ def save_patch(patch: DepthPatch, path: Path) -> None:
 
 
 def load_patch(path: Path) -> DepthPatch:
-    """Read a patch that `save_patch` wrote."""
-    with np.load(path, allow_pickle=False) as file:
-        return DepthPatch(
-            fixation_id=str(file["fixation_id"]),
-            created_utc=str(file["created_utc"]),
-            x0=int(file["corner"][0]),
-            y0=int(file["corner"][1]),
-            z_m=file["z_m"].astype(np.float32),
-            sigma_m=file["sigma_m"].astype(np.float32),
-        )
+    """Read a patch that `save_patch` wrote; raise `OSError`, or `ValueError` for any other content."""
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            return DepthPatch(
+                fixation_id=str(file["fixation_id"]),
+                created_utc=str(file["created_utc"]),
+                x0=int(file["corner"][0]),
+                y0=int(file["corner"][1]),
+                z_m=file["z_m"].astype(np.float32),
+                sigma_m=file["sigma_m"].astype(np.float32),
+            )
+    except (zipfile.BadZipFile, EOFError, LookupError, TypeError, AttributeError) as error:
+        raise ValueError(f"it is no depth patch ({error})") from error
 
 
 class DepthPatches:

@@ -32,7 +32,7 @@ ServicesDep = Annotated[DepthRouteServices, Depends(opened_services)]
 PixelQuery = Annotated[Pixels, Query(description="wide pixel; the first one's centre is 0")]
 
 
-@router.get("/depth", summary="Depth at a wide pixel", responses=problems(404, 409))
+@router.get("/depth", summary="Depth at a wide pixel", responses=problems(404, 409, 503))
 def depth(x_px: PixelQuery, y_px: PixelQuery, services: ServicesDep) -> DepthDocument:
     """Return distance and point at a wide pixel that a fovea has looked at."""
     calibration = services.calibration.require()

@@ -30,7 +30,7 @@ ServicesDep = Annotated[MeasurementRouteServices, Depends(opened_services)]
 MeasurementId = Annotated[str, Path(pattern=r"^mea-[0-9a-f]{1,32}$")]
 
 
-@router.post("/measurements", status_code=201, summary="Measure", responses=problems(404, 409))
+@router.post("/measurements", status_code=201, summary="Measure", responses=problems(404, 409, 503))
 def create(request: MeasurementRequest, services: ServicesDep, response: Response) -> MeasurementDocument:
     """Measure a point, a length, a plane or a profile at pixels of views, and keep it."""
     document = services.measurements.create(request)

@@ -37,7 +37,7 @@ Distance = Annotated[
 ]
 
 
-@router.get("/reach", summary="Where each eye can look", responses=problems(409))
+@router.get("/reach", summary="Where each eye can look", responses=problems(409, 503))
 def reach(services: ServicesDep, distance_m: Distance = None) -> ReachDocument:
     """Return the outline of each eye's calibrated field in the wide image."""
     calibration = services.calibration.require()

@@ -18,7 +18,7 @@ from foveacam_pipeline.capture.recording.reader import Recording, archive_record
 from foveacam_pipeline.capture.recording.session import STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.archive import RECORD, read_record
-from foveacam_pipeline.storage.disk import disk_errors, disk_fault
+from foveacam_pipeline.storage.disk import check_name, disk_errors, disk_fault
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.resources.recordings.information import contents_of
@@ -89,7 +89,9 @@ class RecordingCollection:
                 found="there is one already",
                 remedy="choose another name",
             )
-        return self.folder / f"{stem}{SUFFIX}"
+        path = self.folder / f"{stem}{SUFFIX}"
+        check_name(path, name=name)
+        return path
 
     def check_writable(self) -> None:
         """Raise `StorageFull` when no file can be made in the folder."""

@@ -11,6 +11,7 @@ from prometheus_client.registry import Collector
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
 from foveacam_server.foundation.answers import opened_services
+from foveacam_server.foundation.errors import StillOpening
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
@@ -91,7 +92,8 @@ async def readyz(services: ServicesDep) -> JSONResponse:
     if services.events.fault is not None:
         missing.append(ReadyProblem(device="storage", detail=services.events.fault))
     readiness = Readiness(ready=not missing, problems=missing)
-    return JSONResponse(readiness.model_dump(), status_code=503 if missing else 200)
+    headers = {} if status.opened else {"Retry-After": str(StillOpening.wait_s)}
+    return JSONResponse(readiness.model_dump(), status_code=503 if missing else 200, headers=headers)
 
 
 @router.get("/metrics", summary="Counters for Prometheus", response_class=Response)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import InvalidInput, install_command
+from foveacam_server.foundation.addresses import join_address
 
 if TYPE_CHECKING:
     from zeroconf import Zeroconf
@@ -59,7 +60,7 @@ class Announcements:
         self._found[name] = FoundRig(
             key=hashlib.sha256(name.encode()).hexdigest()[:10],
             name=told.get("name") or name.removesuffix(f".{SERVICE}"),
-            url=f"{scheme}://{host}:{info.port}{told.get('path', '')}/",
+            url=join_address(join_address(f"{scheme}://{host}:{info.port}", told.get("path", "")), "/"),
         )
 
     def update_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:

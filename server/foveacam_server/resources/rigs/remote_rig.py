@@ -8,6 +8,7 @@ from pathlib import Path
 import httpx
 
 from foveacam_hardware.contract import NotConnected
+from foveacam_server.foundation.addresses import join_address
 
 PATIENCE_S = 3.0
 MOST_BYTES = 4_000_000
@@ -66,7 +67,7 @@ async def ask_picture(rig: RemoteRig) -> bytes:
 
 def _client(rig: RemoteRig) -> httpx.AsyncClient:
     return httpx.AsyncClient(
-        base_url=f"{rig.url}api/v1/", headers=_headers(rig), timeout=PATIENCE_S, trust_env=False
+        base_url=join_address(rig.url, "/api/v1/"), headers=_headers(rig), timeout=PATIENCE_S, trust_env=False
     )
 
 

@@ -5,6 +5,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import FoveaError
+from foveacam_server.foundation.addresses import join_address, server_address
 from foveacam_server.foundation.errors import NotFound, problem_of
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.rigs.announcements import Announcements
@@ -88,7 +89,7 @@ class RigDirectory:
 
 
 def _named_rig(rig: NamedRig) -> RemoteRig:
-    url = str(rig.url).rstrip("/") + "/"
+    url = join_address(server_address(str(rig.url)), "/")
     key = hashlib.sha256(f"{rig.name}\0{url}".encode()).hexdigest()[:10]
     return RemoteRig(id=key, name=rig.name, url=url, announced=False, token_file=rig.token_file)
 

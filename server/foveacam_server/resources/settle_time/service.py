@@ -32,7 +32,7 @@ class SettleTimeService:
     def describe(self, hardware: HardwareThread) -> SettleTimeDocument:
         """Return the settle time and its source; raise `NotConnected` until the rig was opened."""
         if self._rig_file_us is None:
-            raise refusals.not_open(hardware.status.problems)
+            raise refusals.not_open(hardware.status)
         return SettleTimeDocument.of(self._in_use, rig_file_us=self._rig_file_us)
 
     def restore(self, rig: AssembledRig) -> None:

@@ -19,7 +19,9 @@ from foveacam_server.foundation.errors import AllTaken, NotFound, PersonLimit
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.views.live_stereo import LiveStereo
+from foveacam_server.rig import refusals
 from foveacam_server.rig.encoder import EncodedPicture, Scale
+from foveacam_server.rig.status import RigStatus
 from foveacam_server.rig.stream import LiveStreams, StreamSession
 
 router = GuardedRouter(tags=["views"], reading=Right.VIEW, changing=Right.OPERATE)
@@ -73,6 +75,13 @@ async def live_stereo(connection: HTTPConnection) -> LiveStereo:
     return found
 
 
+async def rig_status(connection: HTTPConnection) -> RigStatus:
+    """Return the rig's last status."""
+    found: RigStatus = connection.app.state.services.hardware.status
+    return found
+
+
+StatusDep = Annotated[RigStatus, Depends(rig_status)]
 StreamsDep = Annotated[LiveStreams, Depends(streams)]
 StereoDep = Annotated[LiveStereo, Depends(live_stereo)]
 ScaleQuery = Annotated[Literal["1", "2"], Query(description="1: full size, 2: half of it each way")]
@@ -122,9 +131,11 @@ async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> 
     response_class=Response,
     responses=file_responses("image/jpeg") | problems(503),
 )
-async def snapshot(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> Response:
+async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: ScaleQuery = "1") -> Response:
     """Return the newest picture of a view as JPEG; its number and capture time are in the headers."""
     encoded = await streams.jpegs.newest(_known(streams, name), _scale(scale))
+    if encoded is None and not status.opened:
+        raise refusals.not_open(status)
     if encoded is None:
         raise NotConnected(
             f"view '{name}' has no picture yet; it comes with the first frame, "

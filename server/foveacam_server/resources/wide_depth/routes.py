@@ -37,7 +37,7 @@ class WideDepthRouteServices(Protocol):
 ServicesDep = Annotated[WideDepthRouteServices, Depends(opened_services)]
 
 
-@router.get("/wide_depth", summary="Depth of the wide view, in figures", responses=problems(409))
+@router.get("/wide_depth", summary="Depth of the wide view, in figures", responses=problems(409, 503))
 def document(services: ServicesDep) -> WideDepthDocument:
     """Return how much is known, since when and how well."""
     return services.wide_depth.document()
@@ -47,7 +47,7 @@ def document(services: ServicesDep) -> WideDepthDocument:
     "/wide_depth.png",
     summary="Depth of the wide view as a picture",
     response_class=Response,
-    responses={**file_responses("image/png"), **problems(409)},
+    responses={**file_responses("image/png"), **problems(409, 503)},
 )
 def png(services: ServicesDep) -> Response:
     """Return a heat map with its scale; what is unknown is striped."""
@@ -58,7 +58,7 @@ def png(services: ServicesDep) -> Response:
     "/wide_depth.ply",
     summary="Depth of the wide view as points",
     response_class=Response,
-    responses={**file_responses("application/octet-stream"), **problems(409)},
+    responses={**file_responses("application/octet-stream"), **problems(409, 503)},
 )
 def ply(services: ServicesDep) -> Response:
     """Return x, y, z (m, rig frame), colour and sigma of every cell's surfaces."""

@@ -11,6 +11,7 @@ from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import FOVEAE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.hardware_thread.moves import RigMoves
 from foveacam_server.rig.ports import AssembledRig
+from foveacam_server.rig.status import RigStatus
 
 GIVEN_AWAY_S = 5.0
 """So long a job waits for the rig: who follows targets gives it away after the look under way."""
@@ -80,12 +81,14 @@ class MoveGuard:
         self,
         rig: Callable[[], AssembledRig | None],
         *,
+        status: Callable[[], RigStatus],
         moves: RigMoves,
         mirrors: MirrorLinkMonitor,
         reconnector: DeviceReconnector,
         use: ExclusiveUse,
     ) -> None:
         self._rig = rig
+        self._status = status
         self._moves = moves
         self._mirrors = mirrors
         self._reconnector = reconnector
@@ -95,7 +98,7 @@ class MoveGuard:
         """Return the rig; raise `NotConnected` while none is open."""
         rig = self._rig()
         if rig is None:
-            raise refusals.not_open(self._reconnector.problems)
+            raise refusals.not_open(self._status())
         return rig
 
     def check(self, *, one_eyed: bool = False) -> None:

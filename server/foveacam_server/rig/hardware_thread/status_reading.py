@@ -40,7 +40,8 @@ class StatusReading:
     @property
     def status(self) -> RigStatus:
         """The last status, with the state and the problems of this moment."""
-        return replace(self._status, state=self._state(), problems=self._reconnector.problems)
+        opened, problems = self._is_open(), self._reconnector.problems
+        return replace(self._status, state=self._state(), problems=problems, opened=opened)
 
     @property
     def mirrors_connected(self) -> bool:
