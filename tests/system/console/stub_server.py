@@ -280,7 +280,8 @@ def application(stub: StubServer) -> FastAPI:
         if path.endswith((".png", ".jpg", ".svg")):
             return Response(picture(Path(path).name), media_type="image/jpeg")
         body = json.loads(await request.body() or b"null")
-        asked = f"/{path}?{request.url.query}" if path == "audit" else f"/{path}"
+        with_query = path == "audit" or (path.startswith("users/") and request.url.query)
+        asked = f"/{path}?{request.url.query}" if with_query else f"/{path}"
         status, document = stub.answer(request.method, asked, body)
         return Response(status_code=204) if status == 204 else JSONResponse(document, status_code=status)
 

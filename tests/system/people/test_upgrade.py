@@ -57,7 +57,7 @@ def test_no_file_was_changed_and_the_database_was_copied_first(
         if file.path != DATABASE:
             content = (folder / file.path).read_bytes()
             assert hashlib.sha256(content).hexdigest() == file.sha256, file.path
-    assert [copy.name for copy in folder.glob("*.before-*")] == [f"{DATABASE}.before-0003"]
+    assert [copy.name for copy in folder.glob("*.before-*")] == [f"{DATABASE}.before-0004"]
 
 
 def test_it_goes_on_and_stays_open_to_the_person_who_used_it(upgraded: Running) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from sqlalchemy import event
 from sqlalchemy.engine.interfaces import DBAPIConnection
@@ -21,22 +22,28 @@ def signed_in(accounts: Accounts, name: str) -> tuple[str, str]:
     return cookie, principal.sign_in
 
 
+class FillableStore(Store):
+    """A store whose SQLite refuses every write while `full`; what is stored can be read."""
+
+    full = False
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+
+        def choose(
+            connection: DBAPIConnection, _entry: ConnectionPoolEntry, _proxy: PoolProxiedConnection
+        ) -> None:
+            connection.cursor().execute(f"PRAGMA query_only={'ON' if self.full else 'OFF'}")
+
+        event.listen(self._engine, "checkout", choose)
+
+
 @contextmanager
 def unwritable(store: Store) -> Iterator[None]:
-    """Let SQLite refuse every write, as on a disk that takes none; what is stored can be read."""
-
-    def refuse(
-        connection: DBAPIConnection, _entry: ConnectionPoolEntry, _proxy: PoolProxiedConnection
-    ) -> None:
-        connection.cursor().execute("PRAGMA query_only=ON")
-
-    def allow(connection: DBAPIConnection, _entry: ConnectionPoolEntry) -> None:
-        connection.cursor().execute("PRAGMA query_only=OFF")
-
-    event.listen(store._engine, "checkout", refuse)
-    event.listen(store._engine, "checkin", allow)
+    """Let a store take nothing, as on a disk that is full."""
+    assert isinstance(store, FillableStore)
+    store.full = True
     try:
         yield
     finally:
-        event.remove(store._engine, "checkout", refuse)
-        event.remove(store._engine, "checkin", allow)
+        store.full = False

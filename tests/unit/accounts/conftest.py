@@ -12,7 +12,7 @@ from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.foundation.store import DATABASE, Store
 
-from .account_setup import PASSWORD
+from .account_setup import PASSWORD, FillableStore
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +31,7 @@ def new_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def store(tmp_path: Path, new_database: Path) -> Iterator[Store]:
     shutil.copy(new_database, tmp_path / DATABASE)
-    with Store(tmp_path) as found:
+    with FillableStore(tmp_path) as found:
         yield found
 
 

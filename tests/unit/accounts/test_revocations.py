@@ -14,7 +14,7 @@ from foveacam_server.accounts.signing_key import KEY_FILE
 from foveacam_server.foundation.errors import WrongCredentials
 from foveacam_server.foundation.store import DATABASE, Store
 
-from .account_setup import PASSWORD, signed_in, unwritable
+from .account_setup import PASSWORD, FillableStore, signed_in, unwritable
 
 ANOTHER = "another password"
 CHANGES: dict[str, Callable[[Accounts], object]] = {
@@ -188,7 +188,7 @@ def test_the_key_is_written_whole_and_others_cannot_read_it(store: Store) -> Non
 
 
 def test_a_full_disk_starts_with_a_key_in_memory(tmp_path: Path) -> None:
-    with Store(tmp_path) as store:
+    with FillableStore(tmp_path) as store:
         first = Accounts(store)
         first.users.add("ada", UserRole.ADMIN, password=PASSWORD)
         cookie, _ = signed_in(first, "ada")
