@@ -60,17 +60,24 @@ def rig_that_lists(*origins: str) -> Iterator[tuple[str, str]]:
 
 
 @pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """A page of an origin of its own."""
+def origin() -> Iterator[str]:
+    """Another origin, which serves one page."""
     other = FastAPI()
 
     @other.get("/")
     async def show() -> HTMLResponse:
         return HTMLResponse("<title>lab</title>")
 
-    with serving(other) as port, browser.new_context() as context:
+    with serving(other) as port:
+        yield f"http://127.0.0.1:{port}"
+
+
+@pytest.fixture
+def page(browser: Browser, origin: str) -> Iterator[Page]:
+    """The page of the other origin."""
+    with browser.new_context() as context:
         found = context.new_page()
-        found.goto(f"http://127.0.0.1:{port}/")
+        found.goto(f"{origin}/")
         yield found
 
 
@@ -80,15 +87,21 @@ def order(page: Page, url: str, **options: object) -> list[object]:
     return found
 
 
-def test_a_listed_page_orders_with_a_token_and_reads_with_the_cookie(page: Page) -> None:
-    with rig_that_lists(page.evaluate("origin")) as (rig, cookie):
+def heard(page: Page, rig: str) -> str:
+    """Return what a WebSocket of the page hears first, or that it was refused."""
+    found: str = page.evaluate(LISTEN, f"{rig}/live".replace("http", "ws", 1))
+    return found
+
+
+def test_a_listed_page_orders_with_a_token_and_reads_with_the_cookie(page: Page, origin: str) -> None:
+    with rig_that_lists(origin) as (rig, cookie):
         token = {"X-Api-Token": TOKEN, "Content-Type": "application/json"}
         assert order(page, f"{rig}/park", method="POST", headers=token) == [200, None, '"parked"']
         assert order(page, f"{rig}/picture")[0] == 401  # without credentials, and it may read why
         page.context.add_cookies([{"name": COOKIE, "value": cookie, "url": rig, "sameSite": "Lax"}])
         assert order(page, f"{rig}/picture")[0] == 401
         assert order(page, f"{rig}/picture", credentials="include") == [200, "7", "seen"]
-        assert page.evaluate(LISTEN, f"{rig}/live".replace("http", "ws", 1)) == "live"
+        assert heard(page, rig) == "live"
 
 
 def test_a_page_that_is_not_listed_gets_nothing(page: Page) -> None:
@@ -97,4 +110,4 @@ def test_a_page_that_is_not_listed_gets_nothing(page: Page) -> None:
         token = {"X-Api-Token": TOKEN}
         assert order(page, f"{rig}/park", method="POST", headers=token) == [0, None, "TypeError"]
         assert order(page, f"{rig}/picture", credentials="include") == [0, None, "TypeError"]
-        assert page.evaluate(LISTEN, f"{rig}/live".replace("http", "ws", 1)) == "refused"
+        assert heard(page, rig) == "refused"

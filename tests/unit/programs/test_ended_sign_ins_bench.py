@@ -17,7 +17,8 @@ from foveacam_bench.access.ended_sign_ins import API, STREAMS, WEBSOCKETS, ended
 from foveacam_bench.access.guarded import PASSWORD
 from foveacam_server.accounts import passwords
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.rights import UserRole
+from foveacam_server.accounts.rights import Right, UserRole
+from foveacam_server.accounts.route_rights import needs
 from foveacam_server.console import security
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.settings import Settings
@@ -25,6 +26,7 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.resources.people import session_routes, token_routes, user_routes
 
 
+@needs(Right.VIEW)
 async def endless() -> StreamingResponse:
     async def parts() -> AsyncIterator[bytes]:
         while True:
@@ -34,12 +36,14 @@ async def endless() -> StreamingResponse:
     return StreamingResponse(parts())
 
 
+@needs(Right.OPERATE)
 async def listen(websocket: WebSocket) -> None:
     await websocket.accept()
     async for _ in websocket.iter_text():
         pass
 
 
+@needs(Right.OPERATE)
 async def answer() -> str:
     return "done"
 
