@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 
 from fastapi import FastAPI
@@ -49,6 +49,7 @@ class GuardedServer:
         app = create_app(Settings(viewer=False))
         self._runner = runner
         self._reached: object | None = None
+        self._noting: list[BaseRoute] = []
         self.accounts = accounts
         self.rules = AccessRules(
             routes=RouteTable(app.routes),
@@ -110,6 +111,12 @@ class GuardedServer:
             await send({"type": "http.response.body", "body": b""})
 
         route.handle = note  # type: ignore[method-assign]  # in place of what the endpoint does
+        self._noting.append(route)
+
+    def close(self) -> None:
+        """Let the routes serve again: their routers belong to every application of this process."""
+        for route in self._noting:
+            vars(route).pop("handle", None)
 
 
 def _handling(context: RouteContext) -> BaseRoute:
@@ -128,8 +135,8 @@ def guarded_server(store: Store) -> Iterator[GuardedServer]:
         accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
         accounts.users.add("otto", UserRole.OPERATOR, password=PASSWORD)
         accounts.users.add("vera", UserRole.VIEWER, password=PASSWORD)
-        with asyncio.Runner() as runner:
-            yield GuardedServer(accounts, runner)
+        with asyncio.Runner() as runner, closing(GuardedServer(accounts, runner)) as server:
+            yield server
     finally:
         accounts.close()
 
