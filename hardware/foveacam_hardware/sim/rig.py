@@ -121,7 +121,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
 def _add_positioners(rig: Rig, board: BoardLoopback[GrblFarEnd] | BoardProcess, clock: Clock) -> None:
     """Add the pan-tilt and the rail, both driven by one board."""
     axes = [*PAN_TILT_MOUNTING.axes(PAN_TILT_LIMITS), RAIL_MOUNTING.axis(RAIL_LIMITS)]
-    motors = GrblBoard(board.open, clock, axes=axes, name="pan-tilt")
+    motors = GrblBoard(board.open, clock, axes=axes, name="pan-tilt and rail")
     rig.pan_tilt = GrblPanTilt(
         board.open,
         clock,

@@ -12,7 +12,8 @@ from pydantic import SecretStr
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.accounts.accounts import Accounts
-from foveacam_server.accounts.rights import UserRole
+from foveacam_server.accounts.rights import Right, UserRole
+from foveacam_server.accounts.route_rights import needs
 from foveacam_server.console import openid, security
 from foveacam_server.foundation.settings import OpenIdSettings, Settings, checked_settings
 from foveacam_server.foundation.store import Store
@@ -60,6 +61,7 @@ def guarded_app(
     app = FastAPI()
 
     @app.get("/")
+    @needs(Right.VIEW)
     async def page(request: Request) -> str:
         return str(request.scope["principal"].title)
 

@@ -83,7 +83,9 @@ def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     hub = FrameHub(clock=MonotonicClock())
     streams = LiveStreams(hub, boot_id="boot-1", max_clients=request.param)
     app = FastAPI()
-    app.state.services = SimpleNamespace(streams=streams, viewer=None)
+    app.state.services = SimpleNamespace(
+        streams=streams, viewer=None, hardware=SimpleNamespace(status=SimpleNamespace(opened=True))
+    )
     error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
     install_persons(app)

@@ -50,7 +50,9 @@ def live() -> Iterator[Live]:
     hub = FrameHub(clock=MonotonicClock())
     streams = LiveStreams(hub, boot_id="boot-1")
     app = FastAPI()
-    app.state.services = SimpleNamespace(streams=streams, viewer=None)
+    app.state.services = SimpleNamespace(
+        streams=streams, viewer=None, hardware=SimpleNamespace(status=SimpleNamespace(opened=True))
+    )
     error_handlers.install(app)
     app.add_middleware(UncollectedStreams)
     app.include_router(routes.router, prefix="/api/v1")
