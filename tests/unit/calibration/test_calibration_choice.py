@@ -200,7 +200,7 @@ def test_damaged_note_of_what_is_in_force_is_as_none(events: EventLog, folder: P
 def test_full_disk_changes_nothing_that_is_in_force_or_known(
     events: EventLog, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(path: Path, content: object) -> None:
+    def full(path: Path, content: object, **_mode: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
     service = CalibrationService(chosen=None, folder=folder, events=events)

@@ -162,7 +162,7 @@ def test_what_cannot_be_put_together_is_refused_by_name(shelf: SessionCollection
     assert len(shelf.every()) == 2
 
 
-def full(path: Path, content: object) -> None:
+def full(path: Path, content: object, **_mode: int) -> None:
     raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
 

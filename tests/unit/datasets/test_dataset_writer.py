@@ -155,14 +155,14 @@ def test_a_folder_with_files_in_it_is_left_alone(folder: Path) -> None:
     assert [path.name for path in folder.iterdir()] == ["holiday.txt"]
 
 
-def broken_disk(first: str, number: int) -> Callable[[Path, memoryview], None]:
+def broken_disk(first: str, number: int) -> Callable[..., None]:
     """Return what writes files until the name of one begins with `first`; none from there on."""
 
-    def fail(path: Path, content: memoryview) -> None:
+    def fail(path: Path, content: memoryview, *, mode: int | None = None) -> None:
         if path.name >= first:
             disk.part_path(path).write_bytes(bytes(content[:10]))
             raise OSError(number, "no")
-        disk.write_part(path, content)
+        disk.write_part(path, content, mode=mode)
 
     return fail
 

@@ -126,7 +126,10 @@ def test_options_that_mean_no_still_are_refused_in_words() -> None:
 
 @pytest.mark.parametrize(
     ("address", "error", "told"),
-    [("here", InvalidInput, "give its address"), ("http://127.0.0.1:1", NotConnected, "it was not reached")],
+    [
+        ("here", InvalidInput, "give the address that a browser opens it by"),
+        ("http://127.0.0.1:1", NotConnected, "it was not reached"),
+    ],
 )
 def test_a_server_that_is_not_there_is_said_to_be_so(address: str, error: type[Exception], told: str) -> None:
     with pytest.raises(error, match=told):

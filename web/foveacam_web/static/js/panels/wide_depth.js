@@ -25,6 +25,8 @@ export class WideDepth {
   /** @type {JobDocument | null} */
   #job = null;
   #asked = false;
+  /** Id of the calibration whose depth was read; empty where it has to be read with the next news of the rig. */
+  #calibration = "";
   #words = h("a", { class: "wide-depth-known", href: `${API}/wide_depth.png`, target: "_blank", rel: "noopener" });
   #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.#press() } });
   #said = h("span", { class: "unseen", role: "status" });
@@ -34,12 +36,12 @@ export class WideDepth {
     this.#store = store;
     this.#commands = commands;
     this.element = h("span", { class: "wide-depth" }, this.#words, this.#button, this.#said);
-    let calibrated = "";
     store.on(["stop", "rig"], ({ rig }) => {
       const now = rig?.calibration?.id ?? "";
-      if (now !== calibrated) void this.readAll();
+      const changed = now !== this.#calibration;
+      this.#calibration = now;
+      if (changed) void this.readAll();
       else this.#draw();
-      calibrated = now;
     });
   }
 
@@ -56,6 +58,7 @@ export class WideDepth {
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
         this.#known = this.#job = null;
+        if (error.slug === "not-connected") this.#calibration = ""; // a server that has come back opens its rig
       }
       this.#draw();
     });
