@@ -1,3 +1,4 @@
+import asyncio
 import socket
 
 import pytest
@@ -14,6 +15,19 @@ def test_connections_inherit_the_small_send_buffer() -> None:
             # Linux keeps twice what was asked, for its own bookkeeping
             buffer_bytes = accepted.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF)
     assert SEND_BUFFER_BYTES <= buffer_bytes <= 2 * SEND_BUFFER_BYTES
+
+
+def test_small_answers_are_sent_at_once() -> None:
+    async def accepted_has_no_delay() -> bool:
+        with listen("127.0.0.1", 0) as listener, socket.create_connection(listener.getsockname()):
+            listener.setblocking(True)
+            accepted, _ = listener.accept()
+        transport, _ = await asyncio.get_running_loop().connect_accepted_socket(asyncio.Protocol, accepted)
+        found = transport.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        transport.close()
+        return bool(found)
+
+    assert asyncio.run(accepted_has_no_delay())
 
 
 def test_a_taken_port_is_named_with_a_way_out() -> None:
