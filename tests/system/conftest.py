@@ -18,6 +18,7 @@ from typing import Any
 
 import httpx
 import pytest
+from matplotlib.figure import Figure
 
 from foveacam_hardware.contract import Frame
 from foveacam_hardware.rig import Rig
@@ -201,6 +202,18 @@ def missing_rig(folder: Path, *, rig_id: str = "workshop") -> str:
     port = 'port = "/dev/ttyNOBODY"'
     path.write_text(f'kind = "serial"\nrig_id = "{rig_id}"\n[mirrors]\n{port}\n', encoding="utf-8")
     return str(path)
+
+
+@pytest.fixture(autouse=True)
+def figures_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No thread of requests draws a figure: several at once would slow down all others."""
+    save = Figure.savefig
+
+    def spy(figure: Figure, *arguments: object, **named: object) -> None:
+        assert "AnyIO" not in threading.current_thread().name, "a route draws beside `ComputeQueue.run`"
+        save(figure, *arguments, **named)  # type: ignore[arg-type]  # as they came
+
+    monkeypatch.setattr(Figure, "savefig", spy)
 
 
 @pytest.fixture(scope="module")

@@ -221,7 +221,7 @@ def _things(recording_id: str, calibration_id: str) -> list[_Thing]:
         _Thing(name="events", take=lambda person, _: person.stream("/events")),
         _Thing(name="MJPEG", take=lambda person, _: person.stream("/views/wide/stream.mjpeg")),
         _Thing(
-            name="threads",
+            name="figures",
             many=FEW,
             take=lambda person, _: person.answered("GET", f"/calibrations/compare.png?{compared}"),
         ),

@@ -26,8 +26,7 @@ class LargeBodyRoute(APIRoute):
         handler = super().get_route_handler()
 
         async def counted(request: Request) -> Response:
-            announced = request.headers.get("content-length", "")
-            if announced.isdecimal() and int(announced) <= BODY_BYTES:
+            if _is_usual(request):
                 return await handler(request)
             places = await server_places(request)
             with places.large_bodies.hold(PERSON.get()):
@@ -35,6 +34,14 @@ class LargeBodyRoute(APIRoute):
                 return await handler(request)
 
         return counted
+
+
+def _is_usual(request: Request) -> bool:
+    """Return whether the body is surely small; a request that announces none has none (RFC 9112, 6.3)."""
+    announced = request.headers.get("content-length")
+    if announced is None:
+        return "transfer-encoding" not in request.headers
+    return announced.isdecimal() and int(announced) <= BODY_BYTES
 
 
 def check_parts(body: bytes) -> None:

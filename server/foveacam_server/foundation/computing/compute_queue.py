@@ -21,7 +21,7 @@ from foveacam_server.foundation.watching.flows import count_flow, this_part
 T = TypeVar("T")
 R = TypeVar("R")
 
-MOST_OPEN, MOST_OPEN_EACH = 16, 4
+MOST_OPEN, MOST_OPEN_EACH = 64, 16
 """Computations that wait or run: of all persons, and of one."""
 PROCESSES = 2
 """One person has one of them at a time, so that the other is free for the next person."""

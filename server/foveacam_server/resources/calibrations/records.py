@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.records.compare import compare, comparison_picture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.calibrations.health import CalibrationHealth
 from foveacam_server.resources.calibrations.measured_data import MeasuredDrift, MeasuredSessions
@@ -42,7 +43,7 @@ class CalibrationRecords:
         self._drift = drift
         self._hardware = hardware
         self._health = health
-        self._compared = lru_cache(maxsize=8)(self._compare)
+        self._picture = lru_cache(maxsize=8)(self._draw)
 
     def describe(self, calibration: Calibration) -> CalibrationDocument:
         """Return a calibration as REST shows it; the one in force with its health."""
@@ -60,11 +61,13 @@ class CalibrationRecords:
 
     def compare(self, a: str, b: str) -> ComparisonDocument:
         """Return how far two calibrations differ."""
-        return self._compared(a, b)[0]
+        return ComparisonDocument.of(
+            compare(self._service.get(a), self._service.get(b)), picture_url=f"{COMPARE_URL}?a={a}&b={b}"
+        )
 
     def compare_picture(self, a: str, b: str) -> bytes:
         """Return how far two calibrations differ as a PNG."""
-        return self._compared(a, b)[1]
+        return self._picture(a, b)
 
     def file(self, calibration_id: str, file_format: FileFormat) -> bytes:
         """Return the content of a calibration's file."""
@@ -85,14 +88,8 @@ class CalibrationRecords:
 
         return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)
 
-    def _compare(self, a: str, b: str) -> tuple[ComparisonDocument, bytes]:
-        from foveacam_server.resources.calibrations.reports import (
-            compare_calibrations,  # figures load for seconds
-        )
-
-        return compare_calibrations(
-            self._service.get(a), self._service.get(b), picture_url=f"{COMPARE_URL}?a={a}&b={b}"
-        )
+    def _draw(self, a: str, b: str) -> bytes:
+        return comparison_picture(compare(self._service.get(a), self._service.get(b)))
 
 
 def _facts(status: RigStatus, *, distance_m: float | None) -> ImportFacts:

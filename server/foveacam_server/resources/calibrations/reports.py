@@ -1,13 +1,11 @@
-"""The HTML report of a calibration from its session, pictures and drift checks; two calibrations compared."""
+"""The HTML report of a calibration from its session, pictures and drift checks."""
 
 from dataclasses import replace
 
-from foveacam_pipeline.calibrate.records.compare import DifferenceSpread, compare, comparison_picture
 from foveacam_pipeline.calibrate.report import SessionFacts, report_html
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.calibrations.measured_data import MeasuredDrift, MeasuredSessions
-from foveacam_server.resources.calibrations.schema import ComparisonDocument, SpreadDocument
 
 
 def report_page(calibration: Calibration, *, sessions: MeasuredSessions, drift: MeasuredDrift) -> str:
@@ -30,26 +28,3 @@ def _session_of(calibration: Calibration, sessions: MeasuredSessions) -> Session
     if facts.fit is None or calibration.parent_id is not None or facts.fit.calibration_id == calibration.id:
         return facts
     return replace(facts, fit=None, check=None)
-
-
-def compare_calibrations(
-    a: Calibration, b: Calibration, *, picture_url: str
-) -> tuple[ComparisonDocument, bytes]:
-    """Return the differences of b from a, and their picture as a PNG."""
-    found = compare(a, b)
-    document = ComparisonDocument(
-        a=found.a,
-        b=found.b,
-        distance_m=found.distance_m,
-        pointing_difference_px=_spread(found.pointing),
-        epipolar_difference_px=_spread(found.epipolar),
-        disparity_difference_px=_spread(found.disparity),
-        wide_px=_spread(found.wide),
-        baseline_m=round(found.baseline_m, 7),
-        picture_url=picture_url,
-    )
-    return document, comparison_picture(found)
-
-
-def _spread(spread: DifferenceSpread) -> SpreadDocument:
-    return SpreadDocument(rms=round(spread.rms_px, 4), max=round(spread.max_px, 4))

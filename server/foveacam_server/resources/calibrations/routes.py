@@ -14,6 +14,7 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.large_bodies import LargeBodyRoute
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.calibrations.record_files import FileFormat
@@ -40,6 +41,7 @@ class CalibrationRouteServices(Protocol):
     calibration: CalibrationService
     records: CalibrationRecords
     lease: Lease
+    computing: ComputeQueue
 
 
 ServicesDep = Annotated[CalibrationRouteServices, Depends(opened_services)]
@@ -76,9 +78,9 @@ async def health(services: ServicesDep) -> HealthDocument:
 
 
 @router.get("/compare", summary="Compare two", responses=problems(404))
-def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> ComparisonDocument:
+async def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> ComparisonDocument:
     """Return how far b differs from a, in pixels that an operator sees."""
-    return services.records.compare(a, b)
+    return await services.computing.run(lambda: services.records.compare(a, b))
 
 
 @router.get(
@@ -87,9 +89,10 @@ def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> ComparisonDocume
     response_class=Response,
     responses=file_responses("image/png"),
 )
-def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
+async def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
     """Return where over the field two calibrations differ."""
-    return Response(services.records.compare_picture(a, b), media_type="image/png")
+    picture = await services.computing.run(lambda: services.records.compare_picture(a, b))
+    return Response(picture, media_type="image/png")
 
 
 @router.post(
@@ -149,9 +152,9 @@ def activate(
     response_class=HTMLResponse,
     responses=problems(404),
 )
-def report(calibration_id: CalibrationId, services: ServicesDep) -> HTMLResponse:
+async def report(calibration_id: CalibrationId, services: ServicesDep) -> HTMLResponse:
     """Return one self-contained page: measured figures beside the paper's, and all pictures."""
-    return HTMLResponse(services.records.report(calibration_id))
+    return HTMLResponse(await services.computing.run(lambda: services.records.report(calibration_id)))
 
 
 @router.get("/{calibration_id}/file", summary="One as a file", response_class=Response, responses=_JSON_FILE)

@@ -1,7 +1,8 @@
 """Schemas of calibrations: description, health, comparison, events."""
 
-from typing import Literal
+from typing import Literal, Self
 
+from foveacam_pipeline.calibrate.records.compare import CalibrationComparison, DifferenceSpread
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.names import age_s
 from foveacam_server.foundation.quantities import deg, rounded
@@ -13,6 +14,11 @@ class SpreadDocument(ResponseModel):
 
     rms: float
     max: float
+
+    @classmethod
+    def of(cls, spread: DifferenceSpread) -> Self:
+        """Return a spread rounded to what a pixel can say."""
+        return cls(rms=round(spread.rms_px, 4), max=round(spread.max_px, 4))
 
 
 class ComparisonDocument(ResponseModel):
@@ -28,6 +34,21 @@ class ComparisonDocument(ResponseModel):
     baseline_m: float
     """Baseline of b minus that of a."""
     picture_url: str
+
+    @classmethod
+    def of(cls, found: CalibrationComparison, *, picture_url: str) -> Self:
+        """Return a comparison as REST shows it."""
+        return cls(
+            a=found.a,
+            b=found.b,
+            distance_m=found.distance_m,
+            pointing_difference_px=SpreadDocument.of(found.pointing),
+            epipolar_difference_px=SpreadDocument.of(found.epipolar),
+            disparity_difference_px=SpreadDocument.of(found.disparity),
+            wide_px=SpreadDocument.of(found.wide),
+            baseline_m=round(found.baseline_m, 7),
+            picture_url=picture_url,
+        )
 
 
 class WideLensDocument(ResponseModel):

@@ -234,10 +234,14 @@ def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     response_class=FileResponse,
     responses=_IMAGES,
 )
-def picture_of(capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep) -> FileResponse:
+async def picture_of(
+    capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep
+) -> FileResponse:
     """Draw the capture as far as it has come."""
-    captures = services.captures
-    path = capture_picture(captures.collection, captures.collection.get(capture_id), picture, form=form)
+    collection = services.captures.collection
+    path = await services.computing.run(
+        lambda: capture_picture(collection, collection.get(capture_id), picture, form=form)
+    )
     return FileResponse(path, media_type=media_type(form))
 
 

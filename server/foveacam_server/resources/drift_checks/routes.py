@@ -18,6 +18,7 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -33,6 +34,7 @@ class DriftCheckRouteServices(Protocol):
     drift: DriftChecks
     jobs: JobRunner
     lease: Lease
+    computing: ComputeQueue
 
 
 ServicesDep = Annotated[DriftCheckRouteServices, Depends(opened_services)]
@@ -78,9 +80,10 @@ def every(services: ServicesDep) -> list[DriftCheckDocument]:
     response_class=Response,
     responses=file_responses("image/png"),
 )
-def trend(services: ServicesDep) -> Response:
+async def trend(services: ServicesDep) -> Response:
     """Return a picture of how both eyes have drifted since they were calibrated."""
-    return Response(services.drift.records.trend_picture(), media_type="image/png")
+    picture = await services.computing.run(services.drift.records.trend_picture)
+    return Response(picture, media_type="image/png")
 
 
 @router.get("/{check_id}", summary="One check", responses=problems(404))

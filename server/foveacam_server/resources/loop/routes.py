@@ -16,6 +16,7 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -43,6 +44,7 @@ class LoopRouteServices(Protocol):
     loop: LoopService
     jobs: JobRunner
     lease: Lease
+    computing: ComputeQueue
 
 
 ServicesDep = Annotated[LoopRouteServices, Depends(opened_services)]
@@ -183,9 +185,10 @@ def match_png(services: ServicesDep) -> Response:
     response_class=Response,
     responses={**file_responses("image/png"), **problems(404)},
 )
-def tune_png(services: ServicesDep) -> Response:
+async def tune_png(services: ServicesDep) -> Response:
     """Return how each loop answers a step before and after the last tuning, as a PNG."""
-    return Response(services.loop.tuning.picture(form="png"), media_type="image/png")
+    picture = await services.computing.run(lambda: services.loop.tuning.picture(form="png"))
+    return Response(picture, media_type="image/png")
 
 
 @router.get(
@@ -194,6 +197,7 @@ def tune_png(services: ServicesDep) -> Response:
     response_class=Response,
     responses={**file_responses("image/svg+xml"), **problems(404)},
 )
-def tune_svg(services: ServicesDep) -> Response:
+async def tune_svg(services: ServicesDep) -> Response:
     """Return how each loop answers a step before and after the last tuning, as an SVG."""
-    return Response(services.loop.tuning.picture(form="svg"), media_type="image/svg+xml")
+    picture = await services.computing.run(lambda: services.loop.tuning.picture(form="svg"))
+    return Response(picture, media_type="image/svg+xml")
