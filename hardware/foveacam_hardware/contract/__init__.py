@@ -40,6 +40,7 @@ from foveacam_hardware.contract.errors import (
 )
 from foveacam_hardware.contract.values import (
     PARKED,
+    Binning,
     DeviceInfo,
     ExposureReceipt,
     Frame,
@@ -66,6 +67,7 @@ from foveacam_hardware.contract.values import (
 __all__ = [
     "PARKED",
     "AutoMode",
+    "Binning",
     "Busy",
     "Camera",
     "CameraCounters",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from foveacam_hardware.contract.errors import InvalidInput
+from foveacam_hardware.contract.values import Binning
 
 MARGIN_US = 500
 """Margin between the end of one look and the next move."""
@@ -60,6 +61,8 @@ class CameraSettings:
     """Ignored for a free-running camera."""
     black_level: float = 0.0
     """Black level offset in the camera's own units."""
+    binning: Binning = 1
+    """Pixels of the sensor along each side of a pixel of the frame, which is their mean."""
 
     @property
     def automatic(self) -> bool:
@@ -88,6 +91,7 @@ class CameraRanges:
     """Automatic exposure modes that the camera has."""
     frame_rate_auto: bool = False
     """Whether the camera can choose its rate itself."""
+    binnings: tuple[Binning, ...] = (1,)
 
 
 class CameraPhase(StrEnum):

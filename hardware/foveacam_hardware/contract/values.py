@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,11 @@ from foveacam_hardware.contract.quantities import check_ordered, check_positive
 
 Image: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]
 """(h, w) grey or (h, w, 3) RGB, uint8, or uint16 holding `Frame.bits` significant bits."""
+
+
+Binning: TypeAlias = Literal[1, 2]
+"""Pixels of the sensor along each side of one pixel of a frame. Pixel coordinates (integers at pixel centres)
+of a binned frame are those of the sensor by x = binning x_b + (binning - 1) / 2."""
 
 
 class Role(StrEnum):
@@ -73,6 +78,8 @@ class Frame:
     """The controller's number of the exposure that `volts` belongs to; None for an untriggered exposure."""
     epoch: int = 0
     """Number of the camera's opening that delivered it; `seq` continues across reopenings."""
+    binning: Binning = 1
+    """Pixels of the sensor along each side of a pixel of `image`, which is their mean."""
 
     def with_volts(self, volts: MirrorVolts, *, frame_id: int | None = None) -> "Frame":
         """Return a copy with the mirror drive of its exposure and the exposure's number."""
