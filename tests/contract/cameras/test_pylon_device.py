@@ -401,3 +401,48 @@ def test_every_error_is_the_contract_s() -> None:
     for call in (device.start, device.stop, device.ranges, device.underruns, device.software_trigger):
         with pytest.raises(FoveaError):
             call()
+
+
+BINNED = replace(SLOW, binning=2)
+
+
+def region(device: PylonDevice) -> tuple[int, ...]:
+    names = ("OffsetX", "OffsetY", "Width", "Height")
+    return tuple(int(getattr(emulator(device), name).GetValue()) for name in names)
+
+
+def test_the_camera_averages_the_same_part_of_its_sensor_by_itself(device: PylonDevice) -> None:
+    device.configure(SLOW)
+    whole = region(device)
+    taken = device.configure(BINNED)
+    half = region(device)
+    device.start()
+    shape = picture(device).shape
+    device.stop()
+    back = device.configure(SLOW)
+
+    assert (taken.binning, back.binning) == (2, 1)
+    assert half == tuple(size // 2 for size in whole)
+    assert shape == (135, 180)
+    assert emulator(device).BinningHorizontalMode.GetValue() == "Average"
+    assert emulator(device).BinningVerticalMode.GetValue() == "Average"
+    assert region(device) == whole
+
+
+@pytest.mark.parametrize("pixel_format", [PixelFormat.BAYER_RG8, PixelFormat.RGB8])
+def test_colours_are_left_to_the_host(device: PylonDevice, pixel_format: PixelFormat) -> None:
+    device.configure(BINNED)
+    taken = device.configure(replace(BINNED, pixel_format=pixel_format))
+
+    assert taken.binning == 1
+    assert region(device)[2:] == (360, 270)
+
+
+def test_a_size_that_it_cannot_halve_is_left_to_the_host() -> None:
+    device = PylonDevice(SERIAL, clock=MonotonicClock(), options=PylonOptions(width=362, offset_x=1))
+    device.open()
+    try:
+        assert device.configure(BINNED).binning == 1
+        assert region(device)[::2] == (1, 362)
+    finally:
+        device.close()

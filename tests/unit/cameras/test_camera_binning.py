@@ -73,8 +73,7 @@ def test_frames_state_their_binning_and_numbers_go_on_when_it_is_switched(bins: 
 
 def test_a_switch_discards_the_unread_frames_of_the_other_size() -> None:
     bench = Bench().streaming()
-    while bench.shared.waiting < 3:
-        bench.turn()
+    bench.turn_until(lambda: bench.shared.waiting == 3, within_s=1.0)
     bench.do(lambda worker: worker.configure(BINNED))
 
     assert bench.shared.waiting == 0
@@ -98,7 +97,7 @@ def test_a_camera_lost_during_a_switch_comes_back_with_the_settings_before_it() 
     with pytest.raises(Exception, match="does not answer"):
         bench.do(lambda worker: worker.configure(BINNED))
     bench.camera.dead = False
-    frame = bench.frame()
+    frame = bench.frame(within_s=3.0)
 
     assert (frame.binning, frame.image.shape, frame.epoch) == (1, SIZE, 2)
 
@@ -106,9 +105,9 @@ def test_a_camera_lost_during_a_switch_comes_back_with_the_settings_before_it() 
 def test_a_lost_camera_comes_back_at_its_binning() -> None:
     bench = Bench(settings=BINNED).streaming()
     bench.camera.dead = True
-    bench.turn()
+    bench.turn_until(bench.is_down, within_s=1.0)
     bench.camera.dead = False
-    frame = bench.frame()
+    frame = bench.frame(within_s=3.0)
 
     assert (frame.binning, frame.image.shape, frame.epoch) == (2, HALF, 2)
 
@@ -125,15 +124,16 @@ def test_a_camera_that_does_not_leave_binning_2_is_a_fault() -> None:
 def test_what_a_camera_sets_itself_leaves_its_binning() -> None:
     bench = Bench(settings=replace(BINNED, frame_rate_auto=True)).streaming()
     bench.camera.sets_itself["exposure_ns"] = 7_000_000
-    while bench.worker.settings.exposure_ns != 7_000_000:
-        bench.turn()
+    bench.turn_until(lambda: bench.worker.settings.exposure_ns == 7_000_000, within_s=3.0)
 
     assert bench.worker.settings.binning == 2
     assert bench.frame().binning == 2
 
 
 def test_a_binning_that_is_not_to_be_had_is_refused_by_name() -> None:
-    with pytest.raises(InvalidInput, match=r"camera left: asked for binning 2, and it has 1; use 1") as refusal:
+    with pytest.raises(
+        InvalidInput, match="camera left: asked for binning 2, and it has 1; use 1"
+    ) as refusal:
         refuse_binning("camera left", BINNED, NO_RANGES)
 
     found = refusal.value

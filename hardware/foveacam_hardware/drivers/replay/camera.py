@@ -121,7 +121,7 @@ class ReplayCamera:
         self._connected = False
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Accept the recorded settings, also at binning 2; raise `OutOfRange` or `InvalidInput` for others."""
+        """Accept the recorded settings and binning 2; raise `OutOfRange` or `InvalidInput` for others."""
         self._require_connected("configure")
         refuse_binning(f"camera {self._role}", settings, self.ranges)
         try:
