@@ -18,6 +18,7 @@ import numpy as np
 
 from foveacam_bench.judging import peak_memory_kib, rms
 from foveacam_bench.render.accuracy import (
+    binned_difference,
     bits_are_equal,
     depth_max_rel_error,
     disparity_errors_px,
@@ -72,6 +73,10 @@ def run(*, quick: bool = False) -> dict[str, float | int | bool]:
         "disparity_noise_rms_px": rms(noisy),
         "depth_max_rel_error": depth_max_rel_error(),
         "shimmer": shimmer(),
+        "binned_difference_wide": binned_difference(wide_view(), psf_sigma_px=0.6),
+        "binned_difference_fovea": max(
+            binned_difference(fovea_view(at_m), psf_sigma_px=1.4) for at_m in (PANEL_M, ON_BOX_M, ON_STATUE_M)
+        ),
         "bit_equal": bits_are_equal(),
     }
     return figures | _start_up_figures()
