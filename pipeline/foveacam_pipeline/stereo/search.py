@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.refine import FloatImage, gradients_correlate, refine
 from foveacam_pipeline.stereo.values import RectifiedPair
 
 STEP = 16
@@ -78,7 +79,7 @@ QUICK = CoarseSearch(row_px=2 * COARSE_SHRINK, least_share=0.012)
 
 def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[int, int]:
     """Return the first residual disparity of the set range and their number, a multiple of 16 up to 256."""
-    return _window(search_span(pair, settings))
+    return window(search_span(pair, settings))
 
 
 def search_span(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[float, float]:
@@ -103,7 +104,7 @@ def scene_window(
     pair: RectifiedPair, grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], settings: MatchSettings = DEFAULT
 ) -> tuple[int, int]:
     """Return the first residual disparity to search and their number; `grays`: (h, w) of both windows."""
-    return _window(scene_span(pair, grays, settings))
+    return window(scene_span(pair, grays, settings))
 
 
 def scene_span(
@@ -116,10 +117,11 @@ def scene_span(
     """Return the least and the largest residual disparity to search, px; `grays`: (h, w) of both windows."""
     if not settings.scene_decides:
         return search_span(pair, settings)
-    found, asked = _coarse_px(pair, grays, settings, coarse.row_px)
-    if len(found) < LEAST_COARSE_SHARE * asked:
+    cells = coarse_map(pair, grays, settings, row_px=coarse.row_px)
+    found = cells[np.isfinite(cells)]
+    if len(found) < LEAST_COARSE_SHARE * cells.size:
         return search_span(pair, settings)
-    low, high = _span_px(found, coarse.least_share)
+    low, high = span_px(found, coarse.least_share)
     low = max(low - SPAN_MARGIN_PX, -pair.offset_px)
     return low, min(high + SPAN_MARGIN_PX, math.floor(low) + MAX_SCENE_DISPARITIES)
 
@@ -127,15 +129,16 @@ def scene_span(
 def half_window(span_px: tuple[float, float]) -> tuple[int, int]:
     """Return the first disparity at half the size and their number, for a span at full size."""
     low_px, high_px = span_px
-    return _window((low_px / 2.0, high_px / 2.0))
+    return window((low_px / 2.0, high_px / 2.0))
 
 
-def _window(span_px: tuple[float, float]) -> tuple[int, int]:
-    first = math.floor(span_px[0])
-    return first, _rounded_count(math.ceil(span_px[1]) - first)
+def window(between_px: tuple[float, float]) -> tuple[int, int]:
+    """Return the first disparity and their number, a multiple of 16, that hold a span, px."""
+    first = math.floor(between_px[0])
+    return first, _rounded_count(math.ceil(between_px[1]) - first)
 
 
-def _span_px(found_px: NDArray[np.float32], least_share: float) -> tuple[float, float]:
+def span_px(found_px: NDArray[np.float32], least_share: float) -> tuple[float, float]:
     """Return the least and the largest disparity, px, of bins with `least_share` of the coarse matches (n,).
 
     Of a span that is too wide to search, return the part with the most matches.
@@ -151,13 +154,17 @@ def _span_px(found_px: NDArray[np.float32], least_share: float) -> tuple[float, 
     return float((lowest + kept[0]) * BIN_PX), float((lowest + kept[-1] + 1) * BIN_PX)
 
 
-def _coarse_px(
+def coarse_map(
     pair: RectifiedPair,
     grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
-    settings: MatchSettings,
-    row_px: int,
-) -> tuple[NDArray[np.float32], int]:
-    """Return (n,) the disparities of the coarse search, px at the window's scale, and its pixel count."""
+    settings: MatchSettings = DEFAULT,
+    *,
+    row_px: int = COARSE_SHRINK,
+) -> FloatImage:
+    """Return the disparities (n, m) of the coarse search, px at the window's scale, NaN where unknown.
+
+    Matches whose gradients do not correlate are left out: on blank surfaces any disparity is as good.
+    """
     height, width = grays[0].shape
     size = (max(1, width // COARSE_SHRINK), max(1, height // row_px))
     whole_cells = (slice(size[1] * row_px), slice(size[0] * COARSE_SHRINK))  # several times faster to shrink
@@ -165,16 +172,19 @@ def _coarse_px(
         np.asarray(cv2.resize(image[whole_cells], size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         for image in grays
     )
-    valid = pair.valid_left[whole_cells].view(np.uint8)
-    seen = cv2.resize(valid, size, interpolation=cv2.INTER_NEAREST)
+    seen_left, seen_right = (
+        cv2.resize(valid[whole_cells].view(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(np.bool_)
+        for valid in (pair.valid_left, pair.valid_right)
+    )
     first = math.floor(max(-COARSE_REACH_PX, -pair.offset_px) / COARSE_SHRINK)
     count = _rounded_count(COARSE_REACH_PX // COARSE_SHRINK - first)
-    whole = semi_global(
+    found = semi_global(
         left, right, first=first, count=count, settings=settings, speckle_px=COARSE_SPECKLE_PX
     )
-    known = np.isfinite(whole) & np.asarray(seen, dtype=np.bool_)
-    known[:, : max(0, first)] = False
-    return np.asarray(whole[known] * np.float32(COARSE_SHRINK), dtype=np.float32), whole.size
+    refinement = refine(left, right, np.nan_to_num(found), seen_right)
+    found[~(seen_left & refinement.seen & gradients_correlate(refinement))] = np.nan
+    found *= np.float32(COARSE_SHRINK)
+    return found
 
 
 def semi_global(
