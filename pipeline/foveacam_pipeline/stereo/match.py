@@ -4,16 +4,15 @@
 speckles; `refine` measures the sub-pixel part, `errors` its sigma and the probability that it is wrong.
 """
 
-import math
 import time
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, ErrorModel, MatchErrors, match_errors
+from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, accept_matches
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
-from foveacam_pipeline.stereo.refine import FloatImage, Refinement, gradients_correlate, refine
+from foveacam_pipeline.stereo.refine import FloatImage, Refinement, refine
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.tiles import match_tiles, search_tiles
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
@@ -40,31 +39,6 @@ def find_and_refine(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> t
     found = match_tiles(grays, search_tiles(pair, grays, settings), settings)
     found[~pair.valid_left] = np.nan
     return found, refine(left, right, np.nan_to_num(found), pair.valid_right)
-
-
-def accept_matches(
-    found_px: FloatImage, refinement: Refinement, *, model: ErrorModel, settings: MatchSettings
-) -> tuple[FloatImage, FloatImage]:
-    """Return the refined disparities and their sigmas, px, NaN where unknown or too doubtful.
-
-    `found_px`: (h, w) disparities of a matcher, NaN where it gave none. Overwrites `refinement.residual_px`.
-    """
-    errors = match_errors(found_px, refinement, model)
-    known = acceptable(found_px, refinement, errors, settings=settings)
-    residual, sigma = refinement.residual_px, errors.sigma_px
-    residual[~known] = np.nan
-    sigma[~known] = np.nan
-    return residual, sigma
-
-
-def acceptable(
-    found_px: FloatImage, refinement: Refinement, errors: MatchErrors, *, settings: MatchSettings
-) -> NDArray[np.bool_]:
-    """Return (h, w) bool: where a disparity was found, is seen by both eyes, and is not too doubtful."""
-    known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
-    known &= gradients_correlate(refinement)
-    known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
-    return known
 
 
 def gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

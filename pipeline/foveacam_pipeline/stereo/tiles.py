@@ -12,21 +12,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.refine import FloatImage
-from foveacam_pipeline.stereo.search import (
+from foveacam_pipeline.stereo.coarse import (
     BIN_PX,
     COARSE_SHRINK,
-    FALLBACK_DISPARITIES,
     LEAST_COARSE_SHARE,
     SPAN_MARGIN_PX,
-    STEP,
     THOROUGH,
-    MatchSettings,
     coarse_map,
+    span_px,
+)
+from foveacam_pipeline.stereo.refine import FloatImage
+from foveacam_pipeline.stereo.search import (
+    FALLBACK_DISPARITIES,
+    STEP,
+    MatchSettings,
     matcher,
     search_span,
     search_window,
-    span_px,
     window,
 )
 from foveacam_pipeline.stereo.values import RectifiedPair
@@ -197,4 +199,5 @@ def _cost(low: object, high: object, size: tuple[object, object]) -> NDArray[np.
     span = np.asarray(high, dtype=np.float64) - np.asarray(low) + 2 * SPAN_MARGIN_PX
     span = np.where(span > 0.0, STEP * np.ceil(span / STEP), FALLBACK_DISPARITIES)
     overlap = 2 * OVERLAP_PX / (BLOCK_CELLS * COARSE_SHRINK)
-    return np.asarray((np.asarray(size[0]) + overlap) * (np.asarray(size[1]) + overlap) * (span + FIXED_DISPARITIES))
+    height, width = (np.asarray(side) + overlap for side in size)
+    return np.asarray(height * width * (span + FIXED_DISPARITIES), dtype=np.float64)
