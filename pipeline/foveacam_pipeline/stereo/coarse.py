@@ -35,6 +35,24 @@ SPAN_MARGIN_PX = 8.0
 """Margin added to the coarse span, px: two coarse px, for objects too thin or too steep for it."""
 
 
+KNOWN_CELLS, LEAST_KNOWN_SHARE = 9, 0.3
+"""Least share of the coarse cells in this window that must match; elsewhere there is nothing to match."""
+AGREEING_CELLS = 9
+"""A fine match must lie near the disparities of the coarse cells in this window."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CoarseMap:
+    """Disparities (n, m) of the coarse search, px at the window's scale, NaN where unknown.
+
+    `found_px`: what the matcher gives. `sure_px`: without doubtful matches; on blank surfaces any disparity
+    is as good.
+    """
+
+    found_px: FloatImage
+    sure_px: FloatImage
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoarseSearch:
     """Settings of the coarse search for the span of the scene."""
@@ -67,7 +85,7 @@ def scene_span(
     """Return the least and the largest residual disparity to search, px; `grays`: (h, w) of both windows."""
     if not settings.scene_decides:
         return search_span(pair, settings)
-    cells = coarse_map(pair, grays, settings, row_px=coarse.row_px)
+    cells = coarse_map(pair, grays, settings, row_px=coarse.row_px).sure_px
     found = cells[np.isfinite(cells)]
     if len(found) < LEAST_COARSE_SHARE * cells.size:
         return search_span(pair, settings)
@@ -104,11 +122,8 @@ def coarse_map(
     settings: MatchSettings = DEFAULT,
     *,
     row_px: int = COARSE_SHRINK,
-) -> FloatImage:
-    """Return the disparities (n, m) of the coarse search, px at the window's scale, NaN where unknown.
-
-    Doubtful matches are left out: on blank surfaces any disparity is as good.
-    """
+) -> CoarseMap:
+    """Search a quarter of the columns, and a row in `row_px`, for disparities of `COARSE_REACH_PX`."""
     height, width = grays[0].shape
     size = (max(1, width // COARSE_SHRINK), max(1, height // row_px))
     whole_cells = (slice(size[1] * row_px), slice(size[0] * COARSE_SHRINK))  # several times faster to shrink
@@ -128,6 +143,23 @@ def coarse_map(
     found[~seen_left | (found < first + 1) | (found > first + count - 2)] = np.nan  # ends attract mismatches
     refinement = refine(left, right, np.nan_to_num(found), seen_right)
     errors = match_errors(found, refinement, SEMI_GLOBAL)
-    found[~acceptable(found, refinement, errors, settings=settings)] = np.nan
     found *= np.float32(COARSE_SHRINK)
-    return found
+    sure = acceptable(found, refinement, errors, settings=settings)
+    return CoarseMap(found_px=found, sure_px=np.where(sure, found, np.float32(np.nan)))
+
+
+def contradicted(coarse: CoarseMap, disparity_px: FloatImage) -> NDArray[np.bool_]:
+    """Return (h, w) bool: where the coarse search found little, or nothing near a disparity (h, w), px.
+
+    It searches farther than the fine one, so that it contradicts mismatches which the fine one accepts.
+    """
+    known = np.isfinite(coarse.found_px)
+    share = cv2.blur(known.astype(np.float32), (KNOWN_CELLS, KNOWN_CELLS))
+    near = np.ones((AGREEING_CELLS, AGREEING_CELLS), dtype=np.uint8)
+    low = cv2.erode(np.where(known, coarse.found_px, np.float32(1e6)), near)
+    high = cv2.dilate(np.where(known, coarse.found_px, np.float32(-1e6)), near)
+    low[share < np.float32(LEAST_KNOWN_SHARE)] = np.float32(1e6)
+    size = disparity_px.shape[::-1]
+    low, high = (cv2.resize(limit, size, interpolation=cv2.INTER_NEAREST) for limit in (low, high))
+    margin = np.float32(SPAN_MARGIN_PX)
+    return np.asarray((disparity_px < low - margin) | (disparity_px > high + margin), dtype=np.bool_)

@@ -5,23 +5,31 @@ speckles; `refine` measures the sub-pixel part, `errors` its sigma and the proba
 """
 
 import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.stereo.coarse import contradicted
 from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, accept_matches
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement, refine
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
-from foveacam_pipeline.stereo.tiles import match_tiles, search_tiles
+from foveacam_pipeline.stereo.tiles import match_tiles, plan_search
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
+
+MAX_WRONG_IN_SCENE = 0.4
+"""Largest probability of an error above 1 px where the scene decides what is searched: `max_wrong` belongs to
+wide ranges, in which other disparities contradict more of the mismatches."""
 
 
 def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMap:
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
     started = time.perf_counter()
     found, refinement = find_and_refine(pair, settings)
+    if settings.scene_decides:
+        settings = replace(settings, max_wrong=min(settings.max_wrong, MAX_WRONG_IN_SCENE))
     residual, sigma = accept_matches(found, refinement, model=SEMI_GLOBAL, settings=settings)
     occluded = occluded_pixels(residual)
     return DisparityMap(
@@ -36,8 +44,11 @@ def find_and_refine(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> t
     """Return the disparities (h, w) of the matcher, px, NaN where it gave none, and their refinement."""
     left, right = gray(pair.left), gray(pair.right)
     grays = left, right
-    found = match_tiles(grays, search_tiles(pair, grays, settings), settings)
+    plan = plan_search(pair, grays, settings)
+    found = match_tiles(grays, plan.tiles, settings)
     found[~pair.valid_left] = np.nan
+    if plan.coarse is not None:
+        found[contradicted(plan.coarse, found)] = np.nan
     return found, refine(left, right, np.nan_to_num(found), pair.valid_right)
 
 

@@ -6,7 +6,7 @@ again where that makes the search cheaper; the parts overlap, so that a seam cos
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -18,6 +18,7 @@ from foveacam_pipeline.stereo.coarse import (
     LEAST_COARSE_SHARE,
     SPAN_MARGIN_PX,
     THOROUGH,
+    CoarseMap,
     coarse_map,
     span_px,
 )
@@ -27,7 +28,6 @@ from foveacam_pipeline.stereo.search import (
     STEP,
     MatchSettings,
     matcher,
-    search_span,
     search_window,
     window,
 )
@@ -41,6 +41,8 @@ FIXED_DISPARITIES = 24
 """Cost of what the search does once a pixel, in disparities."""
 LEAST_SAVING = 0.05
 """Least share of the cost of the whole window that a division must save."""
+LEAST_DISPARITIES = 48
+"""Least number searched in a part: with fewer, hardly any contradicts a mismatch."""
 UNMATCHED = -(2**15)
 
 Grays = tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -59,6 +61,14 @@ class SearchTile:
     count: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SearchPlan:
+    """The parts to search, and the coarse search that chose them; None where the caller or nothing did."""
+
+    tiles: list[SearchTile]
+    coarse: CoarseMap | None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Blocks:
     """The least and the largest disparity about each block (n, m), px; infinite, reversed, where unknown."""
@@ -73,38 +83,40 @@ class _Blocks:
         return _Blocks(low=self.low.T, high=self.high.T)
 
 
-def search_tiles(pair: RectifiedPair, grays: Grays, settings: MatchSettings) -> list[SearchTile]:
+def plan_search(pair: RectifiedPair, grays: Grays, settings: MatchSettings) -> SearchPlan:
     """Return the parts of the left window and the disparities to search in each."""
     height, width = grays[0].shape
-    whole = SearchTile(top=0, bottom=height, left=0, right=width, first=0, count=0)
-    if not settings.scene_decides:
+    coarse = coarse_map(pair, grays, settings) if settings.scene_decides else None
+    found = None if coarse is None else coarse.sure_px[np.isfinite(coarse.sure_px)]
+    if coarse is None or found is None or len(found) < LEAST_COARSE_SHARE * coarse.sure_px.size:
         first, count = search_window(pair, settings)
-        return [replace(whole, first=first, count=count)]
-    cells = coarse_map(pair, grays, settings)
-    found = cells[np.isfinite(cells)]
-    if len(found) < LEAST_COARSE_SHARE * cells.size:
-        first, count = search_window(pair, settings)
-        return [replace(whole, first=first, count=count)]
-    blocks = _blocks(cells, found)
+        whole = SearchTile(top=0, bottom=height, left=0, right=width, first=first, count=count)
+        return SearchPlan(tiles=[whole], coarse=None)
+    blocks = _blocks(coarse.sure_px, found)
     side = BLOCK_CELLS * COARSE_SHRINK
     tiles = []
     for rows, columns in _divided(blocks, (slice(0, blocks.low.shape[0]), slice(0, blocks.low.shape[1]))):
-        part = blocks.part(rows, columns)
-        low, high = float(part.low.min()), float(part.high.max())
-        if high < low:
-            low, high = search_span(pair, settings)
-        first, count = window((max(low - SPAN_MARGIN_PX, -pair.offset_px), high + SPAN_MARGIN_PX))
-        tiles.append(
-            SearchTile(
-                top=rows.start * side,
-                bottom=height if rows.stop == blocks.low.shape[0] else rows.stop * side,
-                left=columns.start * side,
-                right=width if columns.stop == blocks.low.shape[1] else columns.stop * side,
-                first=first,
-                count=count,
-            )
+        first, count = _part_window(blocks.part(rows, columns), pair, settings)
+        tile = SearchTile(
+            top=rows.start * side,
+            bottom=height if rows.stop == blocks.low.shape[0] else rows.stop * side,
+            left=columns.start * side,
+            right=width if columns.stop == blocks.low.shape[1] else columns.stop * side,
+            first=first,
+            count=count,
         )
-    return tiles
+        tiles.append(tile)
+    return SearchPlan(tiles=tiles, coarse=coarse)
+
+
+def _part_window(part: _Blocks, pair: RectifiedPair, settings: MatchSettings) -> tuple[int, int]:
+    """Return the first disparity to search in a part and their number."""
+    low, high = float(part.low.min()) - SPAN_MARGIN_PX, float(part.high.max()) + SPAN_MARGIN_PX
+    if high < low:
+        return search_window(pair, settings)
+    spare = max(0.0, LEAST_DISPARITIES - 2 - (high - low)) / 2
+    low = max(low - spare, -pair.offset_px)
+    return window((low, max(high + spare, low + 1.0)))
 
 
 def match_tiles(grays: Grays, tiles: list[SearchTile], settings: MatchSettings) -> FloatImage:
@@ -197,7 +209,8 @@ def _best_cut(part: _Blocks) -> tuple[float, int]:
 def _cost(low: object, high: object, size: tuple[object, object]) -> NDArray[np.float64]:
     """Return the cost of searching parts of `size` blocks with spans from `low` to `high`, px."""
     span = np.asarray(high, dtype=np.float64) - np.asarray(low) + 2 * SPAN_MARGIN_PX
-    span = np.where(span > 0.0, STEP * np.ceil(span / STEP), FALLBACK_DISPARITIES)
+    count = np.maximum(STEP * np.ceil(span / STEP), LEAST_DISPARITIES)
+    count = np.where(span > 0.0, count, FALLBACK_DISPARITIES)
     overlap = 2 * OVERLAP_PX / (BLOCK_CELLS * COARSE_SHRINK)
     height, width = (np.asarray(side) + overlap for side in size)
-    return np.asarray(height * width * (span + FIXED_DISPARITIES), dtype=np.float64)
+    return np.asarray(height * width * (count + FIXED_DISPARITIES), dtype=np.float64)
