@@ -32,13 +32,13 @@ def binning_of(shape: tuple[int, ...], *, width: int, height: int) -> Binning:
         if tuple(shape[:2]) == (height // binning, width // binning):
             return 2 if binning == 2 else 1
     raise InvalidInput(
-        f"a picture of {shape[1]} x {shape[0]} px belongs to no binning of a sensor of {width} x {height} px; "
-        "use the calibration of the camera that took it"
+        f"a picture of {shape[1]} x {shape[0]} px belongs to no binning of a sensor of {width} x {height} "
+        "px; use the calibration of the camera that took it"
     )
 
 
 def enlarge(image: NDArray[np.uint8], *, width: int, height: int) -> NDArray[np.uint8]:
-    """Return a picture, (h, w) or (h, w, 3), with the pixels of its sensor, interpolated where it is binned."""
+    """Return a picture, (h, w) or (h, w, 3), at the size of its sensor, interpolated where it is binned."""
     if binning_of(image.shape, width=width, height=height) == 1:
         return image
     return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
