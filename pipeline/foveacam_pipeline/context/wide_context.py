@@ -84,8 +84,8 @@ class WideContext:
     ) -> int:
         """Fuse measured points into the grid; return the number of cells that changed.
 
-        `gray`: (h, w) uint8, the wide image at the time of the measurement, binned or not; later changes of the scene are
-        detected against it, and not at all without it.
+        `gray`: (h, w) uint8, the wide image at the time of the measurement, binned or not; later changes of
+        the scene are detected against it, and not at all without it.
         """
         cell = self._cells(samples.tangents)
         usable = (cell >= 0) & (samples.inverse_z_per_m > 0.0) & np.isfinite(samples.sigma_per_m)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import near_jumps
+from foveacam_pipeline.geometry.binning import common_binning
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
@@ -69,10 +70,10 @@ def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> Dep
     """
     if sighting.missing is role:
         return DepthSamples.none()
-    binning = sighting.wide.binning
-    calibration = calibration.binned(binning)
     volts = sighting.volts.left if role is Role.LEFT else sighting.volts.right
     frame = sighting.left if role is Role.LEFT else sighting.right
+    binning = common_binning(frame, sighting.wide)
+    calibration = calibration.binned(binning)
     look = EyeLook.of(calibration, role, volts)
     q_ref = float(np.clip(1.0 / crossing_z_m(calibration, sighting.volts), 0.0, 1.0 / NEAREST_M))
     window = _window(calibration, role)

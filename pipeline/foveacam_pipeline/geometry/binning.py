@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Binning, InvalidInput
+from foveacam_hardware.contract import Binning, Frame, InvalidInput
 
 
 def sensor_px(pixels: NDArray[np.float64], binning: Binning) -> NDArray[np.float64]:
@@ -35,6 +35,18 @@ def binning_of(shape: tuple[int, ...], *, width: int, height: int) -> Binning:
         f"a picture of {shape[1]} x {shape[0]} px belongs to no binning of a sensor of {width} x {height} "
         "px; use the calibration of the camera that took it"
     )
+
+
+def common_binning(*frames: Frame) -> Binning:
+    """Return the binning of frames that are compared, or raise InvalidInput where it differs."""
+    first = frames[0]
+    for frame in frames:
+        if frame.binning != first.binning:
+            raise InvalidInput(
+                f"the {first.role} frame is binned by {first.binning}, the {frame.role} one by "
+                f"{frame.binning}; set all cameras alike and look again"
+            )
+    return first.binning
 
 
 def enlarge(image: NDArray[np.uint8], *, width: int, height: int) -> NDArray[np.uint8]:

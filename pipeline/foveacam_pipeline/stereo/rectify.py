@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Binning, Frame, InvalidInput, Role, Sighting, StereoVolts
+from foveacam_hardware.contract import Frame, InvalidInput, Role, Sighting, StereoVolts
+from foveacam_pipeline.geometry.binning import common_binning
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.values import RectifiedPair
 
@@ -33,7 +34,7 @@ def rectify_frames(
     """Warp both foveae's frames of one exposure under `volts`, as `rectify` does."""
     if scale not in SCALES:
         raise InvalidInput(f"rectify at scale {scale!r}: only 0.5 and 1.0 are made; pass one of them")
-    of_frame = scale * _binning(left_frame, right_frame)
+    of_frame = scale * common_binning(left_frame, right_frame)
     if of_frame > 1.0:
         raise InvalidInput(
             f"rectify at scale {scale!r}: the frames are binned by 2 and show no more than scale 0.5; pass "
@@ -62,16 +63,6 @@ def rectify_frames(
         pose_sigma_px=scale * calibration.pose_sigma_px(z_m),
         t_ns=left_frame.t_ns,
     )
-
-
-def _binning(left: Frame, right: Frame) -> Binning:
-    """Return the binning of both frames, or raise InvalidInput where it differs."""
-    if left.binning != right.binning:
-        raise InvalidInput(
-            f"the left frame is binned by {left.binning}, the right one by {right.binning}; set both cameras "
-            "alike and look again"
-        )
-    return left.binning
 
 
 def halved(pair: RectifiedPair) -> RectifiedPair:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Binning, Role, Sighting
+from foveacam_pipeline.geometry.binning import common_binning
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement, doubled
 from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
@@ -90,7 +91,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: MatchGuess) 
     grazing angle) or does not tell, narrower ones, upright and leaning.
     """
     z_m = guessed_depth_m(calibration, sighting, guess)
-    binning = sighting.left.binning
+    binning = common_binning(sighting.left, sighting.right)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
     expected_px = left_px - right_px
     half = (WIDER.half_px + MARGIN_PX) // binning
