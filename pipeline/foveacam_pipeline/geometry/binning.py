@@ -49,8 +49,10 @@ def common_binning(*frames: Frame) -> Binning:
     return first.binning
 
 
-def enlarge(image: NDArray[np.uint8], *, width: int, height: int) -> NDArray[np.uint8]:
+def enlarge(image: NDArray[np.uint8], *, binning: Binning) -> NDArray[np.uint8]:
     """Return a picture, (h, w) or (h, w, 3), at the size of its sensor, interpolated where it is binned."""
-    if binning_of(image.shape, width=width, height=height) == 1:
+    if binning == 1:
         return image
-    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
+    height, width = image.shape[:2]
+    size = (binning * width, binning * height)
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR), dtype=np.uint8)

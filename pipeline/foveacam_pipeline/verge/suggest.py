@@ -48,7 +48,7 @@ def suggest_targets(
     image: NDArray[np.uint8], calibration: Calibration, *, count: int = 3
 ) -> tuple[Suggestion, ...]:
     """Return at most `count` good targets in a wide image, (h, w, 3) RGB and binned or not, best first."""
-    image = enlarge(image, width=calibration.wide.width, height=calibration.wide.height)
+    image = enlarge(image, binning=calibration.wide.binning_of(image.shape))
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
     points = _candidates(gray.shape, calibration)
     if len(points) == 0:

@@ -206,10 +206,8 @@ def _marker_patches(
     layout = settings.layout
     if layout is None:
         return []
-    wide = calibration.wide
-    views = find_markers(
-        enlarge(field.gray, width=wide.width, height=wide.height), side_m=layout.side_m, only=layout.ids
-    )
+    picture = enlarge(field.gray, binning=calibration.wide.binning_of(field.gray.shape))
+    views = find_markers(picture, side_m=layout.side_m, only=layout.ids)
     try:
         pose = locate_target(views, layout, calibration.wide)
     except InvalidInput:
@@ -258,8 +256,8 @@ def draw_patches(
     gray: NDArray[np.uint8], calibration: Calibration, queue: list[DriftPatch], done: set[int]
 ) -> NDArray[np.uint8]:
     """Return the wide view with a frame around the first candidate of each part, (h, w, 3) uint8 RGB."""
-    wide = calibration.wide
-    view = cv2.cvtColor(enlarge(gray, width=wide.width, height=wide.height), cv2.COLOR_GRAY2RGB)
+    picture = enlarge(gray, binning=calibration.wide.binning_of(gray.shape))
+    view = cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB)
     drawn: set[int] = set()
     for candidate in queue:
         if candidate.part in drawn:
