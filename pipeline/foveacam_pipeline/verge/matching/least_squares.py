@@ -24,7 +24,8 @@ ELSEWHERE_PX = 10.0
 LEAST_LEAD = 0.004
 """By so much, and by twice what noise took from it, a match must beat those so far along the line."""
 FLOOR_SIGMA_PX = 0.03
-"""Interpolation and evening out leave this much of a picture's pixel (deduced from rendered pairs)."""
+"""Interpolation and evening out leave this much (deduced from rendered pairs), sensor px; painted planes show
+errors of the same size at both binnings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +66,7 @@ def least_squares(
             sigma_px=unknown,
             score=0.0,
         )
-    sigma_x_px, sigma_y_px = (math.hypot(sigma, FLOOR_SIGMA_PX) for sigma in found.sigma_px)
+    sigma_x_px, sigma_y_px = (math.hypot(sigma, FLOOR_SIGMA_PX / binning) for sigma in found.sigma_px)
     if math.isfinite(sigma_x_px):
         lead = found.score - _elsewhere(left, right, found.placement, window, ELSEWHERE_PX / binning)
         if lead < max(LEAST_LEAD, 2.0 * (1.0 - found.score)):
