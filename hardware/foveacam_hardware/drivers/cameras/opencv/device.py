@@ -5,7 +5,7 @@ per software trigger. None of them has a trigger input, so such a camera can be 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -113,7 +113,7 @@ class OpenCvDevice:
         """Apply the settings while stopped; return those in force."""
         capture = self._open_capture()
         check_settings(settings, self._can, who=self._who)
-        self._settings = write_settings(capture, settings, self._can)
+        self._settings = write_settings(capture, replace(settings, binning=1), self._can)
         return self._settings
 
     def read_settings(self) -> CameraSettings:
