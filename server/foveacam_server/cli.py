@@ -115,6 +115,10 @@ ReplayOption = Annotated[Path | None, typer.Option(help="recording (.fcap) to pl
 ReplaySpeedOption = Annotated[
     float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
 ]
+BinningOption = Annotated[
+    int | None,
+    typer.Option(help="of looks and live views, 1 or 2; by default the rig's own", min=1, max=2),
+]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
 LogFormatOption = Annotated[
     str | None, typer.Option(help="of the log on stderr: text, or json for one object a line")
@@ -147,6 +151,7 @@ def serve(
     data: DataOption = None,
     archive: ArchiveOption = None,
     calibration: CalibrationOption = None,
+    binning: BinningOption = None,
     replay: ReplayOption = None,
     replay_speed: ReplaySpeedOption = None,
     replay_at_end: ReplayAtEndOption = None,
@@ -171,6 +176,7 @@ def serve(
         "data": data,
         "archive": archive,
         "calibration": calibration,
+        "binning": binning,
         "replay": replay,
         "replay_speed": replay_speed,
         "replay_at_end": replay_at_end,
