@@ -12,7 +12,7 @@ BEGIN_NS = 7_000_000_000_000
 
 
 class MemoryRecordedCamera:
-    """Frames that tell their number, `period_ns` apart; `binnings`: of the first frames, then of the others."""
+    """Frames that tell their number, `period_ns` apart; the last of `binnings` is that of all others."""
 
     def __init__(
         self,
