@@ -226,9 +226,20 @@ class HardwareThread:
             self.binning.session(binning),
         ):
             self.hand.make_way(f"{holder} uses the rig")
-            if self._rig is not None:
-                answer_of(self.submit(self.binning.apply), asked="the binning", within_s=SWITCHED_S)
+            self._switch()
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
+
+    @contextmanager
+    def recorded_at(self, binning: Binning) -> Iterator[None]:
+        """Give frames of one binning while a recording runs, whatever sessions ask meanwhile."""
+        with self.binning.recorded(binning):
+            self._switch()
+            yield
+
+    def _switch(self) -> None:
+        """Have the cameras switched to the binning that is wanted, and wait for it."""
+        if self._rig is not None:
+            answer_of(self.submit(self.binning.apply), asked="the binning", within_s=SWITCHED_S)
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 

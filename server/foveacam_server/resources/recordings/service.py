@@ -272,8 +272,9 @@ class RecordingService:
         """Record until the end and return its cause; raise what made it fail."""
         live.recorder = recorder = _create_file(live)
         try:
-            with self._full_resolution(), self._tools.tap.listening(
-                live.roles, live.record_frame, every=live.every
+            with (
+                self._tools.hardware.recorded_at(1),
+                self._tools.tap.listening(live.roles, live.record_frame, every=live.every),
             ):
                 ended = self._wait(context, live)
         finally:
@@ -284,14 +285,6 @@ class RecordingService:
             raise live.failure
         context.check()
         return ended
-
-    @contextmanager
-    def _full_resolution(self) -> Iterator[None]:
-        """Record unbinned frames, whatever sessions meanwhile ask: each stream has one size."""
-        hardware = self._tools.hardware
-        with hardware.binning.recorded(1):
-            answer_of(hardware.submit(hardware.binning.apply), asked="the binning of a recording")
-            yield
 
     def _wait(self, context: JobContext, live: LiveRecording) -> EndCause:
         """Wait for the end of a recording and return its cause, unless it was cancelled or failed."""
