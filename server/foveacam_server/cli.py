@@ -117,7 +117,7 @@ ReplaySpeedOption = Annotated[
 ]
 BinningOption = Annotated[
     int | None,
-    typer.Option(help="of looks and live views, 1 or 2; by default the rig's own", min=1, max=2),
+    typer.Option(help="of looks and live views, 1 (default) or 2", min=1, max=2),
 ]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
 LogFormatOption = Annotated[

@@ -104,4 +104,5 @@ def test_a_recordings_binning_comes_before_a_sessions(setup: HardwareSetup) -> N
 
 def test_settings_take_a_binning_of_one_or_two() -> None:
     assert Settings(binning=2).binning == 2
-    assert Settings().binning is None
+    assert Settings().binning == 1
+    assert Settings(binning=None).binning is None
