@@ -204,6 +204,10 @@ def bench(
         Path | None,
         typer.Option("--pairs", help="folder of held-out pairs with truth, where a bench takes them"),
     ] = None,
+    binning: Annotated[
+        int | None,
+        typer.Option("--binning", help="of the simulated cameras: verge, clicks", min=1, max=2),
+    ] = None,
 ) -> None:
     """Measure and print the project's figures; the benches come with a checkout of the sources."""
     from foveacam_pipeline.capture.mosaic.folder import finite
@@ -214,7 +218,7 @@ def bench(
         names = ", ".join(catalogue.bench_names())
         typer.echo(f"foveacam bench NAME [--json] [--quick], where NAME is one of: {names}")
         return
-    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data, pairs=pairs)
+    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data, pairs=pairs, binning=binning)
     if as_json:
         typer.echo(json.dumps(finite(figures), allow_nan=False))
     else:
