@@ -116,8 +116,7 @@ ReplaySpeedOption = Annotated[
     float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
 ]
 BinningOption = Annotated[
-    int | None,
-    typer.Option(help="of looks and live views, 1 (default) or 2", min=1, max=2),
+    str | None, typer.Option(help="of looks and live views: 1, 2, or rig, as the rig file says; 1 by default")
 ]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
 LogFormatOption = Annotated[

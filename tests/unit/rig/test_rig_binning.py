@@ -102,7 +102,7 @@ def test_a_recordings_binning_comes_before_a_sessions(setup: HardwareSetup) -> N
     assert chosen.wanted(setup.rig) == 2
 
 
-def test_settings_take_a_binning_of_one_or_two() -> None:
-    assert Settings(binning=2).binning == 2
-    assert Settings().binning == 1
-    assert Settings(binning=None).binning is None
+def test_the_working_binning_is_one_unless_the_settings_say_otherwise() -> None:
+    assert (Settings().binning, Settings(binning="rig").binning) == ("1", "rig")
+    with pytest.raises(ValueError, match="'1', '2' or 'rig'"):
+        Settings(binning="4")  # type: ignore[arg-type]  # what the command line may say
