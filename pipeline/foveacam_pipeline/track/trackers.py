@@ -6,7 +6,14 @@ import numpy as np
 from foveacam_hardware.contract import Binning
 from foveacam_pipeline.geometry.binning import picture_px, sensor_px
 from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
-from foveacam_pipeline.track.image_tracker import GreyImage, ImageTracker, TrackBox, TrackerKind, TrackMatch
+from foveacam_pipeline.track.image_tracker import (
+    GreyImage,
+    ImageTracker,
+    TrackBox,
+    TrackerKind,
+    TrackMatch,
+    check_inside,
+)
 from foveacam_pipeline.track.template_tracker import TemplateTracker
 
 
@@ -24,7 +31,8 @@ class BinnedTracker:
 
     def start(self, image: GreyImage, box: TrackBox) -> None:
         """Learn the target; raise `OutOfRange` where the box is not inside the image."""
-        self._size = (image.shape[1], image.shape[0])
+        self._size = width, height = (image.shape[1], image.shape[0])
+        check_inside(box, columns=self._binning * width, rows=self._binning * height)
         x_px, y_px = self._picture(box.x_px, box.y_px)
         self._tracker.start(
             image,

@@ -38,7 +38,9 @@ class PassingDetector:
         self._wide, self._target = wide, target
 
     def differ(self, one: Frame, other: Frame) -> bool:
-        """Return whether something moved there between two wide frames."""
+        """Return whether something moved there between two wide frames; False for unlike binnings."""
+        if one.binning != other.binning:
+            return False
         images = [gray(to_uint8(frame)) for frame in (one, other)]
         at_px = self._wide.of_picture(images[0].shape).pixels(np.arctan(self._target)[None])[0]
         noise, sigma_px = noise_level(images[0], at_px=at_px), BLUR_SIGMA_PX / one.binning
