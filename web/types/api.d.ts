@@ -3469,6 +3469,7 @@ export interface components {
             frozen_since_ms: number | null;
             height: number;
             name: string;
+            picture_scale: number;
             rate_hz: number;
             width: number;
         };

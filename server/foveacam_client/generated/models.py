@@ -3513,6 +3513,7 @@ class ViewDocument(Document):
     frozen_since_ms: float | None
     height: int
     name: str
+    picture_scale: int
     rate_hz: float
     width: int
 

@@ -133,6 +133,7 @@ def undistorter(recording: Recording, spec: MovieSpec) -> Callable[[Image], Imag
             found="no calibration and no wide camera's lens in the recording",
             remedy="leave it as taken",
         )
+    lens = lens.binned(recording.stream(spec.show).form.binning)
     size = lens.width, lens.height
     maps = cv2.initUndistortRectifyMap(
         lens.matrix, np.array(lens.distortion), np.eye(3), lens.matrix, size, cv2.CV_16SC2

@@ -56,7 +56,10 @@ class ViewDocument(BaseModel):
 
     name: str
     width: int
+    """Of the sensor for the views of cameras, px, however they are binned; all pixels of REST are its."""
     height: int
+    picture_scale: int
+    """Sensor pixels along each side of a pixel of the picture at full size: `width` over the picture's."""
     description: str
     rate_hz: float
     age_ms: float | None
@@ -96,6 +99,7 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
             name=status.spec.name,
             width=status.width,
             height=status.height,
+            picture_scale=status.picture_scale,
             description=status.spec.description,
             rate_hz=round(status.rate_hz, 2),
             age_ms=status.age_ms,

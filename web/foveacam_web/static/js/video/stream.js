@@ -195,7 +195,8 @@ export class ViewStream {
     const { canvas, at, zoom } = this.#loupe;
     const context = contextOf(canvas);
     if (!context) return;
-    const scale = wide.header.scale;
+    const full = this.#views.find((view) => view.name === "wide");
+    const scale = (full?.width ?? wide.canvas.width) / wide.canvas.width; // sensor px per picture px
     const size = canvas.width / zoom / scale;
     context.imageSmoothingEnabled = false;
     context.fillRect(0, 0, canvas.width, canvas.height);
