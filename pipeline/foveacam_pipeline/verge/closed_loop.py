@@ -17,7 +17,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import Gazes, aim_at
+from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
@@ -39,6 +39,8 @@ GONE_SCORE = 0.3
 """A patch that correlates less with the wide view at its place has gone."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger error is nothing to steer by, fovea px."""
+SAME_LOOK_PX = 4.0
+"""Looks whose gazes differ by less show the same, fovea px."""
 SUPPORT_HALF_PX = 64
 """Half side of the pictures on which the support of a match is judged, fovea px."""
 
@@ -209,7 +211,14 @@ class ClosedLoop:
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
-            target = self._next(observation, measurement, found, tracker) or target
+            before, target = target, self._next(observation, measurement, found, tracker) or target
+            if doubt is not None and not tracker.motion.moves and self._same(before, target):
+                raise doubt  # a further look would show the same
+
+    def _same(self, one: Gazes, other: Gazes) -> bool:
+        """Return whether looks at two places would show the same."""
+        apart = max(float(np.abs(one.eye(role) - other.eye(role)).max()) for role in EYES)
+        return apart * self._f_px <= SAME_LOOK_PX
 
     def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
         """Return the gazes moved to where a moving target will be at the next look."""

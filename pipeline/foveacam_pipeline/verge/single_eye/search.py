@@ -20,8 +20,6 @@ from foveacam_pipeline.verge.matching.survey import (
     ReducedEye,
     epipolar_looks,
     reduce_eye,
-    reduce_look,
-    shrink_look,
 )
 from foveacam_pipeline.verge.matching.texture import noise_level
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view, survey_f_px
@@ -127,7 +125,7 @@ class SingleEyeSearch:
         f_px = templates[0].f_px
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
-        reduced = [reduce_look(observation.sighting, self._calibration, f_px=f_px) for observation in looks]
+        reduced = [observation.reduced(self._calibration, f_px=f_px) for observation in looks]
         places = []
         for role in EYES:
             eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
@@ -220,7 +218,7 @@ class SingleEyeSearch:
         grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
         for observation in self._looks:
-            place.add(shrink_look(observation.sighting, self._calibration, f_px=f_px))
+            place.add(observation.rows(self._calibration, f_px=f_px))
         return place
 
     def _between(self, observation: Observation, wanted: Gazes) -> float | None:

@@ -115,6 +115,30 @@ def infer_depth(
     return _merged(divisions)
 
 
+class LastInference:
+    """Keeps the last inference: most looks add no sample, and then it is still valid."""
+
+    def __init__(self) -> None:
+        self._given: tuple[NDArray[np.float64], bool] | None = None
+        self._inferred: tuple[InferredDepth, ...] = ()
+
+    def infer(
+        self,
+        samples: DepthSamples,
+        target: NDArray[np.float64],
+        own_chance: NDArray[np.float64],
+        *,
+        blank: bool,
+    ) -> tuple[InferredDepth, ...]:
+        """Return `infer_depth` of the samples."""
+        offsets = samples.tangents - target
+        table = np.column_stack([offsets, samples.inverse_z_per_m, samples.sigma_per_m, own_chance])
+        if self._given is None or self._given[1] != blank or not np.array_equal(self._given[0], table):
+            self._inferred = infer_depth(samples, target, own_chance=own_chance, blank=blank)
+            self._given = table, blank
+        return self._inferred
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Measured:
     """The samples about a target: (n, 2) offsets; 1/Z, its error and chance (n,); middle of 1/Z; planes."""
@@ -178,6 +202,15 @@ def encloses(offsets: NDArray[np.float64]) -> bool:
         return False
     turns = np.sort(np.arctan2(offsets[:, 1], offsets[:, 0]))
     return float(np.diff(np.append(turns, turns[0] + 2.0 * np.pi)).max()) < np.pi
+
+
+def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
+    """Return the root mean square distance of all depths from the most probable, errors included."""
+    best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
+    variance = sum(
+        one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
+    )
+    return math.sqrt(variance)
 
 
 def _weighed(own: NDArray[np.bool_], measured: _Measured) -> list[_Division]:
