@@ -1,4 +1,4 @@
-"""The unit in which times are compared between machines: bare OpenCV matching one binned pair, on one core."""
+"""The unit in which times are compared between machines: bare OpenCV matching a binned pair on one core."""
 
 import time
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ RUNS = 7
 
 
 def reference_ms(*, runs: int = RUNS) -> float:
-    """Return the CPU time of OpenCV's SGBM on a noise picture and its shifted copy, ms: median of some runs."""
+    """Return the CPU time of OpenCV's SGBM on noise and its shifted copy, ms: median of some runs."""
     rng = np.random.default_rng(5)
     noise = rng.normal(size=(HEIGHT, WIDTH + SHIFT_PX))
     picture = np.clip(128.0 + 120.0 * cv2.GaussianBlur(noise, (0, 0), 1.5), 0, 255).astype(np.uint8)

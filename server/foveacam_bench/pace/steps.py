@@ -1,4 +1,4 @@
-"""Measure the computing of one look of a fixation: CPU time of the calling thread, frames and settling left out.
+"""Measure the computing of a look of a fixation: CPU time of the calling thread without the head's calls.
 
 Clicks are uniform over the steering field of the bench scene, in virtual time, with the shipped calibration.
 At binning 2 the frames of both sizes are the same, averaged over 2 x 2 pixels.

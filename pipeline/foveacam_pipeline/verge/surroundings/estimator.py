@@ -15,7 +15,7 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import Gazes, aim_at
 from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
-from foveacam_pipeline.verge.matching.texture import noise_level
+from foveacam_pipeline.verge.matching.texture import noise_about, noise_slope
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, survey_f_px
 from foveacam_pipeline.verge.surroundings.blank_region import BlankRegion, blank_region
 from foveacam_pipeline.verge.surroundings.border_depth import (
@@ -115,19 +115,22 @@ class SurroundingsEstimator:
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
         at_px = wide.pixels(np.arctan(target)[None])[0]
-        region = blank_region(image, at_px, noise=noise_level(image, at_px=at_px), places=PLACES)
+        slope = noise_slope(image)
+        noise = noise_about(image, slope, at_px=at_px)
+        region = blank_region(image, at_px, noise=noise, places=PLACES)
         mask = cv2.resize(region.mask.astype(np.uint8) * 255, image.shape[::-1])
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
-        border = [self._place(image, np.asarray(mask, dtype=np.uint8), place) for place in places]
+        border = [self._place(image, np.asarray(mask, dtype=np.uint8), place, slope) for place in places]
         self._matched = template is None or not repeats_in_row(image, wide, template, target)
         return self._measured(target, region, border, earlier, _beside(beside))
 
     def _place(
-        self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64]
+        self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64], slope: float
     ) -> BorderPlace:
+        """Return a place on the border; `slope`: of the image's noise."""
         wide = self._calibration.wide
         at_px = wide.pixels(np.arctan(tangents)[None])[0]
-        noise = noise_level(image, at_px=at_px)
+        noise = noise_about(image, slope, at_px=at_px)
         return BorderPlace(
             border_patch(image, mask, wide, tangents, f_px=self._f_px, noise=noise),
             inverse_z_per_m=self._grid,
