@@ -1,1 +1,1 @@
-"""The pace of the whole: seconds from a click to an answer, and what each part of it costs."""
+"""How soon people are answered: the first minute, clicks, following, live views, a slow line."""

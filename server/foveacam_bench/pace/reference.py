@@ -1,40 +1,60 @@
-"""The unit in which times are compared between machines: bare OpenCV matching a binned pair on one core."""
+"""The unit in which times are compared between machines: bare semi-global matching by OpenCV.
+
+Machines differ by a factor of two and more, so each time of `foveacam bench pace` is stated as a multiple of
+`reference_ms` as well, which is measured in the same run.
+"""
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from statistics import median
 
 import cv2
 import numpy as np
 
-WIDTH, HEIGHT, DISPARITIES, BLOCK = 720, 540, 64, 5
-SHIFT_PX = 24
-RUNS = 7
+from foveacam_bench.figures import Figures
+
+SIZE_PX = (720, 540)
+DISPARITIES = 64
+BLOCK_PX = 5
+RUNS = 9
+SEED = 3
+_SECONDS_BY_UNIT = {"_s": 1.0, "_ms": 1e-3}
 
 
-def reference_ms(*, runs: int = RUNS) -> float:
-    """Return the CPU time of OpenCV's SGBM on noise and its shifted copy, ms: median of some runs."""
-    rng = np.random.default_rng(5)
-    noise = rng.normal(size=(HEIGHT, WIDTH + SHIFT_PX))
-    picture = np.clip(128.0 + 120.0 * cv2.GaussianBlur(noise, (0, 0), 1.5), 0, 255).astype(np.uint8)
-    left, right = (np.ascontiguousarray(picture[:, first : first + WIDTH]) for first in (0, SHIFT_PX))
-    matcher = cv2.StereoSGBM.create(minDisparity=0, numDisparities=DISPARITIES, blockSize=BLOCK)
-    times_ms = []
-    with one_thread():
-        for _ in range(runs + 1):
-            began_s = time.thread_time()
-            matcher.compute(left, right)
-            times_ms.append(1e3 * (time.thread_time() - began_s))
-    return median(times_ms[1:])
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Let OpenCV use the calling thread alone."""
-    before = cv2.getNumThreads()
+def reference_ms() -> float:
+    """Return the CPU time of one match of a textured pair, ms: the median, on one thread."""
+    width, height = SIZE_PX
+    wide = np.random.default_rng(SEED).integers(0, 256, (height, width + DISPARITIES), dtype=np.uint8)
+    left = cv2.GaussianBlur(wide, (0, 0), 1.4)
+    right = np.ascontiguousarray(np.roll(left, -DISPARITIES // 3, axis=1)[:, :width])
+    left = np.ascontiguousarray(left[:, :width])
+    matcher = cv2.StereoSGBM.create(
+        numDisparities=DISPARITIES, blockSize=BLOCK_PX, P1=8 * BLOCK_PX**2, P2=32 * BLOCK_PX**2
+    )
+    threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        yield
+        return round(1e3 * median(_cpu_s(matcher, left, right) for _ in range(RUNS)), 2)
     finally:
-        cv2.setNumThreads(before)
+        cv2.setNumThreads(threads)
+
+
+def _cpu_s(matcher: cv2.StereoSGBM, left: cv2.typing.MatLike, right: cv2.typing.MatLike) -> float:
+    began_s = time.process_time()
+    matcher.compute(left, right)
+    return time.process_time() - began_s
+
+
+def with_multiples(figures: Figures, *, reference_ms: float) -> Figures:
+    """Return the figures, and each time among them as a multiple of the reference, `…_over_reference`."""
+    found: Figures = {"reference_ms": reference_ms}
+    for name, value in figures.items():
+        found[name] = value
+        seconds = next((s for unit, s in _SECONDS_BY_UNIT.items() if _has_unit(name, unit)), None)
+        if seconds is not None and isinstance(value, float | int):
+            found[f"{name}_over_reference"] = round(value * seconds / (1e-3 * reference_ms), 2)
+    return found
+
+
+def _has_unit(name: str, unit: str) -> bool:
+    """Return whether a name ends with a unit, or has it before what is stated of several values."""
+    return name.endswith(unit) or any(f"{unit}_{stated}" in name for stated in ("median", "p90", "per_"))

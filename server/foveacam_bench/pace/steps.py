@@ -8,7 +8,7 @@ At binning 2 the frames of both sizes are the same, averaged over 2 x 2 pixels.
 import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from statistics import median
@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.pace.reference import one_thread, reference_ms
+from foveacam_bench.pace.reference import reference_ms, with_multiples
 from foveacam_bench.verge.field_clicks import FIELD_DEG, SEED
 from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_hardware.contract import Binning, Frame, Head, Sighting, StereoVolts
@@ -93,12 +93,11 @@ class TimedHead:
 
 
 def run(*, quick: bool = False) -> Figures:
-    """Return the computing of a look at binning 2, and at 1 (`_full`), with the bare matcher's beside it."""
-    found: Figures = {"reference_ms": (unit_ms := reference_ms())}
-    for binning, ending in ((2, ""), (1, "_full")):
-        timed = timed_fixations(QUICK_CLICKS if quick else CLICKS, binning=binning)
-        found |= {f"{name}{ending}": value for name, value in step_figures(timed, unit_ms=unit_ms).items()}
-    return found
+    """Return the computing of a look at binning 2, and at 1 (`_full`), with the reference's beside it."""
+    count = QUICK_CLICKS if quick else CLICKS
+    binned = with_multiples(step_figures(timed_fixations(count, binning=2)), reference_ms=reference_ms())
+    full = with_multiples(step_figures(timed_fixations(count, binning=1)), reference_ms=reference_ms())
+    return binned | {f"{name}_full": value for name, value in full.items()}
 
 
 def timed_fixations(count: int, *, binning: Binning) -> list[TimedFixation]:
@@ -106,7 +105,7 @@ def timed_fixations(count: int, *, binning: Binning) -> list[TimedFixation]:
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng(SEED)
     timed = []
-    with open_simulated(scene="bench", inline=True) as rig, one_thread():
+    with open_simulated(scene="bench", inline=True) as rig, _one_thread():
         for _ in range(count):
             angles_rad = np.radians(rng.uniform(-np.array(FIELD_DEG), FIELD_DEG))
             x_px, y_px = calibration.wide.pixels(angles_rad[None])[0].tolist()
@@ -118,19 +117,37 @@ def timed_fixations(count: int, *, binning: Binning) -> list[TimedFixation]:
     return timed
 
 
-def step_figures(timed: Sequence[TimedFixation], *, unit_ms: float) -> Figures:
-    """Return medians over fixations; `unit_ms`: the reference's time. None where no click ended so."""
-    both = [one for one in timed if one.fixation.basis is Basis.BOTH_FOVEAE]
-    one_eye = [one for one in timed if one.fixation.basis is Basis.FOVEA_AND_WIDE]
-    inferred = [one for one in timed if one.fixation.basis in (Basis.SURROUNDINGS, Basis.BOUND)]
+def step_figures(timed: Sequence[TimedFixation]) -> Figures:
+    """Return medians over the fixations that ended by each basis; null where none did."""
+    bases = {
+        "both": (Basis.BOTH_FOVEAE,),
+        "one_eye": (Basis.FOVEA_AND_WIDE,),
+        "inferred": (Basis.SURROUNDINGS, Basis.BOUND),
+    }
     found: Figures = {}
-    for name, ones in (("both", both), ("one_eye", one_eye), ("inferred", inferred)):
-        step_ms = median(one.step_ms for one in ones) if ones else None
-        found[f"compute_ms_per_step_{name}"] = step_ms
-        found[f"compute_ms_per_step_{name}_over_reference"] = None if step_ms is None else step_ms / unit_ms
-        found[f"steps_median_{name}"] = median(len(one.fixation.steps) for one in ones) if ones else None
-        found[f"compute_s_median_{name}"] = median(one.own_ms for one in ones) / 1e3 if ones else None
+    for name, among in bases.items():
+        ended_so = [one for one in timed if one.fixation.basis in among]
+        found[f"compute_ms_per_step_{name}"] = _median(one.step_ms for one in ended_so)
+        found[f"compute_ms_median_{name}"] = _median(one.own_ms for one in ended_so)
+        found[f"steps_median_{name}"] = _median(len(one.fixation.steps) for one in ended_so)
+        found[f"fixations_{name}"] = len(ended_so)
     return found
+
+
+def _median(values: Iterable[float]) -> float | None:
+    ordered = list(values)
+    return round(median(ordered), 2) if ordered else None
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Let OpenCV use the calling thread alone."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(before)
 
 
 if __name__ == "__main__":
