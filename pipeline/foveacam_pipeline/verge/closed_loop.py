@@ -17,7 +17,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at
+from foveacam_pipeline.verge.aim import Gazes, aim_at
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
@@ -212,13 +212,9 @@ class ClosedLoop:
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
             before, target = target, self._next(observation, measurement, found, tracker) or target
-            if doubt is not None and not tracker.motion.moves and self._same(before, target):
+            same = target.apart(before) * self._f_px <= SAME_LOOK_PX
+            if doubt is not None and same and not tracker.motion.moves:
                 raise doubt  # a further look would show the same
-
-    def _same(self, one: Gazes, other: Gazes) -> bool:
-        """Return whether looks at two places would show the same."""
-        apart = max(float(np.abs(one.eye(role) - other.eye(role)).max()) for role in EYES)
-        return apart * self._f_px <= SAME_LOOK_PX
 
     def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
         """Return the gazes moved to where a moving target will be at the next look."""

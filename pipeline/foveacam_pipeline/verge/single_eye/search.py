@@ -238,11 +238,7 @@ class SingleEyeSearch:
         for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
             gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z)
             gazes = clamp_gazes(self._calibration, gazes)
-            if any(
-                np.abs(observation.gazes.left - gazes.left).max() < SAME_GAZE
-                and np.abs(observation.gazes.right - gazes.right).max() < SAME_GAZE
-                for observation in looks
-            ):
+            if any(observation.gazes.apart(gazes) < SAME_GAZE for observation in looks):
                 continue
             observation = self._fixation_head.look(
                 gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL
