@@ -39,6 +39,8 @@ GONE_SCORE = 0.3
 """A patch that correlates less with the wide view at its place has gone."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger error is nothing to steer by, fovea px."""
+SAME_LOOK_PX = 4.0
+"""Looks whose gazes differ by less show the same, fovea px."""
 SUPPORT_HALF_PX = 64
 """Half side of the pictures on which the support of a match is judged, fovea px."""
 
@@ -209,7 +211,10 @@ class ClosedLoop:
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
-            target = self._next(observation, measurement, found, tracker) or target
+            before, target = target, self._next(observation, measurement, found, tracker) or target
+            same = target.apart(before) * self._f_px <= SAME_LOOK_PX
+            if doubt is not None and same and not tracker.motion.moves:
+                raise doubt  # a further look would show the same
 
     def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
         """Return the gazes moved to where a moving target will be at the next look."""

@@ -34,12 +34,11 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     confirmed,
     plausible,
     slack_per_m,
-    spread_per_m,
     weighted,
 )
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, SurroundingsEstimator
-from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
 from foveacam_pipeline.verge.values import (
     Alternative,
     Basis,
@@ -148,7 +147,7 @@ class FallbackEstimator:
                 verged = loop.close_at(weighted([one.match for one in sound])[0])
                 if verged is not None:
                     return both_foveae(verged)
-            near = self._near(loop, motion)
+            near = () if all(one.at_edge for one in sound) else self._near(loop, motion)
             hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
             if hidden:
                 held = all(confirmed(one.match, near) for one in hidden)

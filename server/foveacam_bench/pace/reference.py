@@ -57,4 +57,4 @@ def with_multiples(figures: Figures, *, reference_ms: float) -> Figures:
 
 def _has_unit(name: str, unit: str) -> bool:
     """Return whether a name ends with a unit, or has it before what is stated of several values."""
-    return name.endswith(unit) or f"{unit}_median" in name or f"{unit}_p90" in name
+    return name.endswith(unit) or any(f"{unit}_{stated}" in name for stated in ("median", "p90", "per_"))

@@ -68,9 +68,13 @@ def epipolar_looks(calibration: Calibration, template: WidePatch, nearest_m: flo
 
 def reduce_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
     """Bring both foveae to survey scale."""
-    z_m = crossing_z_m(calibration, sighting.volts)
-    left, right = (reduce_eye(sighting, calibration, role, f_px=f_px, depth_m=z_m) for role in EYES)
-    return ReducedLook(left=left, right=right, f_px=f_px)
+    return even_look(shrink_look(sighting, calibration, f_px=f_px))
+
+
+def even_look(look: ReducedLook) -> ReducedLook:
+    """Return a look at survey scale with brightness and contrast evened out."""
+    left, right = (replace(eye, image=evened(eye.image)) for eye in (look.left, look.right))
+    return ReducedLook(left=left, right=right, f_px=look.f_px)
 
 
 def reduce_eye(

@@ -20,8 +20,6 @@ from foveacam_pipeline.verge.matching.survey import (
     ReducedEye,
     epipolar_looks,
     reduce_eye,
-    reduce_look,
-    shrink_look,
 )
 from foveacam_pipeline.verge.matching.texture import noise_level
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view, survey_f_px
@@ -127,7 +125,7 @@ class SingleEyeSearch:
         f_px = templates[0].f_px
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
-        reduced = [reduce_look(observation.sighting, self._calibration, f_px=f_px) for observation in looks]
+        reduced = [observation.reduced(self._calibration, f_px=f_px) for observation in looks]
         places = []
         for role in EYES:
             eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
@@ -221,7 +219,7 @@ class SingleEyeSearch:
         grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
         for observation in self._looks:
-            place.add(shrink_look(observation.sighting, self._calibration, f_px=f_px))
+            place.add(observation.rows(self._calibration, f_px=f_px))
         return place
 
     def _between(self, observation: Observation, wanted: Gazes) -> float | None:
@@ -241,11 +239,7 @@ class SingleEyeSearch:
         for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
             gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z)
             gazes = clamp_gazes(self._calibration, gazes)
-            if any(
-                np.abs(observation.gazes.left - gazes.left).max() < SAME_GAZE
-                and np.abs(observation.gazes.right - gazes.right).max() < SAME_GAZE
-                for observation in looks
-            ):
+            if any(observation.gazes.apart(gazes) < SAME_GAZE for observation in looks):
                 continue
             observation = self._fixation_head.look(
                 gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL

@@ -49,7 +49,8 @@ class BlankRegion:
 
     `mask`: (h, w) bool at half the wide image's size. `area_share`: of the whole image. `border_px`: (n, 2)
     places on its border where the brightness changes along the row, wide px, nearest first.
-    `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px.
+    `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px. `inward_px`:
+    (h, w) as `mask`, how deep each of its pixels lies within the region, negative outside, wide px.
     """
 
     mask: NDArray[np.bool_]
@@ -57,15 +58,13 @@ class BlankRegion:
     border_px: NDArray[np.float64]
     touches_rim: bool
     at_px: NDArray[np.float64]
+    inward_px: NDArray[np.float64]
 
     def depth_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n,) how deep wide pixels, (n, 2), lie within the region; negative outside, wide px."""
-        inside = self.mask.astype(np.uint8)
-        inward, outward = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (inside, 1 - inside))
         cells = np.rint(pixels / REDUCED).astype(int)
         cells = np.clip(cells, 0, np.array(self.mask.shape[::-1]) - 1)
-        depth = np.asarray(inward - outward, dtype=np.float64)
-        return np.asarray(REDUCED * depth[cells[:, 1], cells[:, 0]])
+        return np.asarray(self.inward_px[cells[:, 1], cells[:, 0]])
 
 
 def blank_region(
@@ -92,8 +91,15 @@ def blank_region(
         area_share=float(mask.mean()),
         border_px=_border(mask, slope_x, np.asarray(slope), at_px, places=places),
         at_px=at_px,
+        inward_px=_inward_px(mask),
         touches_rim=bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any()),
     )
+
+
+def _inward_px(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    inside = mask.astype(np.uint8)
+    inward, outward = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (inside, 1 - inside))
+    return np.asarray(inward - outward, dtype=np.float64) * REDUCED
 
 
 def side_of_edge(
