@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Image
+from foveacam_hardware.contract import Binning, Image
 from foveacam_server.rig.schema import OverlayDocument
 
 RATE_WINDOW_NS = 2_000_000_000
@@ -102,6 +102,8 @@ class ViewPicture:
     """The overlay that the page draws; None for none."""
     number: int = 0
     """The hub's count of the view's pictures."""
+    binning: Binning = 1
+    """Pixels of the sensor along each side of a pixel of `image`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +112,10 @@ class ViewStatus:
 
     spec: ViewSpec
     width: int
+    """Pixels of the sensor."""
     height: int
+    binning: Binning
+    """Pixels of the sensor along each side of one of the newest picture."""
     rate_hz: float
     age_ms: float | None
     """Since the middle of the newest picture's exposure; None before the first."""

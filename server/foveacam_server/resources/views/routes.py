@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from fastapi import Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response, StreamingResponse
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
@@ -57,6 +57,11 @@ class ViewDocument(BaseModel):
     name: str
     width: int
     height: int
+    picture_scale: int = Field(
+        description="Pixels of `width` along each side of one of the full picture: 2 for a binned camera. "
+        "A pixel x of a picture at `scale` s is the pixel s x + (s - 1) / 2 that requests and events count; "
+        "s is the larger of the requested scale and this number."
+    )
     description: str
     rate_hz: float
     age_ms: float | None
@@ -84,7 +89,10 @@ async def rig_status(connection: HTTPConnection) -> RigStatus:
 StatusDep = Annotated[RigStatus, Depends(rig_status)]
 StreamsDep = Annotated[LiveStreams, Depends(streams)]
 StereoDep = Annotated[LiveStereo, Depends(live_stereo)]
-ScaleQuery = Annotated[Literal["1", "2"], Query(description="1: full size, 2: half of it each way")]
+ScaleQuery = Annotated[
+    Literal["1", "2", "4"], Query(description="1: full size; 2, 4: half and a quarter of it each way")
+]
+_SCALES: dict[str, Scale] = {"1": 1, "2": 2, "4": 4}
 
 
 @router.get("/views", summary="List the live views")
@@ -96,6 +104,7 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
             name=status.spec.name,
             width=status.width,
             height=status.height,
+            picture_scale=status.binning,
             description=status.spec.description,
             rate_hz=round(status.rate_hz, 2),
             age_ms=status.age_ms,
@@ -133,7 +142,7 @@ async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> 
 )
 async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: ScaleQuery = "1") -> Response:
     """Return the newest picture of a view as JPEG; its number and capture time are in the headers."""
-    encoded = await streams.jpegs.newest(_known(streams, name), _scale(scale))
+    encoded = await streams.jpegs.newest(_known(streams, name), _SCALES[scale])
     if encoded is None and not status.opened:
         raise refusals.not_open(status)
     if encoded is None:
@@ -163,7 +172,7 @@ async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: Sca
 )
 async def stream_mjpeg(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> StreamingResponse:
     """Stream a view without end; at most two a person; a slow client lags without bound."""
-    return _MjpegResponse(streams, view=_known(streams, name), scale=_scale(scale))
+    return _MjpegResponse(streams, view=_known(streams, name), scale=_SCALES[scale])
 
 
 @router.websocket("/views/ws")
@@ -189,10 +198,6 @@ def _known(streams: LiveStreams, name: str) -> str:
             remedy=f"use one of {', '.join(streams.hub.names)}",
         )
     return name
-
-
-def _scale(text: Literal["1", "2"]) -> Scale:
-    return 2 if text == "2" else 1
 
 
 def _part(encoded: EncodedPicture) -> bytes:

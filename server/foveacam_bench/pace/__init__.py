@@ -1,0 +1,1 @@
+"""Parts of `foveacam bench pace`: the time until a person has an answer."""
