@@ -26,7 +26,7 @@ def slow_line_figures(browser: "Browser", url: str) -> Figures:
         started: list[str] = []
         finished: list[Request] = []
         context.on("request", lambda request: started.append(request.url))
-        context.on("requestfinished", lambda request: finished.append(request))  # noqa: PLW0108  # Playwright marks it
+        context.on("requestfinished", lambda request: finished.append(request))  # a function, which it marks
         began_s = time.monotonic()
         page.goto(url, wait_until="commit", timeout=1e3 * PATIENCE_S)
         page.wait_for_selector(_SHELL, state="attached", timeout=1e3 * PATIENCE_S)
