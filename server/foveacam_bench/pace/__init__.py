@@ -1,1 +1,1 @@
-"""Parts of `foveacam bench pace`: the time until a person has an answer."""
+"""How soon people are answered: the first minute, clicks, following, live views, a slow line."""

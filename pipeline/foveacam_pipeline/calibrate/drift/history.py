@@ -85,10 +85,22 @@ class DriftHistory:
         return record
 
     def records(self) -> list[DriftRecord]:
-        """Return all checks, oldest first; a truncated line is left out."""
+        """Return all checks, oldest first; a truncated line is left out.
+
+        Raise InvalidInput where the file cannot be read.
+        """
         if not self._path.exists():
             return []
-        lines = enumerate(self._path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1)
+        try:
+            text = self._path.read_text(encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise InvalidInput(
+                f"{self._path} cannot be read: {error.strerror}; restore the file or move it away",
+                asked="the history of drift checks",
+                found=f"{self._path}: {error.strerror}",
+                remedy="restore the file or move it away",
+            ) from error
+        lines = enumerate(text.splitlines(), start=1)
         found = (self._parsed(line, number) for number, line in lines if line)
         return [record for record in found if record is not None]
 
