@@ -66,7 +66,7 @@ class Console:
         wait_for(self.page, lambda: bool(self.page.evaluate(expression)), f"the page never had: {expression}")
 
     def load(self, url: str) -> None:
-        """Load a page and wait until all of it is there: the console's panels come after its first picture."""
+        """Load a page, and wait for the console's panels, which come after its first picture."""
         self.page.goto(url)
         self.wait_until("!document.getElementById('console') || Boolean(window.foveacam)")
 
