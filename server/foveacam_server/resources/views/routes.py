@@ -141,7 +141,7 @@ async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> 
     responses=file_responses("image/jpeg") | problems(503),
 )
 async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: ScaleQuery = "1") -> Response:
-    """Return the newest picture of a view as JPEG; its number and capture time are in the headers."""
+    """Return the newest picture of a view as JPEG; its number, capture time and scale are in the headers."""
     encoded = await streams.jpegs.newest(_known(streams, name), _SCALES[scale])
     if encoded is None and not status.opened:
         raise refusals.not_open(status)
@@ -157,6 +157,7 @@ async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: Sca
         "Cache-Control": "no-store",
         "X-Frame-Seq": str(encoded.picture.seq),
         "X-Frame-Time-Ns": str(encoded.picture.t_ns),
+        "X-Picture-Scale": str(encoded.scale),
     }
     return Response(encoded.jpeg, media_type="image/jpeg", headers=headers)
 
@@ -203,6 +204,7 @@ def _known(streams: LiveStreams, name: str) -> str:
 def _part(encoded: EncodedPicture) -> bytes:
     head = (
         f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(encoded.jpeg)}\r\n"
-        f"X-Frame-Seq: {encoded.picture.seq}\r\nX-Frame-Time-Ns: {encoded.picture.t_ns}\r\n\r\n"
+        f"X-Frame-Seq: {encoded.picture.seq}\r\nX-Frame-Time-Ns: {encoded.picture.t_ns}\r\n"
+        f"X-Picture-Scale: {encoded.scale}\r\n\r\n"
     )
     return head.encode() + encoded.jpeg + b"\r\n"
