@@ -3895,7 +3895,8 @@ class AsyncViews:
     def snapshot(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> AsyncDownload:
         """Newest picture of a view.
 
-        Return the newest picture of a view as JPEG; its number and capture time are in the headers.
+        Return the newest picture of a view as JPEG; its number, capture time and scale are in the
+        headers.
 
         Needs the right `view`.
         """

@@ -3831,7 +3831,8 @@ class Views:
     def snapshot(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> Download:
         """Newest picture of a view.
 
-        Return the newest picture of a view as JPEG; its number and capture time are in the headers.
+        Return the newest picture of a view as JPEG; its number, capture time and scale are in the
+        headers.
 
         Needs the right `view`.
         """
