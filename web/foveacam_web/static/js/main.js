@@ -14,7 +14,7 @@ import { createStore } from "./state.js";
 import { Steering } from "./steer/steering.js";
 import { Views } from "./video/views.js";
 
-const LONGEST_WAIT_MS = 1000; // for the first picture: without a camera there is none
+const LONGEST_WAIT_MS = 3000; // for a first picture that the server has
 
 export const store = createStore();
 export const toasts = new Toasts();
@@ -55,9 +55,16 @@ async function complete() {
   await import("./console.js");
 }
 
-/** Return when a view has shown its first picture, or when none has come for a while. */
+/** Return when a view has shown its first picture, or when the server has none, or cannot be reached. */
 async function firstPicture() {
   const shown = store.until(["shown"], (state) => Object.values(state.shown).some(({ count }) => count > 0));
-  await store.until(["stream"], ({ stream }) => stream !== "connecting");
+  const told = /** @type {("stream" | "server_stats")[]} */ (["stream", "server_stats"]);
+  const { server_stats } = await store.until(told, (state) => state.stream === "down" || isTold(state));
+  if (document.hidden || Object.values(server_stats).every(({ age_ms }) => age_ms === null)) return;
   await Promise.race([shown, new Promise((resolve) => setTimeout(resolve, LONGEST_WAIT_MS))]);
+}
+
+/** Return whether the server has said how old its pictures are. @param {import("#page").ConsoleState} state */
+function isTold({ server_stats }) {
+  return Object.keys(server_stats).length > 0;
 }
