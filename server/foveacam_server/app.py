@@ -16,6 +16,7 @@ from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.closing import ClosingStack, run_beside
 from foveacam_server.doors.compression import CompressedAnswers
+from foveacam_server.doors.deferred_routes import Inclusion
 from foveacam_server.doors.middleware import (
     FrameworkProblems,
     HeaderLimit,
@@ -198,10 +199,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     if settings.root_path:
         app.add_middleware(RootPath, root=settings.root_path)
     app.add_middleware(CompressedAnswers)  # of pages with the root in their addresses
+    inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
     for resource in _RESOURCES:
-        app.include_router(
-            resource.router, prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES
-        )
+        inclusion.add(app, resource.router)
     for module in (health_routes, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)
     openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
@@ -209,9 +209,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
 
 
 def prepare_routes(app: FastAPI) -> None:
-    """Let every route complete itself, which the first request would have to wait for otherwise.
+    """Let every included router complete itself, which the first request would have to wait for otherwise.
 
-    FastAPI does so for a router when it first matches a path: half a second of computation in all.
+    FastAPI does so for a router when it first matches a path. The routes of resources are `DeferredRoute`s.
     """
     nowhere = {"type": "http", "method": "GET", "path": f"{API}/nowhere", "root_path": "", "headers": []}
     for route in app.router.routes:

@@ -3469,7 +3469,6 @@ export interface components {
             frozen_since_ms: number | null;
             height: number;
             name: string;
-            /** @description Pixels of `width` along each side of one of the full picture: 2 for a binned camera. A pixel x of a picture at `scale` s is the pixel s x + (s - 1) / 2 that requests and events count; s is the larger of the requested scale and this number. */
             picture_scale: number;
             rate_hz: number;
             width: number;

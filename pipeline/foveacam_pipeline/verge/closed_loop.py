@@ -6,7 +6,7 @@ target was lost, it is looked for a second time afterwards.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -331,10 +331,13 @@ class ClosedLoop:
             left=target.left - observation.gazes.left, right=target.right - observation.gazes.right
         )
         z_m = guessed_depth_m(self._calibration, observation.sighting, guess)
-        half = (SUPPORT_HALF_PX, SUPPORT_HALF_PX)
+        binning = observation.sighting.left.binning
+        half = (SUPPORT_HALF_PX // binning, SUPPORT_HALF_PX // binning)
         left, right = (
             eye_patch(observation.sighting, self._calibration, role, z_m, self._f_px * offset, half)
             for role, offset in ((Role.LEFT, guess.left), (Role.RIGHT, guess.right))
         )
         leaning = right.cut(half, WindowPlacement(xx=fine.slope[0], xy=fine.slope[1]))
-        return support_of(left.image, leaning, scale=FOVEA_SCALE)
+        report = support_of(left.image, leaning, scale=FOVEA_SCALE.binned(binning))
+        x_px, y_px = report.alike_offset_px
+        return replace(report, alike_offset_px=(binning * x_px, binning * y_px))

@@ -3513,12 +3513,7 @@ class ViewDocument(Document):
     frozen_since_ms: float | None
     height: int
     name: str
-    picture_scale: Annotated[
-        int,
-        Field(
-            description="Pixels of `width` along each side of one of the full picture: 2 for a binned camera. A pixel x of a picture at `scale` s is the pixel s x + (s - 1) / 2 that requests and events count; s is the larger of the requested scale and this number."
-        ),
-    ]
+    picture_scale: int
     rate_hz: float
     width: int
 

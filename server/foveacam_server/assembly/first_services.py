@@ -213,6 +213,8 @@ def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: Cho
     if replay is not None:
         return _open_replay(foundation, knowledge, replay)
     rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
+    if foundation.settings.binning != "rig":
+        rig.working_binning = 2 if foundation.settings.binning == "2" else 1
     knowledge.calibration.choose_for(rig.rig_id)
     knowledge.settling.restore(rig)
     return rig

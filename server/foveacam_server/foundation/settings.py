@@ -81,6 +81,8 @@ class Settings(BaseSettings):
     """Scene of the simulated rig: a shipped name, or the path of a scene file."""
     preset: str = "rig120"
     """Mirror dynamics of the simulated rig: `rig120` or `paper`."""
+    binning: Literal["1", "2", "rig"] = "1"
+    """Binning of looks and live views; `rig`: the rig's own `working_binning`."""
     replay: Path | None = None
     """A recording to play in the place of a rig."""
     replay_speed: float = Field(default=1.0, ge=0.25, le=4.0)

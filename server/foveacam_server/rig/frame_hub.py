@@ -61,8 +61,8 @@ class FrameHub:
         t_ns: int,
         seq: int | None = None,
         bits: int = 8,
-        binning: Binning = 1,
         meta: OverlayDocument | None = None,
+        binning: Binning = 1,
     ) -> None:
         """Make `image` the newest of `view`; from any thread, never waiting for a viewer.
 
@@ -80,11 +80,11 @@ class FrameHub:
                 view=view,
                 image=image,
                 bits=bits,
-                binning=binning,
                 seq=state.published + 1 if seq is None else seq,
                 t_ns=t_ns,
                 meta=meta,
                 number=state.published + 1,
+                binning=binning,
             )
             news = state.add(picture, now_ns=self._clock.now_ns())
             loops = {watch.loop for watch in self._watches if view in watch.views} if news else set()
@@ -103,8 +103,8 @@ class FrameHub:
             t_ns=frame.t_ns,
             seq=frame.seq,
             bits=frame.bits,
-            binning=frame.binning,
             meta=meta,
+            binning=frame.binning,
         )
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
@@ -125,12 +125,12 @@ class FrameHub:
         with self._lock:
             now_ns = self._clock.now_ns()
             newest = state.newest
-            binning: Binning = 1 if newest is None else newest.binning
+            scale = 1 if newest is None else newest.binning
             return ViewStatus(
                 spec=state.spec,
-                width=state.spec.width if newest is None else binning * int(newest.image.shape[1]),
-                height=state.spec.height if newest is None else binning * int(newest.image.shape[0]),
-                binning=binning,
+                width=state.spec.width if newest is None else scale * int(newest.image.shape[1]),
+                height=state.spec.height if newest is None else scale * int(newest.image.shape[0]),
+                picture_scale=scale,
                 rate_hz=state.rate_hz(now_ns),
                 age_ms=None if newest is None else (now_ns - newest.t_ns) / 1e6,
                 frozen_since_ms=state.frozen_since_ms(now_ns),

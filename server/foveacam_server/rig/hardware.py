@@ -10,13 +10,23 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import TypeVar
 
-from foveacam_hardware.contract import PARKED, Clock, Frame, Head, NotConnected, Sighting, StereoVolts
+from foveacam_hardware.contract import (
+    PARKED,
+    Binning,
+    Clock,
+    Frame,
+    Head,
+    NotConnected,
+    Sighting,
+    StereoVolts,
+)
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.watching.flows import HARDWARE
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.hand_steering import HandSteering
-from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
+from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead, answer_of
+from foveacam_server.rig.hardware_thread.binning import RigBinning
 from foveacam_server.rig.hardware_thread.move_guard import ExclusiveUse, MoveGuard
 from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
 from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
@@ -32,6 +42,8 @@ T = TypeVar("T")
 REOPENED_S = 60.0
 """Longest that somebody waits for another rig to open; its devices that are missing take seconds each."""
 REOPEN_POLL_S = 0.1
+SWITCHED_S = 10.0
+"""Longest that cameras take to change their binning: stop, set, start."""
 
 
 class HardwareThread:
@@ -62,6 +74,8 @@ class HardwareThread:
         """What waits for the thread, and how long it has had nothing to do."""
         self.use = ExclusiveUse()
         """Which job has the rig; who follows targets gives it away when another wants it."""
+        self.binning = RigBinning()
+        """Which binning the cameras have: the rig's own, a session's or a recording's."""
         self._rig: AssembledRig | None = None
         self._opened = threading.Event()
         self._closing = threading.Event()
@@ -199,15 +213,33 @@ class HardwareThread:
         cancelled: Callable[[], bool],
         one_eyed: bool = False,
         gives_way: bool = False,
+        binning: Binning | None = None,
     ) -> Iterator[Head]:
         """Give one job the rig exclusively: live looks pause, the job's own looks feed the views.
 
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
-        be missing. `gives_way`: it ends soon when `use.wanted`.
+        be missing. `gives_way`: it ends soon when `use.wanted`. `binning`: of its frames, by default the
+        rig's working binning; the cameras are switched before its first look and back after its end.
         """
-        with self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way):
+        with (
+            self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way),
+            self.binning.session(binning),
+        ):
             self.hand.make_way(f"{holder} uses the rig")
+            self._switch()
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
+
+    @contextmanager
+    def recorded_at(self, binning: Binning) -> Iterator[None]:
+        """Give frames of one binning while a recording runs, whatever sessions ask meanwhile."""
+        with self.binning.recorded(binning):
+            self._switch()
+            yield
+
+    def _switch(self) -> None:
+        """Have the cameras switched to the binning that is wanted, and wait for it."""
+        if self._rig is not None:
+            answer_of(self.submit(self.binning.apply), asked="the binning", within_s=SWITCHED_S)
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 
@@ -266,6 +298,7 @@ class HardwareThread:
         return rig
 
     def _run_cycle(self, rig: AssembledRig) -> None:
+        self.binning.keep(rig)
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
         command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:

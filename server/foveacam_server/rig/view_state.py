@@ -112,10 +112,10 @@ class ViewStatus:
 
     spec: ViewSpec
     width: int
-    """Pixels of the sensor."""
+    """Of the sensor for a camera's view, however it is binned; else of the picture."""
     height: int
-    binning: Binning
-    """Pixels of the sensor along each side of one of the newest picture."""
+    picture_scale: int
+    """Pixels that `width` counts for one of the picture at full size."""
     rate_hz: float
     age_ms: float | None
     """Since the middle of the newest picture's exposure; None before the first."""

@@ -86,7 +86,7 @@ def test_a_binned_picture_is_at_most_as_large_as_it_is(
     assert picture.shape == shape
     assert encodes == (1 if found == 2 else 2)  # scales 1 and 2 share one encoding
     status = hub.status("wide")
-    assert (status.width, status.height, status.binning) == (64, 48, 2)
+    assert (status.width, status.height, status.picture_scale) == (64, 48, 2)
 
 
 def test_a_quarter_is_the_mean_of_sixteen_pixels() -> None:

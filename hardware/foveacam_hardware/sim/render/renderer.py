@@ -32,6 +32,7 @@ from foveacam_hardware.sim.render.setup import (
     empty_prims,
     set_up,
 )
+from foveacam_hardware.sim.render.shade import CUT_HALVED_PX, CUT_PX
 from foveacam_hardware.sim.render.shapes import Quad, place
 from foveacam_hardware.sim.render.tiles import TileInputs, TileOutputs, render_tiles
 
@@ -227,8 +228,8 @@ class Renderer:
         bins = sort_into_tiles(prims, count, view, footprint)
         colors, sky = _in_channels(snapshot, channels)
         tables = snapshot.tables._replace(colors=colors)
-        stage = TileInputs(view, objects, prims, bins, tables, snapshot.geometry.smooth, sky, LUMA)
-        return stage, footprint
+        smooth, cut_px = snapshot.geometry.smooth, CUT_PX if projection.halvings == 0 else CUT_HALVED_PX
+        return TileInputs(view, objects, prims, bins, tables, smooth, sky, LUMA, cut_px), footprint
 
     def _view(self, projection: Projection) -> KernelView:
         Minv: F64 = np.asarray(np.linalg.inv(projection.M), dtype=np.float64)

@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
+from foveacam_hardware.contract.values import Binning
 from foveacam_hardware.jit import kernel
 
 F32 = NDArray[np.float32]
+Gains = tuple[float, float, float, float, float]
 
 TABLE_BITS = 20
 MAX_ROW = 1 << 16
 """Longest row, in values: the table repeats as many at its end."""
 MAX_RADIUS = 16
+NARROW_PX = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -31,7 +34,9 @@ class SensorExposure:
         gain: amplification before the converter, 1 = a full well is full scale.
         full_well_e, read_noise_e: electrons (IMX273: 10 700 and 2.5).
         bits: 8, 10 or 12.
-        psf_sigma_px: blur of the lens, a Gaussian; 0 = none.
+        psf_sigma_px: blur of the lens, a Gaussian, pixels of the sensor; 0 = none.
+        binning: pixels of the sensor along each side of a pixel, which is their mean: its variance is theirs
+            divided by their number, before it is rounded to `bits`.
     """
 
     exposure_s: float = 0.01
@@ -41,6 +46,7 @@ class SensorExposure:
     read_noise_e: float = 2.5
     bits: int = 8
     psf_sigma_px: float = 0.0
+    binning: Binning = 1
 
     def __post_init__(self) -> None:
         for name in ("exposure_s", "reference_s", "gain", "full_well_e"):
@@ -69,7 +75,14 @@ def _normals() -> F32:
 
 @lru_cache(maxsize=16)
 def psf_taps(sigma_px: float) -> F32:
-    """Return the Gaussian from its middle outwards, (radius + 1,), both wings adding up to 1."""
+    """Return the Gaussian from its middle outwards, (radius + 1,), both wings adding up to 1.
+
+    Samples of one narrower than `NARROW_PX` would miss its variance; it becomes three taps that have it.
+    """
+    if 0 < sigma_px < NARROW_PX:
+        three: F32 = np.array([1.0 - sigma_px**2, 0.5 * sigma_px**2], np.float32)
+        three.flags.writeable = False
+        return three
     radius = int(np.ceil(3.2 * sigma_px)) if sigma_px > 0 else 0
     taps = np.exp(-0.5 * (np.arange(radius + 1) / max(sigma_px, 1e-9)) ** 2)
     taps /= taps[0] + 2 * taps[1:].sum()
@@ -120,26 +133,25 @@ def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
 
 
 @kernel
-def _count(
-    row: F32, normals: F32, gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16]
-) -> None:
+def _count(row: F32, normals: F32, gains: Gains, top: int, out: NDArray[np.uint16]) -> None:
     """Fill out with counts: electrons with noise, limited by the well and the converter.
 
-    gains: electrons of a full well, per radiance 1, of read noise; counts per electron.
+    gains: electrons of a full well, per radiance 1, of read noise; counts per electron; noise of a pixel over
+    that of one of the sensor's.
     """
     well, light = np.float32(gains[0]), np.float32(gains[1])
-    read, scale = np.float32(gains[2]), np.float32(gains[3])
+    read, scale, part = np.float32(gains[2]), np.float32(gains[3]), np.float32(gains[4])
     half, zero, limit = np.float32(0.5), np.float32(0.0), np.float32(top)
     for i in range(row.shape[0]):
         electrons = min(max(row[i] * light, zero), well)
-        counts = (electrons + np.sqrt(electrons + read * read) * normals[i]) * scale + half
+        counts = (electrons + part * np.sqrt(electrons + read * read) * normals[i]) * scale + half
         out[i] = np.uint16(np.int32(min(max(counts, zero), limit)))
 
 
 @kernel
 def _expose(
     radiance: F32, channels: int, taps: F32, normals: F32, key: np.uint64,
-    gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16],
+    gains: Gains, top: int, out: NDArray[np.uint16],
 ) -> None:  # fmt: skip
     """Expose rows of interleaved channels, (h, w · channels); gains as for _count."""
     n = radiance.shape[1]
@@ -185,8 +197,10 @@ def expose(
         exposure.full_well_e * exposure.exposure_s / exposure.reference_s,
         exposure.read_noise_e,
         exposure.gain * top / exposure.full_well_e,
+        1.0 / exposure.binning,
     )
     key64 = np.uint64(_frame_key(key))
-    _expose(rows, channels, psf_taps(exposure.psf_sigma_px), _normals(), key64, gains, top, counts)
+    taps = psf_taps(exposure.psf_sigma_px / exposure.binning)
+    _expose(rows, channels, taps, _normals(), key64, gains, top, counts)
     image = counts.reshape(radiance.shape)
     return image.astype(np.uint8) if exposure.bits == 8 else image

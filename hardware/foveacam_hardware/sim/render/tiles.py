@@ -41,6 +41,7 @@ class TileInputs(NamedTuple):
     smooth: I32
     sky: F64  # (2, channels)
     luma: F64  # (3,)
+    cut_px: float  # shortest wavelength of noise that is drawn
 
 
 class TileOutputs(NamedTuple):
@@ -57,7 +58,7 @@ def _shade(batch: PixelBatch, runs: int, items: LookupItems, stage: TileInputs, 
     interpolate(batch, runs, stage.prims.q, stage.prims.light)
     shade_sky(batch, runs, stage.camera.Minv)
     count = find_items(batch, runs, stage.prims, stage.objects, stage.tables, items)
-    shade_noise(items, count, stage.smooth, stage.tables)
+    shade_noise(items, count, stage.smooth, stage.tables, stage.cut_px)
     shade_cells(batch, items, count, stage.prims, stage.objects, stage.tables)
     shade_bitmap(items, count, stage.tables)
     add_up(batch, runs, stage.prims, stage.tables, items)

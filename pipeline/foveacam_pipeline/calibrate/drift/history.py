@@ -15,6 +15,7 @@ from pydantic import TypeAdapter
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.drift.values import DriftCheck
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.verge.aim import EYES
 
@@ -168,10 +169,8 @@ def drift_trend(records: Sequence[DriftRecord]) -> DriftTrend:
 
 def trend_picture(records: Sequence[DriftRecord]) -> bytes:
     """Return a PNG of the trend; filled dots are checks that were applied."""
-    from matplotlib.figure import Figure  # loads for seconds
-
     trend = drift_trend(records)
-    figure = Figure(figsize=(10.0, 7.0), dpi=_DPI, layout="constrained")
+    figure = new_figure((10.0, 7.0), dpi=_DPI)
     rows = figure.subplots(3, 1, sharex=True)
     for row, (axes, label) in enumerate(zip(rows, TREND_LABELS, strict=True)):
         for role in EYES:

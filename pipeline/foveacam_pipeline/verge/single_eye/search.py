@@ -182,7 +182,7 @@ class SingleEyeSearch:
         edge itself may be on either side. `target`: (2,) tangents.
         """
         image, at_px, side = self._side(target, frame)
-        if on_edge(side, at_px):
+        if on_edge(side, at_px, binning=frame.binning):
             return None
         found = self._place_on(side, image, target, at_px, nearest_per_m).sure_of_each()
         if not found:
@@ -200,9 +200,10 @@ class SingleEyeSearch:
     def _side(
         self, target: NDArray[np.float64], frame: Frame
     ) -> tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.uint8]]:
-        """Return the wide image, the target's pixel (2,), and the mask of its side of an edge."""
-        image, at_px = gray(to_uint8(frame)), self._calibration.wide.pixels(np.arctan(target)[None])[0]
-        return image, at_px, side_of_edge(image, at_px)
+        """Return the wide image, the target's pixel (2,) of it, and the mask of its side of an edge."""
+        image, wide = gray(to_uint8(frame)), self._calibration.wide.binned(frame.binning)
+        at_px = wide.pixels(np.arctan(target)[None])[0]
+        return image, at_px, side_of_edge(image, at_px, binning=frame.binning)
 
     def _place_on(
         self,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame
+from foveacam_pipeline.geometry.binning import picture_px
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -116,7 +117,8 @@ class SurroundingsEstimator:
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
         at_px = wide.pixels(np.arctan(target)[None])[0]
-        region = blank_region(image, at_px, noise=noise_level(image, at_px=at_px), places=PLACES)
+        noise = noise_level(image, at_px=picture_px(at_px, frame.binning))
+        region = blank_region(image, at_px, noise=noise, places=PLACES, binning=frame.binning)
         mask = cv2.resize(region.mask.astype(np.uint8) * 255, image.shape[::-1])
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
         border = [self._place(image, np.asarray(mask, dtype=np.uint8), place) for place in places]
@@ -127,7 +129,7 @@ class SurroundingsEstimator:
         self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64]
     ) -> BorderPlace:
         wide = self._calibration.wide
-        at_px = wide.pixels(np.arctan(tangents)[None])[0]
+        at_px = wide.of_picture(image.shape).pixels(np.arctan(tangents)[None])[0]
         noise = noise_level(image, at_px=at_px)
         return BorderPlace(
             border_patch(image, mask, wide, tangents, f_px=self._f_px, noise=noise),

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from fastapi import Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response, StreamingResponse
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
@@ -56,12 +56,10 @@ class ViewDocument(BaseModel):
 
     name: str
     width: int
+    """Of the sensor for the views of cameras, px, however they are binned; all pixels of REST are its."""
     height: int
-    picture_scale: int = Field(
-        description="Pixels of `width` along each side of one of the full picture: 2 for a binned camera. "
-        "A pixel x of a picture at `scale` s is the pixel s x + (s - 1) / 2 that requests and events count; "
-        "s is the larger of the requested scale and this number."
-    )
+    picture_scale: int
+    """Sensor pixels along each side of a pixel of the picture at full size: `width` over the picture's."""
     description: str
     rate_hz: float
     age_ms: float | None
@@ -104,7 +102,7 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
             name=status.spec.name,
             width=status.width,
             height=status.height,
-            picture_scale=status.binning,
+            picture_scale=status.picture_scale,
             description=status.spec.description,
             rate_hz=round(status.rate_hz, 2),
             age_ms=status.age_ms,
