@@ -15,6 +15,7 @@ from foveacam_server.console import openapi_document, pages, security, viser_rel
 from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.closing import ClosingStack, run_beside
+from foveacam_server.doors.compression import CompressedAnswers
 from foveacam_server.doors.deferred_routes import Inclusion
 from foveacam_server.doors.middleware import (
     FrameworkProblems,
@@ -197,6 +198,7 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     app.add_middleware(RequestIds)
     if settings.root_path:
         app.add_middleware(RootPath, root=settings.root_path)
+    app.add_middleware(CompressedAnswers)  # of pages with the root in their addresses
     inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
     for resource in _RESOURCES:
         inclusion.add(app, resource.router)

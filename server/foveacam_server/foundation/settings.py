@@ -119,7 +119,7 @@ class Settings(BaseSettings):
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
     live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)
-    live_fovea_hz: float = Field(default=12.0, gt=0.0, le=60.0)
+    live_fovea_hz: float = Field(default=15.0, gt=0.0, le=60.0)
     """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
     viewer: bool = True
     """Whether the 3D pane (viser) runs."""

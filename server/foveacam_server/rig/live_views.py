@@ -35,7 +35,7 @@ class LiveRates:
     """Upper limits of the live views, Hz."""
 
     wide_hz: float = 15.0
-    fovea_hz: float = 12.0
+    fovea_hz: float = 15.0
 
 
 class RecentFrames:

@@ -103,6 +103,7 @@ class ViewPicture:
     number: int = 0
     """The hub's count of the view's pictures."""
     binning: Binning = 1
+    """Pixels of the sensor along each side of a pixel of `image`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -168,6 +168,7 @@ export class ViewStream {
     slot.header = header;
     slot.received_ms = received_ms;
     slot.times_ms.push(performance.now());
+    if (slot.count === 1) this.#report(); // the page waits for the first picture
     if (name !== "wide") return;
     if (this.#overlay) this.#tellOverlay();
     this.#drawLoupe();
@@ -195,8 +196,7 @@ export class ViewStream {
     const { canvas, at, zoom } = this.#loupe;
     const context = contextOf(canvas);
     if (!context) return;
-    const full = this.#views.find((view) => view.name === "wide");
-    const scale = (full?.width ?? wide.canvas.width) / wide.canvas.width; // sensor px per picture px
+    const scale = wide.header.scale;
     const size = canvas.width / zoom / scale;
     context.imageSmoothingEnabled = false;
     context.fillRect(0, 0, canvas.width, canvas.height);
