@@ -179,10 +179,13 @@ def serve(
     }
     settings = checked_settings(chosen)
     choose_format(settings.log_format)  # before anything is loaded that logs
-    with collection_paused():
-        from foveacam_server.serving import run_server  # not loaded for other commands
+    from foveacam_server.doors.start_door import StartDoor  # not loaded for other commands
 
-    run_server(settings, console=Console())
+    with StartDoor(settings) as door:  # it answers while the rest is loaded
+        with collection_paused():
+            from foveacam_server.serving import run_server
+
+        run_server(settings, console=Console(), door=door)
 
 
 @app.command()

@@ -31,6 +31,7 @@ from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.hardware_thread.kernel_preparation import prepare_kernels
 from foveacam_server.rig.live_views import LiveRates
 from foveacam_server.rig.loop_lag import LoopLag
 from foveacam_server.rig.ports import AssembledRig, SceneViewer
@@ -199,6 +200,7 @@ def open_hardware(
         overlay=displays.overlay.of,
         limits=live_rates(settings),
         keeper=knowledge.cameras,
+        prepare=prepare_kernels,
         blocked_ns=foundation.lag.blocked_ns,
     )
     knowledge.calibration.refuse_without_rig(lambda: refusals.not_open(hardware.status))

@@ -19,7 +19,7 @@ from foveacam_server.rig.hand_steering import HandSteering
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
 from foveacam_server.rig.hardware_thread.move_guard import ExclusiveUse, MoveGuard
 from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
-from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
+from foveacam_server.rig.hardware_thread.opening_steps import Preparation, RigOpening
 from foveacam_server.rig.hardware_thread.status_reading import StatusReading
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.rig.loop_lag import never_blocked
@@ -47,16 +47,20 @@ class HardwareThread:
         overlay: OverlayOf,
         limits: LiveRates,
         keeper: CameraKeeper | None = None,
+        prepare: Preparation | None = None,
         blocked_ns: Callable[[], int] = never_blocked,
     ) -> None:
-        """`blocked_ns`: as for `HandSteering`."""
+        """`prepare`: as for `RigOpening`; `blocked_ns`: as for `HandSteering`."""
+        self._closing = threading.Event()
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self.recent_wide = self._live.recent_wide
         """The wide frames that viewers may see at the moment."""
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
         """Pings their controller and switches their supply rail."""
-        self.opening = RigOpening(opener, self._reconnector, clock=clock)
+        self.opening = RigOpening(
+            opener, self._reconnector, clock=clock, prepare=prepare, cancelled=self._closing.is_set
+        )
         """Opens the rig step by step."""
         self.commands = CommandQueue()
         """What waits for the thread, and how long it has had nothing to do."""
@@ -64,7 +68,6 @@ class HardwareThread:
         """Which job has the rig; who follows targets gives it away when another wants it."""
         self._rig: AssembledRig | None = None
         self._opened = threading.Event()
-        self._closing = threading.Event()
         self._reopening = threading.Event()
         self._moves = RigMoves(
             live=self._live, reconnector=self._reconnector, in_session=lambda: self.use.holder is not None

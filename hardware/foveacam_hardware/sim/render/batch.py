@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import inlined, part
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W
 
 F64 = NDArray[np.float64]
@@ -32,7 +32,7 @@ class PixelBatch(NamedTuple):
     weight: F32  # sum over mapping axes, of the weights or, for noise, of their squares
 
 
-@kernel
+@part
 def new_batch() -> PixelBatch:
     """Allocate the working memory."""
     n = CAPACITY

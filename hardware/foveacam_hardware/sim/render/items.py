@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import inlined, part
 from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch
 from foveacam_hardware.sim.render.materials import BITMAP, NOISE, PLAIN, MaterialTables
 from foveacam_hardware.sim.render.setup import ObjectTable, VisibleFaces
@@ -42,7 +42,7 @@ class LookupItems(NamedTuple):
     part_y: F32
 
 
-@kernel
+@part
 def new_items() -> LookupItems:
     """Allocate the working memory."""
     n = 3 * CAPACITY
@@ -63,7 +63,7 @@ def new_items() -> LookupItems:
     )
 
 
-@kernel
+@part
 def _axes(blend: int, side: int) -> tuple[int, int]:
     """Return the range of axes along which a face is mapped."""
     return (0, 3) if blend else (side >> 1, (side >> 1) + 1)

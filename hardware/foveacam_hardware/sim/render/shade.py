@@ -7,7 +7,7 @@ Cell materials are in `cells`.
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import inlined, part
 from foveacam_hardware.sim.render.batch import PixelBatch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, LookupItems, U, V
@@ -29,7 +29,7 @@ CUT_PX = 2.6
 """Shortest wavelength passed, in pixels; shorter ones would alias."""
 
 
-@kernel
+@part
 def footprint_filter(
     ux: float, uy: float, vx: float, vy: float, most: int
 ) -> tuple[float, float, int, float, float]:
@@ -52,7 +52,7 @@ def footprint_filter(
     return scale * a, scale * b, taps, max(short, TAP_SPREAD / TAP_STEP * long / taps), long
 
 
-@kernel
+@part
 def tap(k: int, taps: int) -> tuple[float, float]:
     """Return the position of tap k along the long axis, in pixels, and its triangular weight (sum 1)."""
     at = (k + 0.5) / taps - 0.5
@@ -146,7 +146,7 @@ def paint(
                 out[i, c] = lit * (low + step * shade[0, i])
 
 
-@kernel
+@part
 def _mip(bitmap: F64, level: int) -> tuple[int, int, int, float]:
     """Return width, height and first texel of a level of a bitmap, and its texels per texel of level 0."""
     w, h, first, scale = int(bitmap[1]), int(bitmap[2]), int(bitmap[3]), 1.0
@@ -158,7 +158,7 @@ def _mip(bitmap: F64, level: int) -> tuple[int, int, int, float]:
     return w, h, first, scale
 
 
-@kernel
+@part
 def _add(x: float, y: float, mip: tuple[int, int, int, float], weight: float, texels: F32, out: F32) -> None:
     """Add weight · colour at texel (x, y) of level 0, fetched from `mip`, bilinear, edges repeated."""
     w, h, first, scale = mip
