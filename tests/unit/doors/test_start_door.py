@@ -7,11 +7,11 @@ from pathlib import Path
 
 import httpx
 import pytest
+from tests.certificates import written_certificate
 
 from foveacam_hardware.contract import Busy
 from foveacam_server.doors.start_door import StartDoor
 from foveacam_server.foundation.settings import Settings
-from tests.certificates import written_certificate
 
 PATIENCE_S = 10.0
 HTML = {"Accept": "text/html,application/xhtml+xml"}
