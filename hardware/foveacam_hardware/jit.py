@@ -55,10 +55,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
 
 def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
     """Compile a function on its first call; it releases the GIL and is bit-reproducible."""
-    dispatcher = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
-    with suppress(RuntimeError):  # numba: "no locator available", that is, no folder to write the cache to
-        dispatcher._cache = _KernelCache(function)  # noqa: SLF001 (numba offers no other way)
-    return dispatcher
+    return _cached(njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function))
 
 
 def part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
@@ -69,9 +66,15 @@ def part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no t
     return njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
-def inlined(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
-    """Inline a function into each kernel that calls it, which saves compiling it separately."""
-    return njit(inline="always", error_model="numpy")(function)
+def cached_part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
+    """Compile a function as `part`, and cache it by itself, so that several processes can share the work."""
+    return _cached(part(function))
+
+
+def _cached(dispatcher: Any) -> Any:  # noqa: ANN401 (numba ships no types)
+    with suppress(RuntimeError):  # numba: "no locator available", that is, no folder to write the cache to
+        dispatcher._cache = _KernelCache(dispatcher.py_func)  # noqa: SLF001 (numba offers no other way)
+    return dispatcher
 
 
 def is_cached(dispatcher: Any) -> bool:  # noqa: ANN401 (numba ships no types)

@@ -34,6 +34,7 @@ from foveacam_server.foundation.private_files import PRIVATE_UMASK, make_private
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.whole_file import write_whole
 from foveacam_server.rig.chosen_rig import check_simulation, rig_config
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
 TOKEN_FILE = "token"  # noqa: S105 - a file's name, no token
@@ -190,16 +191,22 @@ class _StartedServices:
 
 
 def run_server(
-    settings: Settings, *, console: Console, clock: Clock | None = None, door: StartDoor | None = None
+    settings: Settings,
+    *,
+    console: Console,
+    clock: Clock | None = None,
+    door: StartDoor | None = None,
+    kernels: Preparation = prepare_kernels,
 ) -> None:
     """Serve until interrupted; raise the error of what cannot be opened, a `FoveaError` as a rule.
 
-    `clock`: as for `create_app`; `door`: what has listened until now, closed by its owner. The process ends
-    within `process_end.END_S` of a signal, with status 0, or 1 where something did not end by itself.
+    `clock`, `kernels`: as for `create_app`; `door`: what has listened until now, closed by its owner. The
+    process ends within `process_end.END_S` of a signal, with status 0, or 1 where something did not end by
+    itself.
     """
     if door is None:
         with StartDoor(settings) as opened:
-            run_server(settings, console=console, clock=clock, door=opened)
+            run_server(settings, console=console, clock=clock, door=opened, kernels=kernels)
         return
     os.umask(PRIVATE_UMASK)  # what a server keeps is for its owner
     _check_rig(settings)
@@ -210,7 +217,7 @@ def run_server(
     if settings.tls_key is not None:
         warn_if_readable(settings.tls_key, what="the key of the certificate")
     bound_arenas()
-    app = create_app(settings, clock=clock)
+    app = create_app(settings, clock=clock, kernels=kernels)
     allow_open_files()
     server = _GreetingServer(
         server_config(app, trusted_proxies=settings.trusted_proxies),

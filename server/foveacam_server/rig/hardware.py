@@ -17,9 +17,10 @@ from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.hand_steering import HandSteering
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation
 from foveacam_server.rig.hardware_thread.move_guard import ExclusiveUse, MoveGuard
 from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
-from foveacam_server.rig.hardware_thread.opening_steps import Preparation, RigOpening
+from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
 from foveacam_server.rig.hardware_thread.status_reading import StatusReading
 from foveacam_server.rig.live_views import LIVE_AGE_MS, LiveRates, LiveViews, OverlayOf
 from foveacam_server.rig.loop_lag import never_blocked

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, part
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch
 from foveacam_hardware.sim.render.items import FROM_U, FROM_V, LookupItems, U, V
 from foveacam_hardware.sim.render.materials import CELLS, MaterialTables
@@ -87,7 +87,7 @@ def _footprint(t: float, u: float, v: float, rows: tuple[float, ...], plane: tup
     )
 
 
-@inlined
+@part
 def shade_cells(
     batch: PixelBatch,
     items: LookupItems,

@@ -7,7 +7,7 @@ Cell materials are in `cells`.
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, part
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.batch import PixelBatch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, LookupItems, U, V
@@ -60,7 +60,7 @@ def tap(k: int, taps: int) -> tuple[float, float]:
     return at * TAP_SPREAD, (1.0 - 2.0 * abs(at)) / total
 
 
-@inlined
+@part
 def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTables) -> None:
     """Fill the values of all noise items with the sum of the layers that the footprint passes."""
     begin, end, obj, sides, where = items.begin, items.end, items.obj, items.side, items.where
@@ -118,7 +118,7 @@ def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTab
             coarse += 4.0
 
 
-@inlined
+@part
 def paint(
     batch: PixelBatch, runs: int, objs: I32, tables: MaterialTables, sky: F64, luma: F64, out: F32
 ) -> None:
@@ -174,7 +174,7 @@ def _add(x: float, y: float, mip: tuple[int, int, int, float], weight: float, te
         out[c] += np.float32(weight * ((1.0 - fy) * top + fy * low))
 
 
-@inlined
+@part
 def shade_bitmap(items: LookupItems, count: int, tables: MaterialTables) -> None:
     """Fill the values of all bitmap items with their colours, averaged over each footprint."""
     begin, end, obj, where = items.begin, items.end, items.obj, items.where

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, part
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.binning import TileBins
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, VisibleFaces
 
@@ -59,7 +59,7 @@ def new_tile() -> TileMemory:
     )
 
 
-@inlined
+@part
 def load_rays(tile: TileMemory, x0: int, y0: int, view: KernelView) -> None:
     """Fill the undistorted pixels of the tile that begins at image pixel (x0, y0)."""
     for r in range(ROWS):
@@ -86,7 +86,7 @@ def _pixel_range(
     return (int(a), int(b) + 1) if a <= b else (0, 0)
 
 
-@inlined
+@part
 def fill(
     tile: TileMemory, index: int, x0: int, y0: int, view: KernelView, prims: VisibleFaces, bins: TileBins
 ) -> None:
@@ -120,7 +120,7 @@ def fill(
                 face[r, c] = np.int32(n) if seen else face[r, c]
 
 
-@inlined
+@part
 def mark_edges(tile: TileMemory, height: int, width: int, prims: VisibleFaces, smooth: I32) -> int:
     """List the pixels that are not continuous with all four neighbours, row by row; return their number."""
     face, x, y, q, mark, mark_row, start = (
@@ -191,7 +191,7 @@ def _test_samples(
     return float(least)
 
 
-@inlined
+@part
 def sample_edges(
     tile: TileMemory,
     count: int,

@@ -6,7 +6,7 @@ Their memory goes with the children. Where a child fails, or nothing can be stor
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
@@ -19,8 +19,25 @@ from foveacam_server.foundation.collection_pause import collection_paused
 _log = logging.getLogger(__name__)
 
 WORKER = "foveacam_server.rig.hardware_thread.kernel_worker"
-SHARES: tuple[tuple[str, ...], ...] = (("tiles",), ("set-up", "faces of tiles", "lens", "sensor"))
-"""Which kernels each child compiles; the two take about as long."""
+Phase = Sequence[Sequence[str]]
+"""What several children compile beside each other: names of steps, a sequence for each child."""
+PHASES: tuple[Phase, ...] = (
+    (("shading",), ("visibility", "edges", "samples", "lens")),
+    (("tiles", "sensor"), ("set-up", "faces of tiles")),
+)
+"""The parts of the largest kernel come first, so that both children are busy; what needs them comes next."""
+COSTS: Mapping[str, float] = {
+    "shading": 13.6,
+    "visibility": 3.5,
+    "edges": 3.1,
+    "samples": 1.4,
+    "lens": 3.4,
+    "tiles": 7.0,
+    "sensor": 2.5,
+    "set-up": 5.0,
+    "faces of tiles": 2.5,
+}
+"""CPU time of each step, s; their ratios give the time left."""
 NOTICED_S = 1.0
 """From such a time on, the time left is estimated."""
 
@@ -38,6 +55,14 @@ class KernelProgress:
 
 
 OnKernels = Callable[[KernelProgress], None]
+
+
+class Preparation(Protocol):
+    """Makes the kernels of a simulated rig ready; returns a problem that did not keep it from doing so."""
+
+    def __call__(self, on_progress: OnKernels, *, cancelled: Callable[[], bool]) -> str | None:
+        """Return once they are ready, or raise `Cancelled`."""
+        ...
 
 
 class ChildRunner(Protocol):
@@ -79,70 +104,83 @@ def load_kernels() -> None:
     warm_up()
 
 
+def count_kernels() -> int:
+    """Return how many functions of the renderer are compiled."""
+    from foveacam_hardware.jit import kernels_within
+    from foveacam_hardware.sim.render.compilation import kernel_steps
+
+    return len(set[str]().union(*(kernels_within(step.kernel) for step in kernel_steps())))
+
+
 def compile_in_children(
     *,
     on_progress: OnKernels,
     cancelled: Callable[[], bool],
     run: ChildRunner = run_child,
-    shares: Sequence[Sequence[str]] = SHARES,
+    phases: Sequence[Phase] = PHASES,
+    total: Callable[[], int] = count_kernels,
     now_s: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Compile all kernels in one child process a share; raise the first error of a child.
+    """Compile all kernels in child processes, phase after phase; raise the first error of a child.
 
     Raise `Cancelled` soon after `cancelled` says so. When one child fails, the others are ended.
     """
-    watch = _SharedProgress(len(shares), on_progress, now_s=now_s)
-    failed = threading.Event()
+    progress = _Progress(phases, total=total(), now_s=now_s)
+    for phase in phases:
+        _run_phase(
+            phase, on_step=lambda step: on_progress(progress.after(step)), cancelled=cancelled, run=run
+        )
 
-    def compile_share(index: int) -> None:
+
+def _run_phase(phase: Phase, *, on_step: OnProgress, cancelled: Callable[[], bool], run: ChildRunner) -> None:
+    failed, telling = threading.Event(), threading.Lock()
+
+    def tell(step: ChildProgress) -> None:
+        with telling:  # one child at a time
+            on_step(step)
+
+    def compile_share(names: Sequence[str]) -> None:
         try:
-            run(
-                WORKER,
-                shares[index],
-                on_progress=lambda step: watch.take(index, step),
-                cancelled=lambda: failed.is_set() or cancelled(),
-            )
+            run(WORKER, names, on_progress=tell, cancelled=lambda: failed.is_set() or cancelled())
         except BaseException:
             failed.set()
             raise
 
-    with ThreadPoolExecutor(len(shares), "foveacam-kernels") as pool:
-        ends = [pool.submit(compile_share, index) for index in range(len(shares))]
+    with ThreadPoolExecutor(len(phase), "foveacam-kernels") as pool:
+        ends = [pool.submit(compile_share, names) for names in phase]
     errors = [error for end in ends if (error := end.exception()) is not None]
     if errors:
         raise next((error for error in errors if not isinstance(error, Cancelled)), errors[0])
 
 
-class _SharedProgress:
-    """Adds up what the children report; their threads call it."""
+class _Progress:
+    """Adds up what the children report: `note`, the step; `done`, its compiled kernels; `share` of it."""
 
-    def __init__(self, children: int, on_progress: OnKernels, *, now_s: Callable[[], float]) -> None:
-        self._newest: dict[int, ChildProgress] = {}
-        self._children, self._on_progress, self._now_s = children, on_progress, now_s
-        self._began_s: float | None = None
-        self._lock = threading.Lock()
+    def __init__(self, phases: Sequence[Phase], *, total: int, now_s: Callable[[], float]) -> None:
+        self._phases, self._total, self._now_s = phases, total, now_s
+        self._steps: dict[str, ChildProgress] = {}
+        self._began_s = now_s()
 
-    def take(self, index: int, step: ChildProgress) -> None:
-        """Take what a child reports, and report the sum once all have begun."""
-        with self._lock:
-            if self._began_s is None:
-                self._began_s = self._now_s()
-            self._newest[index] = step
-            if len(self._newest) < self._children:
-                return
-            steps, spent_s = tuple(self._newest.values()), self._now_s() - self._began_s
-            self._on_progress(
-                KernelProgress(
-                    done=sum(step.done for step in steps),
-                    total=sum(step.total for step in steps),
-                    left_s=_left_s(min(step.share for step in steps), spent_s),
-                )
-            )
+    def after(self, step: ChildProgress) -> KernelProgress:
+        """Return the progress of all after a child's report."""
+        self._steps[step.note] = step
+        done = min(self._total, sum(each.done for each in self._steps.values()))
+        return KernelProgress(done=done, total=self._total, left_s=self._left_s())
 
+    def _left_s(self) -> float | None:
+        """Return the time left, by the costs of the steps on the longest way."""
+        spent_s = self._now_s() - self._began_s
+        whole, left = self._longest(lambda _name: 1.0), self._longest(self._rest)
+        return None if spent_s < NOTICED_S or left >= whole else spent_s * left / (whole - left)
 
-def _left_s(share: float, spent_s: float) -> float | None:
-    """Return the time left when a share of the work took `spent_s`."""
-    return None if spent_s < NOTICED_S or share <= 0.0 else spent_s * (1.0 - share) / share
+    def _longest(self, rest: Callable[[str], float]) -> float:
+        """Return the cost of the child that has most to do, over all phases."""
+        return sum(
+            max(sum(COSTS[name] * rest(name) for name in share) for share in phase) for phase in self._phases
+        )
+
+    def _rest(self, name: str) -> float:
+        return 1.0 - (self._steps[name].share if name in self._steps else 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

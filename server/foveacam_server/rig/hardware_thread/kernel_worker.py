@@ -8,35 +8,51 @@ from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import StorageFull
 from foveacam_hardware.jit import cache_trouble, compiling_watched, kernels_within
-from foveacam_hardware.sim.render.compilation import KernelStep, kernel_steps
+from foveacam_hardware.sim.render.compilation import KernelStep, kernel_steps, part_steps
 from foveacam_server.foundation.child_work import ChildProgress, report_progress, run_child
 
 
 def main(names: Sequence[str]) -> int:
     """Compile the named kernels; return the exit status as `run_child`."""
-    return run_child(lambda: compile_kernels([step for step in kernel_steps() if step.name in names]))
+    return run_child(lambda: compile_kernels(steps_of(names)))
+
+
+def steps_of(names: Sequence[str]) -> list[KernelStep]:
+    """Return the steps of such names, in their order."""
+    named = {step.name: step for step in (*kernel_steps(), *part_steps())}
+    return [named[name] for name in names]
 
 
 def compile_kernels(
     steps: Sequence[KernelStep], *, report: Callable[[ChildProgress], None] = report_progress
 ) -> None:
     """Compile kernels one after the other; raise `StorageFull` where they cannot be stored."""
-    expected = set().union(*(kernels_within(step.kernel) for step in steps))
-    compiled: set[str] = set()
+    for step in steps:
+        _compile(step, report)
+        if (trouble := cache_trouble(step.kernel)) is not None:
+            raise StorageFull(f"compiled kernels cannot be stored: {trouble}", found=trouble)
 
-    def tell(name: str) -> None:
-        if name not in expected or name in compiled:
-            return
-        compiled.add(name)
+
+def _compile(step: KernelStep, report: Callable[[ChildProgress], None]) -> None:
+    expected, compiled = kernels_within(step.kernel), set[str]()
+
+    def tell(share: float | None = None) -> None:
         done, total = len(compiled), len(expected)
-        report(ChildProgress(done=done, total=total, note=name, share=done / total))
+        report(
+            ChildProgress(
+                done=done, total=total, note=step.name, share=done / total if share is None else share
+            )
+        )
 
-    report(ChildProgress(done=0, total=len(expected), note="", share=0.0))
-    with compiling_watched(tell):
-        for step in steps:
-            step.call()
-            if (trouble := cache_trouble(step.kernel)) is not None:
-                raise StorageFull(f"compiled kernels cannot be stored: {trouble}", found=trouble)
+    def take(name: str) -> None:
+        if name in expected and name not in compiled:
+            compiled.add(name)
+            tell()
+
+    tell()
+    with compiling_watched(take):
+        step.compile()
+    tell(share=1.0)  # what was in the cache already is not compiled
 
 
 if __name__ == "__main__":

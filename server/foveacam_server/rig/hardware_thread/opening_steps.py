@@ -4,11 +4,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Protocol
 
 from foveacam_hardware.contract import Cancelled, Clock, FoveaError
 from foveacam_server.rig.device_reconnector import BASE, DeviceReconnector
-from foveacam_server.rig.hardware_thread.kernel_preparation import KernelProgress, OnKernels
+from foveacam_server.rig.hardware_thread.kernel_preparation import KernelProgress, Preparation
 from foveacam_server.rig.ports import AssembledRig, RigProblem
 
 RIG = "rig"
@@ -19,14 +18,6 @@ COMPILED_HERE = "The server compiled its kernels by itself: "
 REMEDY = "correct it and start the server again"
 FIRST_DEVICES = ("mirrors", "wide", "left", "right")
 """Devices that every rig has."""
-
-
-class Preparation(Protocol):
-    """Makes the kernels of a simulated rig ready; returns a problem that did not keep it from doing so."""
-
-    def __call__(self, on_progress: OnKernels, *, cancelled: Callable[[], bool]) -> str | None:
-        """Return once they are ready, or raise `Cancelled`."""
-        ...
 
 
 class StepState(StrEnum):

@@ -1,0 +1,1 @@
+"""How fast the server is there, and how fast it answers, on a machine of two cores."""
