@@ -273,11 +273,12 @@ class HardwareThread:
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
         command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
+            self._live.note_use()
             command.run(rig)
         elif looks and self._live.look_due():
-            without_failing("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
+            self._run_live("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
         if wide and self._live.wide_due():
-            without_failing("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
+            self._run_live("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
         self.mirrors.ping_if_due(rig)
         if self._reconnector.cameras_lost(rig):
             self._moves.park(rig)
@@ -285,6 +286,10 @@ class HardwareThread:
             self._reconnect(rig)
         if self._reading.is_due():
             self.refresh(rig)
+
+    def _run_live(self, what: str, work: Callable[[], object]) -> None:
+        if not without_failing(what, work):
+            self._live.note_use()  # so that the next ones come soon, and tell whether a device is lost
 
     def _looks_allowed(self, rig: AssembledRig) -> bool:
         idle = not self._moves.halted and self.use.holder is None and self.mirrors.rail_wanted
