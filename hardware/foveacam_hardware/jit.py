@@ -20,6 +20,10 @@ from numba.core.event import Listener, install_listener
 
 _log = logging.getLogger(__name__)
 
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_PART_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
+"""Any: numba's stubs do not know the options about wrappers."""
+
 
 @lru_cache(maxsize=8)
 def _folder_digest(folder: Path) -> str:
@@ -30,7 +34,7 @@ def _folder_digest(folder: Path) -> str:
     return digest.hexdigest()
 
 
-class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
+class _KernelCache(FunctionCache):
     """Numba's cache of a function, except for two things.
 
     It is invalid when any module of the function's folder changes: numba checks the function's own file,
@@ -39,7 +43,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
+        super().__init__(function)  # type: ignore[no-untyped-call]  # numba's cache has no types
         self.trouble: str | None = None
         index = self._cache_file
         index._version = f"{index._version} {_folder_digest(Path(inspect.getfile(function)).parent)}"  # noqa: SLF001
@@ -47,7 +51,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
     def save_overload(self, sig: object, data: object) -> None:
         """Store a compiled function, if that is possible."""
         try:
-            super().save_overload(sig, data)
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
         except OSError as error:
             self.trouble = f"{self.cache_path}: {error.strerror or error}"
             _log.warning("a compiled kernel cannot be stored in %s", self.trouble)
@@ -55,7 +59,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba ships no types
 
 def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
     """Compile a function on its first call; it releases the GIL and is bit-reproducible."""
-    return _cached(njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function))
+    return _cached(njit(**_OPTIONS)(function))
 
 
 def part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
@@ -63,7 +67,7 @@ def part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no t
 
     It becomes part of the kernels that call it, and is cached with them.
     """
-    return njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
+    return njit(**_PART_OPTIONS)(function)
 
 
 def cached_part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
@@ -108,7 +112,7 @@ def kernels_within(dispatcher: Any) -> set[str]:  # noqa: ANN401 (numba ships no
 def compiling_watched(on_compiled: Callable[[str], None]) -> Iterator[None]:
     """Call `on_compiled` with the name of each kernel that this process compiles within the context."""
 
-    class Compiled(Listener):  # type: ignore[misc]  # numba ships no types
+    class Compiled(Listener):
         def on_start(self, event: Any) -> None:  # noqa: ANN401
             pass
 

@@ -18,7 +18,7 @@ IDLE_FOVEA_HZ = 1.0
 """Rates without a viewer: a lost device is noticed soon, at little cost."""
 QUIET_AFTER_NS = 20_000_000_000
 QUIET_WIDE_HZ = 0.2
-QUIET_FOVEA_HZ = 0.05
+QUIET_FOVEA_HZ = 0.02
 """Rates once nobody has looked or used the rig for `QUIET_AFTER_NS`: a picture of a simulated rig is computed
 for nobody otherwise."""
 EVERY_WIDE_HZ = 120.0

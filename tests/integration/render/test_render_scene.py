@@ -160,7 +160,7 @@ def test_a_kernel_works_on_a_full_disk_and_says_why_it_is_not_stored(
     monkeypatch.setattr(doubled._cache._cache_file, "save", fill_disk)
 
     assert doubled(1.5) == 3.0
-    assert "No space left on device" in jit.cache_trouble(doubled)
+    assert "No space left on device" in str(jit.cache_trouble(doubled))
     assert not jit.is_cached(doubled)
 
 

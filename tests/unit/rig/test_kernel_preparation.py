@@ -64,7 +64,11 @@ def wait_until(met: Callable[[], bool]) -> None:
 
 def test_children_work_beside_each_other_and_parts_come_before_what_needs_them() -> None:
     beside = threading.Barrier(2, timeout=PATIENCE_S)
-    children = Children(lambda _names, _tell, _cancelled: beside.wait() and None)
+
+    def work(_names: Sequence[str], _tell: OnProgress, _cancelled: Callable[[], bool]) -> None:
+        beside.wait()
+
+    children = Children(work)
     phases = ((("shading",), ("lens",)), (("tiles",), ("sensor",)))
 
     compile_in_children(
@@ -203,7 +207,8 @@ def test_early_kernels_are_waited_for_and_prepared_once() -> None:
 
 
 def test_early_kernels_are_cancelled_by_who_waits_and_by_the_end_of_the_program() -> None:
-    def prepare(_on_progress: OnKernels, *, cancelled: Callable[[], bool]) -> str | None:
+    def prepare(on_progress: OnKernels, *, cancelled: Callable[[], bool]) -> str | None:
+        on_progress(KernelProgress(done=0, total=4, left_s=None))
         wait_until(cancelled)
         raise Cancelled("the job was cancelled")
 

@@ -74,7 +74,8 @@ def _report_nothing(done: int, total: int, name: str) -> None:
 
 def warm_up(progress: Progress = _report_nothing) -> None:
     """Compile every kernel, or load it from the cache on disk, before the first frame is requested."""
-    steps = (("noise tile", noise_levels), *((step.name, step.compile) for step in kernel_steps()))
+    steps: list[tuple[str, Callable[[], object]]] = [("noise tile", noise_levels)]
+    steps += [(step.name, step.compile) for step in kernel_steps()]
     for done, (name, call) in enumerate(steps):
         progress(done, len(steps), name)
         call()

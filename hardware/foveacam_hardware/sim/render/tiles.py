@@ -65,7 +65,8 @@ def find_runs(
     """Find what each pixel of a tile shows, and fill the batch with it; return the number of runs."""
     load_rays(tile, x0, y0, stage.camera)
     fill(tile, index, x0, y0, stage.camera, stage.prims, stage.bins)
-    return gather(tile.x, tile.y, tile.face, width, height, batch)
+    runs: int = gather(tile.x, tile.y, tile.face, width, height, batch)
+    return runs
 
 
 @cached_part
@@ -73,7 +74,7 @@ def find_marks(
     tile: TileMemory, index: int, x0: int, y0: int, width: int, height: int, stage: TileInputs
 ) -> int:
     """Find the pixels of a tile that lie on an edge, and what their samples show; return their number."""
-    marks = mark_edges(tile, height, width, stage.prims, stage.smooth)
+    marks: int = mark_edges(tile, height, width, stage.prims, stage.smooth)
     sample_edges(tile, marks, index, x0, y0, stage.camera, stage.prims, stage.bins)
     return marks
 
