@@ -83,33 +83,30 @@ class ChildRunner(Protocol):
 def kernels_stored() -> bool:
     """Return whether the kernels of the simulated rig were compiled before and need only be loaded."""
     with collection_paused():
-        from foveacam_hardware.jit import is_cached
-        from foveacam_hardware.sim.render.compilation import kernel_steps
+        from foveacam_hardware.simulation_kernels import are_stored
 
-    return all(is_cached(step.kernel) for step in kernel_steps())
+    return are_stored()
 
 
-def kernels_storable() -> str | None:
+def storing_trouble() -> str | None:
     """Return why compiled kernels cannot be stored; None where they can."""
-    from foveacam_hardware.jit import cache_trouble
-    from foveacam_hardware.sim.render.compilation import kernel_steps
+    from foveacam_hardware.simulation_kernels import storing_trouble as trouble
 
-    return next((why for step in kernel_steps() if (why := cache_trouble(step.kernel)) is not None), None)
+    return trouble()
 
 
 def load_kernels() -> None:
     """Load the kernels, or compile those that are not stored."""
-    from foveacam_hardware.sim.render import warm_up
+    from foveacam_hardware.simulation_kernels import warm_up
 
     warm_up()
 
 
 def count_kernels() -> int:
     """Return how many functions of the renderer are compiled."""
-    from foveacam_hardware.jit import kernels_within
-    from foveacam_hardware.sim.render.compilation import kernel_steps
+    from foveacam_hardware.simulation_kernels import count_kernels as count
 
-    return len(set[str]().union(*(kernels_within(step.kernel) for step in kernel_steps())))
+    return count()
 
 
 def compile_in_children(
@@ -188,7 +185,7 @@ class KernelTools:
     """What a preparation consists of; a test replaces them."""
 
     stored: Callable[[], bool] = kernels_stored
-    trouble: Callable[[], str | None] = kernels_storable
+    trouble: Callable[[], str | None] = storing_trouble
     load: Callable[[], None] = load_kernels
     compile: Callable[..., None] = compile_in_children
 

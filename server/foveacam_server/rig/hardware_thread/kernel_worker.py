@@ -1,6 +1,6 @@
 """Child process that compiles kernels of the simulated rig into the cache on disk.
 
-Its arguments are names of `kernel_steps`, or `depth`. It reports each kernel that is compiled.
+Its arguments are names of steps (`kernel_preparation.PHASES`). It reports each kernel that is compiled.
 """
 
 import sys
@@ -8,19 +8,13 @@ from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import StorageFull
 from foveacam_hardware.jit import cache_trouble, compiling_watched, kernels_within
-from foveacam_hardware.sim.render.compilation import KernelStep, kernel_steps, part_steps
+from foveacam_hardware.simulation_kernels import KernelStep, steps_of
 from foveacam_server.foundation.child_work import ChildProgress, report_progress, run_child
 
 
 def main(names: Sequence[str]) -> int:
     """Compile the named kernels; return the exit status as `run_child`."""
     return run_child(lambda: compile_kernels(steps_of(names)))
-
-
-def steps_of(names: Sequence[str]) -> list[KernelStep]:
-    """Return the steps of such names, in their order."""
-    named = {step.name: step for step in (*kernel_steps(), *part_steps())}
-    return [named[name] for name in names]
 
 
 def compile_kernels(
