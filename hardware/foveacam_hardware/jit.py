@@ -112,14 +112,11 @@ def kernels_within(dispatcher: Any) -> set[str]:  # noqa: ANN401 (numba ships no
 def compiling_watched(on_compiled: Callable[[str], None]) -> Iterator[None]:
     """Call `on_compiled` with the name of each kernel that this process compiles within the context."""
 
-    class Compiled(Listener):
-        def on_start(self, event: Any) -> None:  # noqa: ANN401
-            pass
+    def take(_: object, event: Any) -> None:  # noqa: ANN401 (numba ships no types)
+        on_compiled(_name(event.data["dispatcher"]))
 
-        def on_end(self, event: Any) -> None:  # noqa: ANN401
-            on_compiled(_name(event.data["dispatcher"]))
-
-    with install_listener("numba:compile", Compiled()):
+    listener = type("Compiled", (Listener,), {"on_start": lambda *_: None, "on_end": take})()
+    with install_listener("numba:compile", listener):
         yield
 
 
