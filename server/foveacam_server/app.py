@@ -84,6 +84,7 @@ from foveacam_server.resources.suggestions import routes as suggestions
 from foveacam_server.resources.views import layout_routes as window_layouts
 from foveacam_server.resources.views import routes as views
 from foveacam_server.resources.wide_depth import routes as wide_depth
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 API = "/api/v1"
 
@@ -141,10 +142,13 @@ _RESOURCES = (
 )
 
 
-def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
+def create_app(
+    settings: Settings, *, clock: Clock | None = None, kernels: Preparation = prepare_kernels
+) -> FastAPI:
     """Return the application; nothing is opened before its lifespan starts.
 
-    `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock.
+    `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock. `kernels`: makes
+    those of a simulated rig ready.
     """
 
     @asynccontextmanager
@@ -155,7 +159,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         try:
             app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
             loop = asyncio.get_running_loop()
-            foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock(), loop=loop)
+            foundation = open_foundation(
+                settings, stack=stack, clock=clock or MonotonicClock(), loop=loop, kernels=kernels
+            )
             services = open_services(foundation, loop=loop)
         except Exception as error:
             app.state.failure = error  # `foveacam serve` prints it in place of a traceback

@@ -184,10 +184,14 @@ def serve(
     }
     settings = checked_settings(chosen)
     choose_format(settings.log_format)  # before anything is loaded that logs
-    with collection_paused():
-        from foveacam_server.serving import run_server  # not loaded for other commands
+    from foveacam_server.doors.start_door import StartDoor  # not loaded for other commands
+    from foveacam_server.rig.hardware_thread.early_kernels import kernels_of
 
-    run_server(settings, console=Console())
+    with StartDoor(settings) as door, kernels_of(settings) as kernels:  # both work while the rest is loaded
+        with collection_paused():
+            from foveacam_server.serving import run_server
+
+        run_server(settings, console=Console(), door=door, kernels=kernels)
 
 
 @app.command()

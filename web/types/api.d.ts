@@ -2421,10 +2421,11 @@ export interface components {
             left_px: number[][];
             right_px: number[][];
         };
-        /** @description Whether a fixation could start now. */
+        /** @description Whether a fixation could start now; `start`: the steps of the rig's start while it opens, else null. */
         Readiness: {
             problems: components["schemas"]["ReadyProblem"][];
             ready: boolean;
+            start: components["schemas"]["StartDocument"] | null;
         };
         /** @description A device or service that is missing. */
         ReadyProblem: {
@@ -3048,13 +3049,15 @@ export interface components {
             steps: components["schemas"]["StartStepDocument"][];
         };
         /**
-         * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+         * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
          *
-         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
+         *     renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
          */
         StartStepDocument: {
             detail: string;
             device: string;
+            left_s: number | null;
             remedy: string;
             /** @enum {string} */
             state: "pending" | "active" | "done" | "failed";

@@ -27,6 +27,7 @@ from foveacam_server.rig.device_reconnector import WIDE, DeviceReconnector, Mirr
 from foveacam_server.rig.hand_steering import HandSteering
 from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead, answer_of
 from foveacam_server.rig.hardware_thread.binning import RigBinning
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation
 from foveacam_server.rig.hardware_thread.move_guard import ExclusiveUse, MoveGuard
 from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
 from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
@@ -59,16 +60,20 @@ class HardwareThread:
         overlay: OverlayOf,
         limits: LiveRates,
         keeper: CameraKeeper | None = None,
+        prepare: Preparation | None = None,
         blocked_ns: Callable[[], int] = never_blocked,
     ) -> None:
-        """`blocked_ns`: as for `HandSteering`."""
+        """`prepare`: as for `RigOpening`; `blocked_ns`: as for `HandSteering`."""
+        self._closing = threading.Event()
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self.recent_wide = self._live.recent_wide
         """The wide frames that viewers may see at the moment."""
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
         """Pings their controller and switches their supply rail."""
-        self.opening = RigOpening(opener, self._reconnector, clock=clock)
+        self.opening = RigOpening(
+            opener, self._reconnector, clock=clock, prepare=prepare, cancelled=self._closing.is_set
+        )
         """Opens the rig step by step."""
         self.commands = CommandQueue()
         """What waits for the thread, and how long it has had nothing to do."""
@@ -78,7 +83,6 @@ class HardwareThread:
         """Which binning the cameras have: the rig's own, a session's or a recording's."""
         self._rig: AssembledRig | None = None
         self._opened = threading.Event()
-        self._closing = threading.Event()
         self._reopening = threading.Event()
         self._moves = RigMoves(
             live=self._live, reconnector=self._reconnector, in_session=lambda: self.use.holder is not None
@@ -302,11 +306,12 @@ class HardwareThread:
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
         command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
         if command is not None:
+            self._live.note_use()
             command.run(rig)
         elif looks and self._live.look_due():
-            without_failing("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
+            self._run_live("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
         if wide and self._live.wide_due():
-            without_failing("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
+            self._run_live("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
         self.mirrors.ping_if_due(rig)
         if self._reconnector.cameras_lost(rig):
             self._moves.park(rig)
@@ -314,6 +319,10 @@ class HardwareThread:
             self._reconnect(rig)
         if self._reading.is_due():
             self.refresh(rig)
+
+    def _run_live(self, what: str, work: Callable[[], object]) -> None:
+        if not without_failing(what, work):
+            self._live.note_use()  # so that the next ones come soon, and tell whether a device is lost
 
     def _looks_allowed(self, rig: AssembledRig) -> bool:
         idle = not self._moves.halted and self.use.holder is None and self.mirrors.rail_wanted

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
 from foveacam_hardware.contract.values import Binning
-from foveacam_hardware.jit import kernel
+from foveacam_hardware.jit import kernel, part
 
 F32 = NDArray[np.float32]
 Gains = tuple[float, float, float, float, float]
@@ -91,7 +91,7 @@ def psf_taps(sigma_px: float) -> F32:
     return narrow
 
 
-@kernel
+@part
 def _mixed(a: np.uint64, b: int) -> np.uint64:
     """Return a hash of two 64-bit numbers (the finaliser of SplitMix64)."""
     h = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(b)
@@ -100,7 +100,7 @@ def _mixed(a: np.uint64, b: int) -> np.uint64:
     return h ^ (h >> np.uint64(31))
 
 
-@kernel
+@part
 def _blur_down(radiance: F32, y: int, taps: F32, row: F32) -> None:
     """Fill row with the vertical blur of image row y, the edge rows repeated."""
     last, n = radiance.shape[0] - 1, row.shape[0]
@@ -113,7 +113,7 @@ def _blur_down(radiance: F32, y: int, taps: F32, row: F32) -> None:
             row[i] += w * (up[i] + down[i])
 
 
-@kernel
+@part
 def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
     """Fill row with the horizontal blur of a row padded by MAX_RADIUS pixels on both sides."""
     first, n = MAX_RADIUS * channels, row.shape[0]
@@ -132,7 +132,7 @@ def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
             row[i] += w * (a[i] + b[i])
 
 
-@kernel
+@part
 def _count(row: F32, normals: F32, gains: Gains, top: int, out: NDArray[np.uint16]) -> None:
     """Fill out with counts: electrons with noise, limited by the well and the converter.
 
@@ -149,7 +149,7 @@ def _count(row: F32, normals: F32, gains: Gains, top: int, out: NDArray[np.uint1
 
 
 @kernel
-def _expose(
+def expose_rows(
     radiance: F32, channels: int, taps: F32, normals: F32, key: np.uint64,
     gains: Gains, top: int, out: NDArray[np.uint16],
 ) -> None:  # fmt: skip
@@ -168,8 +168,8 @@ def _expose(
 def _frame_key(key: tuple[int, int, int]) -> int:
     """Hash (seed, camera, frame number) to 64 bits."""
     h = 0x243F6A8885A308D3
-    for part in key:
-        h ^= part & 0xFFFFFFFFFFFFFFFF
+    for number in key:
+        h ^= number & 0xFFFFFFFFFFFFFFFF
         h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 & 0xFFFFFFFFFFFFFFFF
         h = (h ^ (h >> 27)) * 0x94D049BB133111EB & 0xFFFFFFFFFFFFFFFF
         h ^= h >> 31
@@ -201,6 +201,6 @@ def expose(
     )
     key64 = np.uint64(_frame_key(key))
     taps = psf_taps(exposure.psf_sigma_px / exposure.binning)
-    _expose(rows, channels, taps, _normals(), key64, gains, top, counts)
+    expose_rows(rows, channels, taps, _normals(), key64, gains, top, counts)
     image = counts.reshape(radiance.shape)
     return image.astype(np.uint8) if exposure.bits == 8 else image

@@ -139,8 +139,11 @@ async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> 
     responses=file_responses("image/jpeg") | problems(503),
 )
 async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: ScaleQuery = "1") -> Response:
-    """Return the newest picture of a view as JPEG; its number, capture time and scale are in the headers."""
-    encoded = await streams.jpegs.newest(_known(streams, name), _SCALES[scale])
+    """Return the newest picture of a view as JPEG; its number, capture time and scale are in the headers.
+
+    Where it is older than 1.5 s, as while nobody looks, the answer waits up to a second for the next one.
+    """
+    encoded = await streams.snapshot(_known(streams, name), _SCALES[scale])
     if encoded is None and not status.opened:
         raise refusals.not_open(status)
     if encoded is None:
