@@ -20,6 +20,7 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cameras import SimCamera, default_settings
 from foveacam_hardware.sim.presets import RIG120
+from foveacam_hardware.sim.render.tiles import render_tiles
 from foveacam_hardware.sim.world import World
 
 F64 = NDArray[np.float64]
@@ -172,3 +173,12 @@ def test_a_rate_of_binning_2_is_refused_at_1_and_nothing_changes(scene: Animated
 
     assert bench.camera.settings == taken
     assert taken.binning == 2
+
+
+def test_no_kernel_is_compiled_anew_for_another_size(scene: AnimatedScene) -> None:
+    bench = Bench(scene, Role.LEFT)
+    bench.pair(1)
+    before = len(render_tiles.signatures)
+    bench.pair(2)
+
+    assert len(render_tiles.signatures) == before
