@@ -20,6 +20,7 @@ from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.scene import Scene, SceneSnapshot
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose, expose_rows
 from foveacam_hardware.sim.render.setup import KernelView, ObjectTable, empty_corners, empty_prims, set_up
+from foveacam_hardware.sim.render.shade import CUT_PX
 from foveacam_hardware.sim.render.shapes import Quad, place
 from foveacam_hardware.sim.render.tiles import (
     TileInputs,
