@@ -83,9 +83,9 @@ def test_the_binning_of_a_picture_is_read_from_its_size() -> None:
 def test_an_enlarged_picture_shows_things_at_pixels_of_the_sensor() -> None:
     full = np.tile(np.arange(0, 200, 2, dtype=np.uint8), (40, 1))
     binned = full.reshape(20, 2, 50, 2).mean(axis=(1, 3)).astype(np.uint8)
-    enlarged = enlarge(binned, width=100, height=40)
+    enlarged = enlarge(binned, binning=2)
     assert np.abs(enlarged[:, 2:-2].astype(int) - full[:, 2:-2]).max() <= 1
-    assert enlarge(full, width=100, height=40) is full
+    assert enlarge(full, binning=1) is full
 
 
 def test_an_odd_sensor_bins_to_whole_pixels() -> None:
