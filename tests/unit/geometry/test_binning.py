@@ -65,10 +65,11 @@ def test_binning_of_one_changes_nothing() -> None:
     assert CALIBRATION.wide.binned(1) is CALIBRATION.wide
     assert CALIBRATION.left.homography.binned(1) is CALIBRATION.left.homography
     assert CALIBRATION.binned(2) is BINNED  # worked out once
+    assert BINNED.binned(2, made_at=2) is BINNED
 
 
 def test_a_calibration_made_from_binned_pictures_serves_the_sensor_by_the_inverse() -> None:
-    assert BINNED.unbinned(2).id == CALIBRATION.id
+    assert BINNED.binned(1, made_at=2).id == CALIBRATION.id
 
 
 def test_the_binning_of_a_picture_is_read_from_its_size() -> None:
