@@ -74,8 +74,8 @@ class Camera(Protocol):
     def configure(self, settings: CameraSettings) -> CameraSettings:
         """Apply the settings, also while started; return those in force.
 
-        All or nothing: after an error the settings before are in force. Raise `OutOfRange` for a value outside
-        its range, `InvalidInput` for a binning that is not in `ranges.binnings`.
+        All or nothing: after an error the settings before are in force. Raise `OutOfRange` for a value that
+        is not in `ranges`, `InvalidInput` for such a binning.
         """
         ...
 

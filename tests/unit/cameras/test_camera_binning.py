@@ -39,7 +39,8 @@ def test_the_host_averages_exactly_and_leaves_out_an_odd_last_row_and_column(
     shape: tuple[int, ...], dtype: type, top: int
 ) -> None:
     rng = np.random.default_rng(7)
-    for image in (rng.integers(0, top + 1, shape).astype(dtype), np.full(shape, top, dtype)):
+    images: list[Image] = [rng.integers(0, top + 1, shape).astype(dtype), np.full(shape, top, dtype)]
+    for image in images:
         averaged = average_2x2(image)
 
         assert averaged.dtype == dtype
