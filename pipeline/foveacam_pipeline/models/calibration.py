@@ -90,16 +90,13 @@ class Calibration:
                 f"this rig is {rig_id!r}; load this rig's calibration or calibrate it"
             )
 
-    def binned(self, binning: Binning) -> "Calibration":
+    def binned(self, binning: Binning, *, made_at: Binning = 1) -> "Calibration":
         """Return the calibration in pixels of binned pictures, fovea and wide; that of 1 is this one.
 
-        Angles, volts and metres are the same. It is for reading pictures, and is not stored.
+        Angles, volts and metres are the same. It is for reading pictures, and is not stored. `made_at`: the
+        binning of the pictures whose pixels this one counts; `binned(1, made_at=2)` is the sensor's.
         """
-        return self if binning == 1 else _scaled(self, 1.0 / binning)
-
-    def unbinned(self, binning: Binning) -> "Calibration":
-        """Return the calibration of the sensor, this one being made from pictures at `binning`."""
-        return self if binning == 1 else _scaled(self, float(binning))
+        return self if binning == made_at else _scaled(self, made_at / binning)
 
     def eye(self, role: Role) -> EyeCalibration:
         """Return the left or the right eye."""

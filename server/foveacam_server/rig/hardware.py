@@ -223,14 +223,16 @@ class HardwareThread:
 
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
         be missing. `gives_way`: it ends soon when `use.wanted`. `binning`: of its frames, by default the
-        rig's working binning; the cameras are switched before its first look and back after its end.
+        rig's working binning; the cameras are switched before its first look and back after its end. Raise
+        what a camera refuses a binning with that was asked for.
         """
         with (
             self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way),
             self.binning.session(binning),
         ):
             self.hand.make_way(f"{holder} uses the rig")
-            self._switch()
+            if binning is not None:
+                self._switch()
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
 
     @contextmanager
@@ -302,9 +304,9 @@ class HardwareThread:
         return rig
 
     def _run_cycle(self, rig: AssembledRig) -> None:
-        self.binning.keep(rig)
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
         command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
+        self.binning.keep(rig)  # what was asked for while it waited
         if command is not None:
             self._live.note_use()
             command.run(rig)

@@ -65,10 +65,11 @@ def test_binning_of_one_changes_nothing() -> None:
     assert CALIBRATION.wide.binned(1) is CALIBRATION.wide
     assert CALIBRATION.left.homography.binned(1) is CALIBRATION.left.homography
     assert CALIBRATION.binned(2) is BINNED  # worked out once
+    assert BINNED.binned(2, made_at=2) is BINNED
 
 
 def test_a_calibration_made_from_binned_pictures_serves_the_sensor_by_the_inverse() -> None:
-    assert BINNED.unbinned(2).id == CALIBRATION.id
+    assert BINNED.binned(1, made_at=2).id == CALIBRATION.id
 
 
 def test_the_binning_of_a_picture_is_read_from_its_size() -> None:
@@ -83,9 +84,9 @@ def test_the_binning_of_a_picture_is_read_from_its_size() -> None:
 def test_an_enlarged_picture_shows_things_at_pixels_of_the_sensor() -> None:
     full = np.tile(np.arange(0, 200, 2, dtype=np.uint8), (40, 1))
     binned = full.reshape(20, 2, 50, 2).mean(axis=(1, 3)).astype(np.uint8)
-    enlarged = enlarge(binned, width=100, height=40)
+    enlarged = enlarge(binned, binning=2)
     assert np.abs(enlarged[:, 2:-2].astype(int) - full[:, 2:-2]).max() <= 1
-    assert enlarge(full, width=100, height=40) is full
+    assert enlarge(full, binning=1) is full
 
 
 def test_an_odd_sensor_bins_to_whole_pixels() -> None:

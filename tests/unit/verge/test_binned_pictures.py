@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -212,17 +213,15 @@ def _errors(seen: Gazes, truth: Gazes) -> NDArray[np.float64]:
 
 def test_suggestions_and_changes_of_the_wide_view_are_in_sensor_pixels() -> None:
     frame = plane().wide()
-    colour = np.repeat(frame.image[..., None], 3, axis=2)
-    half = np.repeat(binned_frame(frame).image[..., None], 3, axis=2)
+    shades, binned = to_uint8(frame), to_uint8(binned_frame(frame))
+    colour, half = (cv2.cvtColor(image, cv2.COLOR_GRAY2RGB).astype(np.uint8) for image in (shades, binned))
     for one, other in zip(
         suggest_targets(colour, CALIBRATION), suggest_targets(half, CALIBRATION), strict=True
     ):
         assert math.hypot(one.x_px - other.x_px, one.y_px - other.y_px) <= 24.0
     context = WideContext(CALIBRATION.wide)
-    context.fuse(
-        wide_matches(looks(plane())[1], CALIBRATION), source=DepthSource.WIDE_MATCH, gray=frame.image
-    )
-    assert context.detect_changes(binned_frame(frame).image) == 0
+    context.fuse(wide_matches(looks(plane())[1], CALIBRATION), source=DepthSource.WIDE_MATCH, gray=shades)
+    assert context.detect_changes(binned) == 0
     clouds = [context_cloud(context.snapshot(), picture, CALIBRATION.wide) for picture in (colour, half)]
     apart = clouds[0].colors.astype(float) - clouds[1].colors
     assert len(apart) > 100
