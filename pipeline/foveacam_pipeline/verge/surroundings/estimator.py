@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import aim_at
-from foveacam_pipeline.verge.distance import LocatedPoint
+from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.matching.survey import shrink_look
 from foveacam_pipeline.verge.matching.texture import noise_level
@@ -39,7 +39,8 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.values import VergePhase
+from foveacam_pipeline.verge.surroundings.stated_depth import stated_depth
+from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
 PLACES = 24
@@ -156,9 +157,16 @@ class SurroundingsEstimator:
                 outcome = self._inferred(target, region, found.values(), points, known)
                 if _sure(outcome, target):
                     break
+                self._tell(outcome, target)
         except FixationEnded:
             pass  # what was measured until then counts
         return outcome
+
+    def _tell(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
+        """Report the distance as far as it can be inferred until now."""
+        stated = None if depth.open else stated_depth(depth.inferred)
+        if stated is not None:
+            self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, *stated))
 
     def _inferred(
         self,
