@@ -1,8 +1,8 @@
 """The distance of a target before any look at it: from what was measured about it earlier.
 
 The depths about a target are averaged, the near ones above all. The error that is stated grows with how much
-they differ and with how far away the nearest one is, because something else may stand there. Both shares are
-fitted on clicks of the bench and street scenes, so that the errors of the estimates are as large as stated.
+they differ, with how far away the nearest one is, and with the depths of all else in view, because something
+else may stand there. The shares are fitted on clicks of the bench and street scenes.
 """
 
 import math
@@ -18,16 +18,22 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.infer import encloses
-from foveacam_pipeline.verge.surroundings.neighbours import REACH_TAN
 
+EVERYWHERE_TAN = 10.0
 WEIGHT_PX, WEIGHT_SHARE = 3.0, 0.5
 """Beyond the nearest sample weights fall to 1/e over so many wide px, and so much of its distance more."""
-SPREAD_SHARE = 0.75
+FARTHEST_PX = 190.0
+"""Where the nearest sample is farther away, wide px, nothing is stated."""
+SPREAD_SHARE = 0.5
 """Share of the spread of the weighted depths that counts as error."""
-UNSEEN_PER_PX = 0.003
+UNSEEN_PER_PX = 0.0015
 """Error for each wide px to the nearest sample, relative to the depth."""
 LEAST_SHARE = 0.005
 """Least error, relative to the depth: what else is in the cell that was measured."""
+MEASURED_PX = 6.0
+"""So near to a sample a target lies in the cell that was measured, wide px."""
+OTHER_CHANCE = 0.1
+"""Chance that a target elsewhere is of another surface, as deep as anything else in the view."""
 VAGUE_SHARE = 0.6
 """A distance with a larger relative error is not stated."""
 BLANK_HALF_PX, BLANK_LEVELS = 4, 2.5
@@ -43,13 +49,15 @@ def known_distance(
 
     `target`: (2,) tangents. `frame`: a wide frame that shows it; without one it counts as blank.
     """
-    samples = context.around(target, reach_tan=REACH_TAN)
+    samples = context.around(target, reach_tan=EVERYWHERE_TAN)
     measured = samples.only(samples.inverse_z_per_m > 0.0)
     if len(measured) == 0:
         return None
     offsets_px = (measured.tangents - target) * wide.fx_px
     apart_px = np.hypot(*offsets_px.T)
     nearest_px = float(apart_px.min())
+    if nearest_px > FARTHEST_PX:
+        return None
     about = apart_px <= max(ENCLOSING_PX, ENCLOSING_SHARE * nearest_px)
     if (frame is None or is_blank(frame, target, wide)) and not encloses(offsets_px[about]):
         return None
@@ -73,7 +81,10 @@ def _weighted_depth(
     z_m = float(weights @ depths_m)
     spread_m = SPREAD_SHARE * math.sqrt(float(weights @ (depths_m - z_m) ** 2))
     measured_m = math.sqrt(float(weights @ (samples.sigma_per_m * depths_m**2) ** 2))
-    return z_m, math.hypot(spread_m, measured_m, (LEAST_SHARE + UNSEEN_PER_PX * nearest_px) * z_m)
+    unseen_m = (LEAST_SHARE + UNSEEN_PER_PX * nearest_px) * z_m
+    chance = 0.0 if nearest_px < MEASURED_PX else OTHER_CHANCE
+    other_m = math.sqrt(chance * float(np.mean((depths_m - z_m) ** 2)))
+    return z_m, math.hypot(spread_m, measured_m, unseen_m, other_m)
 
 
 def is_blank(frame: Frame, target: NDArray[np.float64], wide: Intrinsics) -> bool:
