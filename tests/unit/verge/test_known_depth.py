@@ -1,4 +1,4 @@
-"""What is stated of a distance before any look: nothing, or with an error that is as large as it is stated."""
+"""What is stated of a distance before any look: nothing, or with an error as large as it is stated."""
 
 import math
 from dataclasses import dataclass
@@ -56,7 +56,9 @@ def wall(offsets_px: NDArray[np.float64], z_m: float) -> Known:
     )
 
 
-RING_PX = 40.0 * np.array([[math.cos(a), math.sin(a)] for a in np.linspace(0.0, 6.0, 12)])
+RING_PX: NDArray[np.float64] = 40.0 * np.array(
+    [[math.cos(a), math.sin(a)] for a in np.linspace(0.0, 6.0, 12)]
+)
 
 
 @dataclass
@@ -80,7 +82,7 @@ class SeenScene:
         return q, frame(np.clip(255.0 * found.radiance, 0, 255).astype(np.uint8))
 
     def cells(self, rng: np.random.Generator) -> tuple[DepthSamples, NDArray[np.float64]]:
-        """Return the nearest and the farthest surface of each textured cell, and where it is, (n, 2) wide px."""
+        """Return nearest and farthest surface of each textured cell, and where it is, (n, 2) wide px."""
         q, shown = self.drawn
         rows, columns = WIDE.height // CELL_PX, WIDE.width // CELL_PX
         shape = (rows, CELL_PX, columns, CELL_PX)
@@ -89,10 +91,10 @@ class SeenScene:
         ends = np.quantile(by_cell, (0.1, 0.9), axis=2, method="nearest")
         known = (levels > TEXTURED_LEVELS) & (ends > 0.0)
         _, row, column = np.nonzero(known)
-        at_px = np.column_stack([column, row]) * CELL_PX + (CELL_PX - 1) / 2
+        at_px = np.array([column, row], dtype=np.float64).T * CELL_PX + (CELL_PX - 1) / 2
         measured = ends[known] + SIGMA_PER_M * rng.standard_normal(len(row))
         sigma = np.full(len(row), SIGMA_PER_M)
-        tangents = (at_px - [WIDE.cx_px, WIDE.cy_px]) / WIDE.fx_px
+        tangents = (at_px - np.array([WIDE.cx_px, WIDE.cy_px])) / WIDE.fx_px
         return DepthSamples(tangents=tangents, inverse_z_per_m=measured, sigma_per_m=sigma), at_px
 
 
@@ -106,7 +108,7 @@ class Stated:
 
 
 def stated(scene: SeenScene) -> Stated:
-    """Click about, each look measuring what is about its target, and compare what is stated with the truth."""
+    """Click about, each look measuring what is about its target; compare what is stated with the truth."""
     rng = np.random.default_rng(7)
     q, shown = scene.drawn
     samples, at_px = scene.cells(rng)
@@ -125,7 +127,7 @@ def stated(scene: SeenScene) -> Stated:
                 sigmas.append((point.distance_m - truth_m) / point.distance_sigma_m)
             seen |= (np.abs(at_px - [x_px, y_px]) < FOOTPRINT_PX).all(axis=1)
     share = len(sigmas) / (SERIES * CLICKS - len(sky))
-    return Stated(np.array(sigmas), share, float(np.mean(sky)) if sky else 0.0)
+    return Stated(np.array(sigmas, dtype=np.float64), share, float(np.mean(sky)) if sky else 0.0)
 
 
 @pytest.mark.slow

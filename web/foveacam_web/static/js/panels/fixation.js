@@ -40,6 +40,7 @@ export function mountFixation(place, announcer, { store, ...orders }) {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
     place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
     place.dataset["job"] = current?.job_id ?? "";
+    place.dataset["fixation"] = current?.fixation?.id ?? "";
     showOutcome(current);
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
     say(announcer, announcement(current));
@@ -117,7 +118,7 @@ function running(commands) {
       const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
       say(state, RUNNING[current.state] ?? current.state);
       far.show(current.estimate);
-      const known = current.estimate?.basis ? `so far ${basisWords(current.estimate.basis)}` : "";
+      const known = current.estimate?.basis ? `so far: ${basisWords(current.estimate.basis)}` : "";
       say(
         note,
         [known, last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") ||
