@@ -25,7 +25,7 @@ from foveacam_client.pictures import decode_picture
 from foveacam_client.problems import ProblemError, Unreachable
 from foveacam_client.retries import Absence
 from foveacam_client.server_sent import EventReader
-from foveacam_client.waiting import CloudWatch, Deadline, JobWatch, OnProgress, Watch
+from foveacam_client.waiting import CloudWatch, Deadline, EstimateWatch, JobWatch, OnProgress, Watch
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _STOP = Call("POST", "/api/v1/stop", idempotent=True)  # a second one changes nothing
 POLL_S = 1.0
 """Pause between two questions for the same thing."""
+RECENT_EVENTS = 200
+"""Events among which the earlier estimates of a fixation are looked for."""
 RENEWAL_S = 4.0
 """The longest wait for the answer to one renewal of a lease, which lasts 15 s."""
 
@@ -122,6 +124,30 @@ class AsyncRig:
             on_progress=on_progress,
             cancel_on_interrupt=cancel_on_interrupt,
         )
+
+    async def estimates(
+        self, started: StartedJob[models.FixationDocument]
+    ) -> AsyncGenerator[models.FixationEstimate, None]:
+        """Yield what is known of the distance of a fixation while it runs: at most once a look.
+
+        The first one may come before the first look. It ends with the fixation; `wait` gives the answer.
+        """
+        watch = EstimateWatch(started.id)
+        told = await self.api.events.recent(limit=RECENT_EVENTS)
+        for event in told:
+            if estimate := watch.hear(event):
+                yield estimate
+        if not watch.has_ended():
+            watch.update(await self.api.jobs.get(started.id))
+        if watch.has_ended():
+            return
+        last_id = told[-1].id if told else 0
+        async with aclosing(self._transport.events(last_event_id=last_id)) as events:
+            async for event in events:
+                if estimate := watch.hear(event):
+                    yield estimate
+                if watch.has_ended():
+                    return
 
     async def cloud(self, fixation: models.FixationDocument, *, timeout_s: float = 30.0) -> PointCloud:
         """Return the point cloud of a fixation, which is computed after its answer."""

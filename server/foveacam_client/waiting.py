@@ -81,6 +81,28 @@ class JobWatch:
         return self.job.result_url
 
 
+class EstimateWatch:
+    """What is told of the distance of one fixation until it ends."""
+
+    def __init__(self, job_id: str) -> None:
+        self._job = JobWatch(job_id)
+
+    def has_ended(self) -> bool:
+        """Return whether the fixation has ended."""
+        return self._job.ended
+
+    def update(self, job: models.JobDocument) -> None:
+        """Take a newer state of the job."""
+        self._job.update(job)
+
+    def hear(self, event: models.EventDocument) -> models.FixationEstimate | None:
+        """Take an event; return the estimate of this fixation that it tells, if it tells one."""
+        self._job.hear(event)
+        if event.kind != "fixation.estimate" or event.data.get("job_id") != self._job.job_id:
+            return None
+        return models.FixationEstimate.model_validate(event.data, extra="ignore")
+
+
 class CloudWatch:
     """The point cloud of a fixation, as soon as there is one."""
 

@@ -18,7 +18,9 @@ const job = (more) => only({ problem: null, progress: null, result_url: null, ..
 test("a fixation that was ordered while the last one was read is not replaced by it", async (t) => {
   /** @type {(answer: Response) => void} */
   let answer = () => assert.fail("nothing was asked");
-  t.mock.method(globalThis, "fetch", () => new Promise((resolve) => (answer = resolve)));
+  t.mock.method(globalThis, "fetch", (/** @type {string} */ url) =>
+    String(url).endsWith("/estimates") ? Response.json([]) : new Promise((resolve) => (answer = resolve)),
+  );
   const store = new Store(only({ current: null }));
   const fixations = new Fixations(store);
   const read = fixations.resume();
@@ -29,7 +31,9 @@ test("a fixation that was ordered while the last one was read is not replaced by
 });
 
 test("the last fixation is shown where none was ordered meanwhile", async (t) => {
-  t.mock.method(globalThis, "fetch", () => Promise.resolve(Response.json([LAST])));
+  t.mock.method(globalThis, "fetch", (/** @type {string} */ url) =>
+    Promise.resolve(Response.json(String(url).endsWith("/estimates") ? [] : [LAST])),
+  );
   const store = new Store(only({ current: null }));
   await new Fixations(store).resume();
   assert.equal(store.state.current?.fixation?.id, "fix-1");
@@ -47,4 +51,32 @@ test("a step that is heard after the result does not let the fixation run again"
   assert.equal(store.state.current?.state, "succeeded");
   assert.equal(store.state.current?.steps.length, 2);
   assert.equal(fixations.running, false);
+});
+
+test("what is known of a distance so far is shown until the job ends, and not after it", () => {
+  const store = new Store(only({ current: null }));
+  const fixations = new Fixations(store);
+  const estimate = { fixation_id: "fix-3", job_id: "job-3", step: 0, distance_m: 8, distance_sigma_m: 0.6 };
+  const request = /** @type {import("#api").FixationRequest} */ (only({ pixel: { x_px: 1, y_px: 2 } }));
+  fixations.sending(request);
+  fixations.hear(event("fixation.estimate", estimate)); // before the answer to the order
+  assert.equal(store.state.current?.estimate?.distance_m, 8);
+  assert.deepEqual(store.state.current?.request, request);
+  fixations.hear(event("job.updated", job({ id: "job-3", state: "cancelled" })));
+  fixations.hear(event("fixation.estimate", { ...estimate, step: 1 }));
+  assert.equal(store.state.current?.state, "cancelled");
+  assert.equal(store.state.current?.estimate?.step, 0);
+});
+
+test("a page that opens in the midst shows the fixation that runs", async (t) => {
+  const estimate = { fixation_id: "fix-4", job_id: "job-4", step: 2, distance_m: 3, distance_sigma_m: 0.1 };
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  t.mock.method(globalThis, "fetch", (/** @type {string} */ url) =>
+    Promise.resolve(Response.json(String(url).endsWith("/estimates") ? [estimate] : [LAST])),
+  );
+  const store = new Store(only({ current: null }));
+  await new Fixations(store).resume();
+  assert.equal(store.state.current?.job_id, "job-4");
+  assert.equal(store.state.current?.state, "running");
+  assert.equal(store.state.current?.estimate?.step, 2);
 });

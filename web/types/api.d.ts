@@ -1094,6 +1094,27 @@ export interface components {
             target: components["schemas"]["TargetPlace"];
             target_id: string | null;
         };
+        /**
+         * @description What is known of a fixation's distance so far; the last one is the answer.
+         *
+         *     `step`: looks until then, 0 before the first. `elapsed_ms`: since the fixation was asked for. Basis,
+         *     distance and limits are null while nothing is known.
+         */
+        FixationEstimate: {
+            basis: ("both_foveae" | "fovea_and_wide" | "surroundings" | "bound") | null;
+            bound: components["schemas"]["BoundDocument"] | null;
+            distance_m: number | null;
+            distance_sigma_m: number | null;
+            elapsed_ms: number;
+            fixation_id: string;
+            job_id: string;
+            point_rig_m: [
+                number,
+                number,
+                number
+            ] | null;
+            step: number;
+        };
         /** @description Exactly one of pixel, rectangle and direction. */
         FixationRequest: {
             corrects?: string | null;
@@ -3693,6 +3714,7 @@ export type FitDocument = components['schemas']['FitDocument'];
 export type FitOptions = components['schemas']['FitOptions'];
 export type FitRun = components['schemas']['FitRun'];
 export type FixationDocument = components['schemas']['FixationDocument'];
+export type FixationEstimate = components['schemas']['FixationEstimate'];
 export type FixationRequest = components['schemas']['FixationRequest'];
 export type FolderDocument = components['schemas']['FolderDocument'];
 export type FolderFile = components['schemas']['FolderFile'];

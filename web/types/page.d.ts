@@ -21,6 +21,7 @@ import type {
   FaultDocument,
   FilmRequest,
   FixationDocument,
+  FixationEstimate,
   FixationRequest,
   FollowedDocument,
   FoundDevices,
@@ -163,6 +164,8 @@ export type CurrentFixation = {
   request: FixationRequest | null;
   state: "sending" | JobState;
   steps: StepDocument[];
+  /** What is known of its distance so far; null before anything is. */
+  estimate: FixationEstimate | null;
   note: string | null;
   fixation: FixationDocument | null;
   problem: Problem | null;

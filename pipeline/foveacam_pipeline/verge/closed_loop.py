@@ -5,7 +5,6 @@ counts as verged, and the match must speak for the point itself (`support`). Whe
 target was lost, it is looked for a second time afterwards.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,11 +25,11 @@ from foveacam_pipeline.verge.matching.centre_match import match_centres, shows_a
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
 from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, fit_at
-from foveacam_pipeline.verge.measure import Measurement, measure
+from foveacam_pipeline.verge.measure import Measurement, measure, point_sigma_px
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, patches_for
 from foveacam_pipeline.verge.search import FoundTarget, TargetSearch
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.values import FixationState, VergePhase
+from foveacam_pipeline.verge.values import Basis, FixationState, VergePhase
 
 LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5
@@ -208,6 +207,9 @@ class ClosedLoop:
                 raise other
             if settled:
                 return self._verged(observation, self._measured(observation, measurement), measurement.fine)
+            if doubt is None:
+                lines = self._measured(observation, measurement)
+                self._fixation_head.tell(Basis.BOTH_FOVEAE, self._located(lines, measurement.fine))
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
@@ -312,13 +314,13 @@ class ClosedLoop:
             return limits.centred_soon_wide_px
         return limits.centred_moving_wide_px if moving else limits.centred_wide_px
 
-    def _sigma_px(self, fine: FineMatch) -> float:
-        """Return the error of disparity at the point: the match's, and of not being quite at the point."""
-        beside_px = self._limits.placed_sigma_wide_px * self._f_px / self._calibration.wide.fx_px
-        return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
+    def _located(self, target: Gazes, fine: FineMatch) -> LocatedPoint | None:
+        """Return the point on which the lines of sight of a match meet; None when they part."""
+        sigma_px = point_sigma_px(fine, self._calibration, self._limits)
+        return triangulate(self._calibration, target, sigma_px=sigma_px)
 
     def _verged(self, observation: Observation, target: Gazes, fine: FineMatch) -> VergedTarget:
-        point = triangulate(self._calibration, target, sigma_px=self._sigma_px(fine))
+        point = self._located(target, fine)
         if point is None:
             raise FixationEnded(
                 FixationState.LOST,

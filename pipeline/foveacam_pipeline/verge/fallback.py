@@ -38,7 +38,12 @@ from foveacam_pipeline.verge.single_eye.weighing import (
 )
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, SurroundingsEstimator
-from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+from foveacam_pipeline.verge.surroundings.stated_depth import (
+    DOUBT_SHARE,
+    SURE_PROBABILITY,
+    stated_depth,
+)
 from foveacam_pipeline.verge.values import (
     Alternative,
     Basis,
@@ -46,15 +51,6 @@ from foveacam_pipeline.verge.values import (
     DistanceRange,
     FixationState,
 )
-
-SURE_PROBABILITY = 0.8
-"""A less probable inference states the spread of all as its error."""
-LEAST_SAMPLES = 3
-"""An inference from fewer points is doubtful too."""
-DOUBT_SHARE = 0.38
-"""Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
-VAGUE_SHARE = 0.6
-"""A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
 
 class FallbackEstimator:
@@ -247,16 +243,13 @@ class FallbackEstimator:
         )
 
     def _inferred(self, depth: SurroundingDepth, motion: TargetMotion, ended: FixationEnded) -> Answer:
-        """Return the answer of the surroundings; a doubtful one states an error that covers all of them."""
-        best = depth.inferred[0]
-        sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
-        sigma = best.sigma_per_m if sure else spread_per_m(depth.inferred)
-        sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
-        if sigma > VAGUE_SHARE * best.inverse_z_per_m:
+        """Return the answer of the surroundings; limits where they are too vague."""
+        stated = stated_depth(depth.inferred)
+        if stated is None:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
-        point = self._last_look.look(best.inverse_z_per_m, sigma, motion)
+        point = self._last_look.look(*stated, motion)
         alternatives = self._alternatives(depth.inferred, motion)
-        views = self._last_look.views(best.inverse_z_per_m, motion, seeing=set(EYES))
+        views = self._last_look.views(stated[0], motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
             reason=verdict.inferred(point, samples=len(depth.samples), alternatives=len(alternatives)),

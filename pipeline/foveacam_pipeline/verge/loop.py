@@ -10,6 +10,7 @@ from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.answer import Answer, both_foveae
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
+from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.fallback import FallbackEstimator
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, resolve
@@ -41,18 +42,25 @@ def fixate(
     known: PriorKnowledge = PriorKnowledge(),
     clicked: Frame | None = None,
     on_step: Callable[[VergeStep], None] | None = None,
+    on_estimate: Callable[[DistanceEstimate], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fixation:
     """Look at a target with both foveae and return its distance with its basis, or limits of it.
 
     `clicked`: the wide frame on which the target was chosen, where that is known: what moves is looked for
-    in the newer ones.
+    in the newer ones. `on_estimate`: called after each look that told more of the distance.
 
     Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` says so.
     """
     aim = resolve(target, calibration.wide, limits)
     fixation_head = FixationHead(
-        head, calibration, clock=clock, limits=limits, on_step=on_step, cancelled=cancelled
+        head,
+        calibration,
+        clock=clock,
+        limits=limits,
+        on_step=on_step,
+        on_estimate=on_estimate,
+        cancelled=cancelled,
     )
     loop = ClosedLoop(
         fixation_head, calibration, limits, expected_per_m=_expected_per_m(known.context, aim, calibration)
@@ -86,7 +94,7 @@ def _expected_per_m(
 
 def _within(verged: VergedTarget, span: DistanceRange | None) -> VergedTarget:
     """Return what the loop verged on, or raise FixationEnded when that is not at the distances asked for."""
-    if span is None or span.nearest_m <= verged.point.distance_m <= span.farthest_m:
+    if span is None or span.holds(verged.point.distance_m):
         return verged
     raise UnsupportedMatch(verged)
 

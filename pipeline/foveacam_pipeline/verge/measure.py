@@ -4,6 +4,7 @@ The two must fit together. Where they do not at first, other patches and a wider
 look is doubted.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -74,6 +75,12 @@ def measure(
     if best is None:
         raise ValueError("measure: no template was given; pass at least one")
     return best
+
+
+def point_sigma_px(fine: FineMatch, calibration: Calibration, limits: VergeSettings) -> float:
+    """Return the error of disparity at a point, fovea px; that of not being quite there is part of it."""
+    beside_px = limits.placed_sigma_wide_px * calibration.fovea_f_px / calibration.wide.fx_px
+    return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
 
 
 def _guesses(

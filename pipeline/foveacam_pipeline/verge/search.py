@@ -16,6 +16,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import Gazes, aim_at, reach_span
+from foveacam_pipeline.verge.distance import triangulate
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, match_fine
@@ -23,8 +24,9 @@ from foveacam_pipeline.verge.matching.register import MOVING_SLACK_PX, SLACK_PX,
 from foveacam_pipeline.verge.matching.survey import epipolar_looks
 from foveacam_pipeline.verge.matching.target_offset import TargetOffset, find_astray, stands_alone
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
+from foveacam_pipeline.verge.measure import point_sigma_px
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.values import VergePhase
+from foveacam_pipeline.verge.values import Basis, VergePhase
 
 ALIKE = 0.08
 """Candidates whose correlations differ by less fit alike."""
@@ -96,12 +98,18 @@ class TargetSearch:
                 continue
             found = self._found(observation, outcome, templates)
             if outcome.fine is not None:
+                self._tell(found.gazes, outcome.fine)
                 return found
             if best is None or found.joint > best.joint:
                 best = found
         if best is None or best.joint < self._limits.register_joint:
             raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
         return best
+
+    def _tell(self, lines: Gazes, fine: FineMatch) -> None:
+        """Report the distance of what left and right agree on."""
+        sigma_px = point_sigma_px(fine, self._calibration, self._limits)
+        self._fixation_head.tell(Basis.BOTH_FOVEAE, triangulate(self._calibration, lines, sigma_px=sigma_px))
 
     def recover(self, observation: Observation, found: FoundTarget, motion: TargetMotion) -> Gazes | None:
         """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""

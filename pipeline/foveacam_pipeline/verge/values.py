@@ -96,6 +96,10 @@ class DistanceRange:
     nearest_m: float
     farthest_m: float
 
+    def holds(self, distance_m: float) -> bool:
+        """Return whether a distance is one of them."""
+        return self.nearest_m <= distance_m <= self.farthest_m
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DistanceBound:

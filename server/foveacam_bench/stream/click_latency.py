@@ -37,31 +37,38 @@ LOOK_AT_SHAPE_S = 3.0
 _WATCH_CARD = """(patience_ms) => {
   const card = document.getElementById("fixation");
   const before = card.dataset.fixation;
-  let clicked_ms = null;
+  let [clicked_ms, estimated_ms] = [null, null];
   const click = (event) => { clicked_ms = event.timeStamp; };
   document.addEventListener("pointerdown", click, { capture: true, once: true });
   window.benchAnswer = new Promise((resolve) => {
     const observer = new MutationObserver(() => {
       const { fixation } = card.dataset;
+      const estimate = card.querySelector("[data-role=estimate]:not(.quiet)");
+      if (clicked_ms !== null && estimate?.checkVisibility()) estimated_ms ??= performance.now();
       if (clicked_ms === null || !fixation || fixation === before) return;
       const shown_ms = performance.now();
       observer.disconnect();
       const distance = card.querySelector("[data-role=distance]")?.checkVisibility() ? true : false;
-      resolve({ fixation, clicked_ms, shown_ms, distance, origin_ms: performance.timeOrigin });
+      estimated_ms ??= shown_ms;
+      resolve({ fixation, clicked_ms, estimated_ms, shown_ms, distance, origin_ms: performance.timeOrigin });
     });
     observer.observe(card, { attributes: true, childList: true, subtree: true });
     setTimeout(() => { observer.disconnect(); resolve(null); }, patience_ms);
   });
 }"""
-"""Sets `benchAnswer` to a promise of the fixation that the card shows after the next press."""
+"""Sets `benchAnswer` to a promise of the fixation that the card shows after the next press.
+
+`estimated_ms`: when the card showed the first number of it, an estimate or else the answer."""
 
 
 def click_latency_figures(page: "Page", server: ServerProcess, *, clicks: int) -> dict[str, float]:
     """Click on points one after the other; return the median and 90th percentile, and the parts' medians."""
     times = [_click(page, server, pixel) for pixel in _textured_pixels(clicks)]
     total_s = [parts.pop("total") for parts in times]
+    first_s = [parts.pop("first_estimate") for parts in times]
     return {
         "click_to_distance_s_median": round(median(total_s), 3),
+        "first_estimate_s_median": round(median(first_s), 3),
         "click_to_distance_s_p90": round(float(np.quantile(total_s, 0.9)), 3),
         **{f"click_{part}_s": round(median(parts[part] for parts in times), 3) for part in times[0]},
     }
@@ -116,6 +123,7 @@ def _parts_s(answer: JsonObject, fixation: JsonObject, job: JsonObject) -> dict[
     compute_s = 1e-3 * sum(step["compute_ms"] for step in fixation["steps"])
     return {
         "total": shown_s - clicked_s,
+        "first_estimate": 1e-3 * (answer["estimated_ms"] - answer["clicked_ms"]),
         "send": created_s - clicked_s,
         "queue": started_s - created_s,
         "rig_access": answered_s - started_s - loop_s,

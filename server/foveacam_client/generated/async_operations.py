@@ -1406,6 +1406,18 @@ class AsyncFixations:
             models.FixationDocument,
         )
 
+    async def estimates(self) -> builtins.list[models.FixationEstimate]:
+        """What is known of the fixations that run.
+
+        Return the newest estimate of each fixation that runs; its distance is null while nothing is
+        known.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/fixations/estimates"), builtins.list[models.FixationEstimate]
+        )
+
     async def get(self, fixation_id: str) -> models.FixationDocument:
         """One fixation.
 
@@ -1452,6 +1464,18 @@ class AsyncFixations:
                 body=body,
             ),
             models.FixationDocument,
+        )
+
+    async def estimate(self, fixation_id: str) -> models.FixationEstimate:
+        """What is known of a fixation.
+
+        Return the newest estimate of a fixation that runs, or the answer of one that has ended.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/fixations/{fixation_id}/estimate", path_values={"fixation_id": fixation_id}),
+            models.FixationEstimate,
         )
 
 

@@ -1025,6 +1025,27 @@ class FitRun(Document):
     step: Literal["fit"]
 
 
+class FixationEstimate(Document):
+    """What is known of a fixation's distance so far; the last one is the answer.
+
+    `step`: looks until then, 0 before the first. `elapsed_ms`: since the fixation was asked for. Basis,
+    distance and limits are null while nothing is known.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    basis: Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"] | None = None
+    bound: BoundDocument | None = None
+    distance_m: float | None = None
+    distance_sigma_m: float | None = None
+    elapsed_ms: float
+    fixation_id: str
+    job_id: str
+    point_rig_m: tuple[float, float, float] | None = None
+    step: int
+
+
 class FolderDocument(Document):
     """A folder from which recordings are opened. `found`: whether it is there and can be read."""
 

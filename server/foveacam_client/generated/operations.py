@@ -1380,6 +1380,18 @@ class Fixations:
             models.FixationDocument,
         )
 
+    def estimates(self) -> builtins.list[models.FixationEstimate]:
+        """What is known of the fixations that run.
+
+        Return the newest estimate of each fixation that runs; its distance is null while nothing is
+        known.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(
+            Call("GET", "/api/v1/fixations/estimates"), builtins.list[models.FixationEstimate]
+        )
+
     def get(self, fixation_id: str) -> models.FixationDocument:
         """One fixation.
 
@@ -1426,6 +1438,18 @@ class Fixations:
                 body=body,
             ),
             models.FixationDocument,
+        )
+
+    def estimate(self, fixation_id: str) -> models.FixationEstimate:
+        """What is known of a fixation.
+
+        Return the newest estimate of a fixation that runs, or the answer of one that has ended.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(
+            Call("GET", "/api/v1/fixations/{fixation_id}/estimate", path_values={"fixation_id": fixation_id}),
+            models.FixationEstimate,
         )
 
 

@@ -64,6 +64,11 @@ class RecentFrames:
             older = [frame for frame in self._frames if wire_seq(frame.seq) <= seq]
         return older[-1] if older else None
 
+    def newest(self) -> Frame | None:
+        """Return the newest frame, if any."""
+        with self._lock:
+            return self._frames[-1] if self._frames else None
+
     def since(self, t_ns: int) -> list[Frame]:
         """Return the frames of a time and after it, oldest first."""
         with self._lock:

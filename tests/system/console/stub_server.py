@@ -95,6 +95,7 @@ class StubServer:
             },
             "/jobs": [],
             "/fixations": [],
+            "/fixations/estimates": [],
             "/reach": documents.reach(),
             "/suggestions": [],
             "/engine": engine_documents.engine(),

@@ -99,6 +99,42 @@ def test_one_of_two_distances_is_chosen_with_a_click(stub: StubServer, answered:
     expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
 
 
+def estimate(step: int, distance_m: float, sigma_m: float, basis: str) -> dict[str, object]:
+    known = {"distance_m": distance_m, "distance_sigma_m": sigma_m, "basis": basis}
+    return {"fixation_id": "fix-2", "job_id": "job-2", "step": step, "elapsed_ms": 90.0, **known}
+
+
+def test_distance_is_shown_as_it_becomes_known_and_spoken_once(stub: StubServer, answered: Answered) -> None:
+    page = answered(**ONE_EYE).page
+    stub.wait_for_listener()
+    both = {**ONE_EYE, "basis": "both_foveae", "state": "verged"}
+    announcer, number = page.locator("#announcer"), page.locator("[data-role=estimate]")
+    stub.send_event("fixation.estimate", estimate(0, 8.0, 0.6, "surroundings"))
+    expect(number).to_have_text("8.00 ± 0.60 m")
+    expect(page.locator(".outcome .lead:visible")).to_have_text("so far: from its surroundings")
+    expect(announcer).to_have_text("About 8.00 ± 0.60 m so far. Looking.")
+    top_px = number.evaluate("element => element.getBoundingClientRect().top")
+    stub.send_event("fixation.estimate", estimate(1, 8.13, 0.004, "both_foveae"))
+    expect(number).to_have_text("8.1300 ± 0.0040 m")
+    expect(announcer).to_have_text("About 8.00 ± 0.60 m so far. Looking.")
+    stub.send_event("fixation.done", fixation(**both, id="fix-2", job_id="job-2"))
+    answer = page.locator("[data-role=distance]")
+    expect(answer).to_have_text("2.729 ± 0.020 m")
+    expect(announcer).to_contain_text("2.729 ± 0.020 m")
+    assert abs(answer.evaluate("element => element.getBoundingClientRect().top") - top_px) <= 12.0
+
+
+def test_page_that_opens_in_the_midst_shows_what_is_known_at_phone_width(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    stub.answers["/fixations/estimates"] = [estimate(2, 8.0, 0.6, "surroundings")]
+    stub.answers["/jobs/job-2"] = {"id": "job-2", "state": "running", "result_url": None, "problem": None}
+    page = open_console(stub.url, options={"viewport": PHONE}).page
+    expect(page.locator("[data-role=estimate]")).to_have_text("8.00 ± 0.60 m")
+    expect(page.locator("#fixation .state.running")).to_have_text("Verging")
+    expect_to_fit(page)
+
+
 # The stub's picture has half the size that `Console.place` counts in.
 
 

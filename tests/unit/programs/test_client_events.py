@@ -87,6 +87,7 @@ class JobServer:
         self.paths: list[str] = []
         self.last_ids: list[str | None] = []
         self.pauses_s: list[float] = []
+        self.recent = [event(40)]
         self.away = range(0)
         """The requests, from 1, at which nobody is there."""
 
@@ -101,7 +102,7 @@ class JobServer:
         if path == "/jobs/job-1":
             return httpx.Response(200, json=self._asked.pop(0) if len(self._asked) > 1 else self._asked[0])
         answers: dict[str, object] = {
-            "/events/recent": [event(40)],
+            "/events/recent": self.recent,
             "/jobs/job-1/cancel": JOB,
             "/result": {"deleted": 3},
             "/fixations/fix-1": FIXATION,
@@ -139,6 +140,7 @@ PLY = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\n" + b"".join(
 )
 STARTED = StartedJob(models.JobDocument.model_validate(JOB), models.TrashEmptied)
 """A job that results in the shortest of documents."""
+FIXATING = StartedJob(models.JobDocument.model_validate(JOB), models.FixationDocument)
 DONE = job(state="succeeded", result_url="/api/v1/result")
 
 
@@ -168,6 +170,31 @@ def test_events_after_an_id_of_ones_own_and_of_some_kinds() -> None:
 
     assert next(events).id == 9
     assert server.last_ids == ["7"]
+
+
+def estimate(number: int, step: int, job_id: str = "job-1") -> Document:
+    data = {"fixation_id": "fix-1", "job_id": job_id, "step": step, "elapsed_ms": 9.0, "distance_m": 8.0}
+    return event(number, data, kind="fixation.estimate")
+
+
+def test_estimates_of_one_fixation_come_until_it_ends_also_those_before_it_is_asked() -> None:
+    ended = event(45, DONE)
+    later = stream(estimate(42, 1), estimate(43, 1, job_id="job-2"), estimate(44, 2), ended, estimate(46, 3))
+    server = JobServer(JOB, streams=(later,))
+    server.recent = [estimate(40, 0)]
+
+    told = list(server.rig().estimates(FIXATING))
+
+    assert [found.step for found in told] == [0, 1, 2]
+    assert told[0].distance_m == 8.0
+    assert server.last_ids == ["40"]
+
+
+def test_estimates_of_a_fixation_that_has_ended_are_over() -> None:
+    server = JobServer(DONE)
+    server.recent = [estimate(40, 0)]
+
+    assert [found.step for found in server.rig().estimates(FIXATING)] == [0]
 
 
 def test_events_that_may_not_be_read_say_so() -> None:

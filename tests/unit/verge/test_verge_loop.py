@@ -10,6 +10,7 @@ from tests.unit.plane_head import CALIBRATION, MEASURED, TILE, PlaneHead, noise_
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
@@ -309,6 +310,18 @@ def test_every_step_is_reported_as_it_is_made() -> None:
     assert [step.index for step in seen] == list(range(head.looks))
     assert all(step.compute_ms > 0.0 for step in seen)
     assert fixation.sighting is not None and fixation.volts == fixation.sighting.volts
+
+
+def test_what_a_look_tells_of_the_distance_is_reported_once_a_look_before_the_answer() -> None:
+    head = PlaneHead(z_m=4.0, texture=NOISE)
+    told: list[DistanceEstimate] = []
+    fixation = fixate(head, CALIBRATION, CLICK, clock=head.clock, on_estimate=told.append)
+    looks = [estimate.looks for estimate in told]
+    assert looks and looks == sorted(set(looks)) and looks[-1] < len(fixation.steps)
+    for estimate in told:
+        assert estimate.basis is Basis.BOTH_FOVEAE
+        error_m = abs(estimate.point.distance_m - true_distance_m(fixation, 4.0))
+        assert error_m <= 5.0 * estimate.point.distance_sigma_m
 
 
 def test_noise_in_the_pictures_is_paid_for_in_the_stated_error() -> None:

@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 from foveacam_hardware.contract import Cancelled, Clock, Frame, Head, OutOfRange, Role, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_for
+from foveacam_pipeline.verge.distance import LocatedPoint
+from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.looking.passing_detector import PassingDetector, wait_until_still
 from foveacam_pipeline.verge.matching.row_spectra import LookRows
 from foveacam_pipeline.verge.matching.survey import ReducedLook, even_look, shrink_look
 from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.values import FixationState, VergePhase, VergeStep
+from foveacam_pipeline.verge.values import Basis, FixationState, VergePhase, VergeStep
 
 EDGE_TOLERANCE = 1.0e-3
 """Share of a gaze by which it may lie beyond the edge of the field: half a wide px."""
@@ -94,6 +96,7 @@ class FixationHead:
         clock: Clock,
         limits: VergeSettings,
         on_step: Callable[[VergeStep], None] | None,
+        on_estimate: Callable[[DistanceEstimate], None] | None = None,
         cancelled: Callable[[], bool] | None,
     ) -> None:
         self._head = head
@@ -102,6 +105,8 @@ class FixationHead:
         self._max_looks = limits.max_looks
         self._deadline_ms = 1e3 * limits.timeout_s
         self._on_step = on_step
+        self._on_estimate = on_estimate
+        self._estimated_looks = 0
         self._cancelled = cancelled
         self._started_ns = clock.now_ns()
         self._own = _Stopwatch()
@@ -186,6 +191,14 @@ class FixationHead:
         if self._on_step is not None:
             with self._own.paused():
                 self._on_step(step)
+
+    def tell(self, basis: Basis, point: LocatedPoint | None) -> None:
+        """Report where the target is as far as the looks tell, once a look at most; None: they do not."""
+        if self._on_estimate is None or point is None or len(self._steps) == self._estimated_looks:
+            return
+        self._estimated_looks = len(self._steps)
+        with self._own.paused():
+            self._on_estimate(DistanceEstimate(looks=len(self._steps), basis=basis, point=point))
 
     def _volts(self, gazes: Gazes) -> StereoVolts:
         """Return the drive for both gazes; gazes barely beyond the field count as its edge."""

@@ -14,7 +14,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import Gazes, aim_at
-from foveacam_pipeline.verge.distance import LocatedPoint
+from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.matching.texture import noise_about, noise_slope
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, survey_f_px
@@ -46,7 +46,8 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.values import VergePhase
+from foveacam_pipeline.verge.surroundings.stated_depth import stated_depth
+from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
 PLACES = 24
@@ -164,9 +165,17 @@ class SurroundingsEstimator:
                 points = points.joined(self._shown((observation,)))
                 before, outcome = outcome, self._inferred(target, region, found.values(), points, known)
                 plan.note_gain(before.inferred, outcome.inferred)
+                if not _sure(outcome, target):
+                    self._tell(outcome, target)
         except FixationEnded:
             pass  # what was measured until then counts
         return outcome
+
+    def _tell(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
+        """Report the distance as far as it can be inferred until now."""
+        stated = None if depth.open else stated_depth(depth.inferred)
+        if stated is not None:
+            self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, *stated))
 
     def _inferred(
         self,

@@ -3,6 +3,7 @@
 import math
 
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, Fixation, VergeStep
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.quantities import deg, rounded
@@ -12,6 +13,7 @@ from foveacam_server.resources.fixations.schema import (
     BoundDocument,
     EyeViewDocument,
     FixationDocument,
+    FixationEstimate,
     FixationOrder,
     StepDocument,
     TargetDocument,
@@ -69,6 +71,37 @@ def describe_fixation(
     )
 
 
+def describe_estimate(
+    estimate: DistanceEstimate, *, fixation_id: str, job_id: str, elapsed_ms: float
+) -> FixationEstimate:
+    """Return an estimate of a fixation that runs."""
+    return FixationEstimate(
+        fixation_id=fixation_id,
+        job_id=job_id,
+        step=estimate.looks,
+        elapsed_ms=round(elapsed_ms, 1),
+        basis=estimate.basis.value,
+        distance_m=round(estimate.point.distance_m, 6),
+        distance_sigma_m=round(estimate.point.distance_sigma_m, 6),
+        point_rig_m=_point(estimate.point.point_rig_m),
+    )
+
+
+def last_estimate(fixation: FixationDocument) -> FixationEstimate:
+    """Return the answer of a fixation as its last estimate."""
+    return FixationEstimate(
+        fixation_id=fixation.id,
+        job_id=fixation.job_id,
+        step=len(fixation.steps),
+        elapsed_ms=fixation.duration_ms or 0.0,
+        basis=fixation.basis,
+        distance_m=fixation.distance_m,
+        distance_sigma_m=fixation.distance_sigma_m,
+        point_rig_m=fixation.point_rig_m,
+        bound=fixation.bound,
+    )
+
+
 def _point(point_m: tuple[float, float, float]) -> tuple[float, float, float]:
     x_m, y_m, z_m = point_m
     return round(x_m, 6), round(y_m, 6), round(z_m, 6)
@@ -106,7 +139,13 @@ BASIS_WORDS = {
 }
 
 
-def distance_words(answer: FixationDocument | TargetDocument) -> str:
+def estimate_words(estimate: FixationEstimate) -> str:
+    """Return an estimate as one line."""
+    when = f"after look {estimate.step}" if estimate.step else "before the first look"
+    return f"{distance_words(estimate)}, {when}"
+
+
+def distance_words(answer: FixationDocument | TargetDocument | FixationEstimate) -> str:
     """Return distance, standard error and basis of an answer in words, or the limits of the distance."""
     if answer.distance_m is not None and answer.distance_sigma_m is not None:
         basis = BASIS_WORDS.get(answer.basis or "", "")

@@ -19,7 +19,7 @@ from foveacam_server.foundation.answers import (
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.fixations.schema import FixationDocument, FixationRequest
+from foveacam_server.resources.fixations.schema import FixationDocument, FixationEstimate, FixationRequest
 from foveacam_server.resources.fixations.service import FixationService
 
 router = GuardedRouter("/fixations", tags=["fixations"], reading=Right.VIEW, changing=Right.OPERATE)
@@ -63,6 +63,18 @@ async def create(
 def newest(services: ServicesDep, limit: Limit = 50) -> list[FixationDocument]:
     """Return the newest fixations."""
     return services.fixations.table.newest(limit)
+
+
+@router.get("/estimates", summary="What is known of the fixations that run")
+async def estimates(services: ServicesDep) -> list[FixationEstimate]:
+    """Return the newest estimate of each fixation that runs; its distance is null while nothing is known."""
+    return services.fixations.estimates.newest()
+
+
+@router.get("/{fixation_id}/estimate", summary="What is known of a fixation", responses=problems(404))
+def estimate(fixation_id: str, services: ServicesDep) -> FixationEstimate:
+    """Return the newest estimate of a fixation that runs, or the answer of one that has ended."""
+    return services.fixations.newest_estimate(fixation_id)
 
 
 @router.get("/{fixation_id}", summary="One fixation", responses=problems(404))

@@ -163,6 +163,24 @@ class FixationDocument(ResponseModel):
         return FixationOrder.model_validate(self.request)
 
 
+class FixationEstimate(ResponseModel):
+    """What is known of a fixation's distance so far; the last one is the answer.
+
+    `step`: looks until then, 0 before the first. `elapsed_ms`: since the fixation was asked for. Basis,
+    distance and limits are null while nothing is known.
+    """
+
+    fixation_id: str
+    job_id: str
+    step: int
+    elapsed_ms: float
+    basis: Basis | None = None
+    distance_m: float | None = None
+    distance_sigma_m: float | None = None
+    point_rig_m: tuple[float, float, float] | None = None
+    bound: BoundDocument | None = None
+
+
 class CorrectionDocument(ResponseModel):
     """A correction of an answer by the operator.
 

@@ -6,8 +6,12 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Clock, Frame
 from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.resolved_target import resolve
+from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
+from foveacam_pipeline.verge.surroundings.known_depth import known_distance
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
@@ -25,12 +29,15 @@ from foveacam_server.resources.fixations.documents import (
     describe_step,
     distance_words,
     fixation_words,
+    last_estimate,
     stored_look,
 )
+from foveacam_server.resources.fixations.estimates import FixationEstimates, Report
 from foveacam_server.resources.fixations.request import check_target, depth_range_of, target_of
 from foveacam_server.resources.fixations.schema import (
     CorrectionDocument,
     FixationDocument,
+    FixationEstimate,
     FixationOrder,
     FixationRequest,
     FixationStep,
@@ -74,6 +81,7 @@ class FixationService:
         self._tools = tools
         self.table = FixationTable(store)
         self.targets = TargetTable(store)
+        self.estimates = FixationEstimates(tools.events)
         tools.jobs.handle(KIND, self._run)
 
     def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
@@ -110,6 +118,10 @@ class FixationService:
         """Return the fixation that a job's result URL names."""
         return self.table.get(url.rsplit("/", 1)[1])
 
+    def newest_estimate(self, fixation_id: str) -> FixationEstimate:
+        """Return what is known of a fixation's distance: so far while it runs, then its answer."""
+        return self.estimates.find(fixation_id) or last_estimate(self.table.get(fixation_id))
+
     def add_cloud(self, fixation_id: str, cloud: CloudDocument) -> None:
         """Store that a fixation has a cloud now, and emit events."""
         self.table.set_cloud(fixation_id, cloud.id)
@@ -143,6 +155,25 @@ class FixationService:
         order = job.parse_request(FixationOrder)
         calibration = tools.calibration.require()
         fixation_id = new_id("fix")
+        with self.estimates.reporting(fixation_id, job) as report:
+            fixation = self._fixate(context, order, fixation_id, report)
+            tools.on_fixation(fixation, calibration)
+            steps = len(fixation.steps)
+            context.progress(steps, total=steps, note=fixation.state.value)
+            described = describe_fixation(
+                fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
+            )
+            with span("answer"):
+                self._store(fixation, described, order=order, calibration=calibration)
+        return f"/api/v1/fixations/{fixation_id}"
+
+    def _fixate(
+        self, context: JobContext, order: FixationOrder, fixation_id: str, report: Report
+    ) -> Fixation:
+        """Report what is known at once, then look; report every look and what it tells."""
+        tools, job = self._tools, context.job
+        calibration, clicked = tools.calibration.require(), self._clicked(order)
+        self._report_known(order, clicked, report)
 
         def on_step(step: VergeStep) -> None:
             done = step.index + 1
@@ -153,31 +184,32 @@ class FixationService:
                 data=FixationStep(fixation_id=fixation_id, job_id=job.id, step=describe_step(step)),
             )
 
-        holder = f"fixation {job.id}"
         with (
-            tools.hardware.session(holder, cancelled=context.cancelled, one_eyed=True) as head,
+            tools.hardware.session(f"fixation {job.id}", cancelled=context.cancelled, one_eyed=True) as head,
             timings.VERGE.time(),
             span("verge"),
         ):
-            fixation = fixate(
+            return fixate(
                 head,
                 calibration,
                 target_of(order),
                 known=PriorKnowledge(context=tools.context, within=depth_range_of(order)),
-                clicked=self._clicked(order),
+                clicked=clicked,
                 clock=tools.clock,
                 on_step=on_step,
+                on_estimate=report,
                 cancelled=context.cancelled,
             )
-        tools.on_fixation(fixation, calibration)
-        steps = len(fixation.steps)
-        context.progress(steps, total=steps, note=fixation.state.value)
-        described = describe_fixation(
-            fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
-        )
-        with span("answer"):
-            self._store(fixation, described, order=order, calibration=calibration)
-        return f"/api/v1/fixations/{fixation_id}"
+
+    def _report_known(self, order: FixationOrder, clicked: Frame | None, report: Report) -> None:
+        """Report what earlier looks tell of a target's distance, if anything."""
+        wide, within = self._tools.calibration.require().wide, depth_range_of(order)
+        target = resolve(target_of(order), wide, VergeSettings()).tangents
+        frame = clicked or self._tools.hardware.recent_wide.newest()
+        point = known_distance(self._tools.context, target, wide, frame=frame)
+        if point is None or (within is not None and not within.holds(point.distance_m)):
+            return
+        report(DistanceEstimate(looks=0, basis=Basis.SURROUNDINGS, point=point))
 
     def _clicked(self, order: FixationOrder) -> Frame | None:
         """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""

@@ -4,7 +4,7 @@
 import { distanceText, ENDS, MISSING, number } from "./elements/format.js";
 
 /**
- * @import { AlternativeDocument, BoundDocument, EyeViewDocument, FixationDocument } from "#api"
+ * @import { AlternativeDocument, BoundDocument, EyeViewDocument, FixationDocument, FixationEstimate } from "#api"
  * @import { Basis } from "#page"
  * @typedef {{distance_m: number | null, distance_sigma_m: number | null, bound?: BoundDocument | null}} Answer
  * @typedef {{left_view?: EyeViewDocument | null, right_view?: EyeViewDocument | null}} Views
@@ -115,6 +115,16 @@ export function spoken(fixation) {
       ? ` ${fixation.alternatives.length} distances are possible.`
       : "";
   return `${heading(fixation).title}. ${known}.${several}`;
+}
+
+/** Word what is known of a running fixation's distance in one short line; empty while nothing is. @param {FixationEstimate | null | undefined} estimate */
+export function estimateText(estimate) {
+  return estimate?.distance_m == null ? "" : `≈ ${distanceText(estimate.distance_m, estimate.distance_sigma_m)}`;
+}
+
+/** Word the same for a screen reader. @param {FixationEstimate} estimate */
+export function spokenEstimate({ distance_m, distance_sigma_m }) {
+  return distance_m == null ? "" : `About ${distanceText(distance_m, distance_sigma_m)} so far. Looking.`;
 }
 
 /** @param {number} probability */

@@ -5,6 +5,7 @@
 export const MOST = 200;
 const NOISE = new Set([
   "fixation.step",
+  "fixation.estimate",
   "mirrors.steered",
   "job.updated",
   "calibration.progress",

@@ -4,12 +4,14 @@ import { RequestError, request } from "./transport/api.js";
 import { hasEnded, JobWatch } from "./transport/jobs.js";
 
 /**
- * @import { EventDocument, FixationDocument, FixationRequest, JobDocument, Problem, StepDocument } from "#api"
+ * @import { EventDocument, FixationDocument, FixationEstimate, FixationRequest, JobDocument } from "#api"
+ * @import { Problem, StepDocument } from "#api"
  * @import { CurrentFixation } from "#page"
  * @import { Store } from "./store.js"
  */
 
 const LOOK_MS = 700; // interval of reading the job, in case its events do not arrive
+const REQUESTS = 8; // the newest orders of this page whose requests are kept
 
 /** The fixation tracker of one page. */
 export class Fixations {
@@ -21,6 +23,9 @@ export class Fixations {
   });
   /** @type {CurrentFixation | null} what was shown before the request that is being sent */
   #before = null;
+
+  /** @type {Map<string, FixationRequest | null>} the requests of this page by job, oldest first */
+  #requests = new Map();
 
   /** @param {Store} store */
   constructor(store) {
@@ -41,6 +46,7 @@ export class Fixations {
 
   /** @param {JobDocument} job @param {FixationRequest | null} request_body @param {boolean} mine */
   follow(job, request_body, mine) {
+    if (mine) this.#remember(job.id, request_body);
     const current = this.#store.state.current;
     // its events may have arrived before the response
     const known = current?.job_id === job.id ? current : fresh(job.id, null, mine);
@@ -57,6 +63,8 @@ export class Fixations {
   hear(event) {
     const data = event.data ?? {};
     if (event.kind === "fixation.step") this.#step(data);
+    else if (event.kind === "fixation.estimate")
+      this.#estimate(/** @type {FixationEstimate} */ (/** @type {unknown} */ (data)));
     else if (event.kind === "fixation.done")
       this.#ended(/** @type {FixationDocument} */ (data)); // the event carries the whole fixation
     else if (event.kind === "fixation.updated")
@@ -72,9 +80,13 @@ export class Fixations {
     const current = this.#store.state.current;
     if (current?.job_id && this.running) await this.#watch.read(current.job_id);
     if (this.#store.state.current) return;
-    const recent = /** @type {FixationDocument[]} */ (await request("GET", "/fixations?limit=1"));
+    const [runs, recent] = await Promise.all([
+      /** @type {Promise<FixationEstimate[]>} */ (request("GET", "/fixations/estimates")),
+      /** @type {Promise<FixationDocument[]>} */ (request("GET", "/fixations?limit=1")),
+    ]);
     const last = recent[0];
-    if (last && !this.#store.state.current)
+    if (runs[0]) this.#estimate(runs[0]);
+    else if (last && !this.#store.state.current)
       this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
   }
 
@@ -103,16 +115,41 @@ export class Fixations {
     const job_id = typeof data["job_id"] === "string" ? data["job_id"] : null;
     const step = /** @type {StepDocument} */ (data["step"] ?? data);
     if (typeof step.index !== "number") return;
-    let current = this.#store.state.current;
-    if (current?.fixation && current.job_id === job_id) return; // its result was read before this event came
-    if (!current || (job_id && current.job_id !== job_id)) {
-      current = { ...fresh(job_id, current?.state === "sending" ? current.request : null, false), state: "running" };
-    }
+    const current = this.#runningOf(job_id);
+    if (!current) return;
     const steps = [...current.steps.filter(({ index }) => index !== step.index), step].sort(
       (a, b) => a.index - b.index,
     );
     this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
     if (current.job_id) this.#watch.watch(current.job_id);
+  }
+
+  /** Show what is known of the distance so far. @param {FixationEstimate} estimate */
+  #estimate(estimate) {
+    const current = this.#runningOf(estimate.job_id);
+    if (!current || hasEnded(current.state)) return;
+    this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", estimate });
+    this.#watch.watch(estimate.job_id);
+  }
+
+  /**
+   * Return the fixation of a job that runs; null when its result was read before the event of it came.
+   * @param {string | null} job_id
+   */
+  #runningOf(job_id) {
+    const current = this.#store.state.current;
+    if (current?.fixation && current.job_id === job_id) return null;
+    if (current && (!job_id || current.job_id === job_id)) return current;
+    const asked = (job_id && this.#requests.get(job_id)) || (current?.state === "sending" ? current.request : null);
+    const mine = job_id !== null && this.#requests.has(job_id);
+    return { ...fresh(job_id, asked, mine), state: /** @type {const} */ ("running") };
+  }
+
+  /** @param {string} job_id @param {FixationRequest | null} request_body */
+  #remember(job_id, request_body) {
+    this.#requests.set(job_id, request_body);
+    const oldest = this.#requests.keys().next().value;
+    if (this.#requests.size > REQUESTS && oldest) this.#requests.delete(oldest);
   }
 
   /** Add the cloud to the shown fixation; it arrives a moment later. @param {Record<string, unknown>} data */
@@ -182,5 +219,15 @@ export class Fixations {
  * @returns {CurrentFixation}
  */
 function fresh(job_id, request_body, mine) {
-  return { job_id, request: request_body, state: "queued", steps: [], note: null, fixation: null, problem: null, mine };
+  return {
+    job_id,
+    request: request_body,
+    state: "queued",
+    steps: [],
+    estimate: null,
+    note: null,
+    fixation: null,
+    problem: null,
+    mine,
+  };
 }

@@ -1,6 +1,7 @@
 // Shows the fixation: while it runs its steps, then distance, error, final state and reason.
 
-import { answerOf, basisMeaning, basisOf, boundText, chosenOf, heading, spoken } from "../answers.js";
+import { answerOf, basisMeaning, basisOf, basisWords, boundText, chosenOf, heading } from "../answers.js";
+import { spoken, spokenEstimate } from "../answers.js";
 import { request } from "../transport/api.js";
 import { changing, fill, h, html, say } from "../elements/dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../elements/format.js";
@@ -11,7 +12,7 @@ import { drawSteps } from "./stepplot.js";
 import { API } from "../root.js";
 
 /**
- * @import { CloudDocument, FixationDocument, FixationRequest } from "#api"
+ * @import { CloudDocument, FixationDocument, FixationEstimate, FixationRequest } from "#api"
  * @import { CurrentFixation } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
@@ -34,10 +35,12 @@ export function mountFixation(place, announcer, { store, ...orders }) {
   const plot = h("div", { class: "plot" });
   fill(place, head, plot);
   const showOutcome = outcomes(head, orders);
+  const announcement = announcements();
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
     place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
     place.dataset["job"] = current?.job_id ?? "";
+    place.dataset["fixation"] = current?.fixation?.id ?? "";
     showOutcome(current);
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
     say(announcer, announcement(current));
@@ -92,6 +95,7 @@ function otherwise(current) {
 /** @param {Commands} commands */
 function running(commands) {
   const state = h("span", {});
+  const far = estimated();
   const note = h("p", { class: "lead number" });
   const cancel = h(
     "button",
@@ -103,6 +107,7 @@ function running(commands) {
     "div",
     { class: "part" },
     html`<p class="state running"><span class="spinner" aria-hidden="true"></span>${state}</p>`,
+    far.element,
     note,
     cancel,
   );
@@ -112,12 +117,30 @@ function running(commands) {
       const last = current.steps.at(-1);
       const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
       say(state, RUNNING[current.state] ?? current.state);
+      far.show(current.estimate);
+      const known = current.estimate?.basis ? `so far: ${basisWords(current.estimate.basis)}` : "";
       say(
         note,
-        [last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") ||
+        [known, last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") ||
           asked(current.request),
       );
       cancel.disabled = current.state === "cancelling" || !current.job_id;
+    },
+  };
+}
+
+/** The distance as it is known so far, in the place of the answer's; a dash keeps that place until then. */
+function estimated() {
+  const [value, sigma, unit] = ["value", "sigma", "unit"].map((part) => h("span", { class: part }));
+  const element = h("p", { class: "big estimate", data: { role: "estimate" } }, value, sigma, unit);
+  return {
+    element,
+    show: (/** @type {FixationEstimate | null} */ estimate) => {
+      const found = distance(estimate?.distance_m, estimate?.distance_sigma_m);
+      element.classList.toggle("quiet", estimate?.distance_m == null);
+      if (value) say(value, found.value);
+      if (sigma) say(sigma, found.sigma && ` ± ${found.sigma}`);
+      if (unit) say(unit, found.unit && ` ${found.unit}`);
     },
   };
 }
@@ -240,10 +263,15 @@ function asked(request) {
   return `${number(width_px, 0)} × ${number(height_px, 0)} px at ${number(x_px, 0)}, ${number(y_px, 0)}`;
 }
 
-/** @param {CurrentFixation | null} current */
-function announcement(current) {
-  const fixation = current?.fixation;
-  if (fixation) return spoken(fixation);
-  if (current?.state === "failed") return `Failed. ${current.problem?.detail ?? ""}`;
-  return current?.state === "cancelled" ? "Cancelled." : "";
+/** Return a function that words what a screen reader says: of the estimates of a fixation the first one alone. */
+function announcements() {
+  let [job_id, first] = /** @type {[string | null, string]} */ ([null, ""]);
+  return (/** @type {CurrentFixation | null} */ current) => {
+    if (current?.job_id !== job_id) [job_id, first] = [current?.job_id ?? null, ""];
+    if (current?.fixation) return spoken(current.fixation);
+    if (current?.state === "failed") return `Failed. ${current.problem?.detail ?? ""}`;
+    if (current?.state === "cancelled") return "Cancelled.";
+    if (current?.estimate) first ||= spokenEstimate(current.estimate);
+    return first;
+  };
 }

@@ -16,6 +16,7 @@ const KINDS = [
   "message",
   "rig.state",
   "fixation.step",
+  "fixation.estimate",
   "fixation.done",
   "fixation.updated",
   "cloud.created",

@@ -1,15 +1,16 @@
 // Draws over the wide picture: footprints, steerable field, targets, what is followed, the rectangle, the crosshair.
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
-import { answerText } from "../answers.js";
+import { answerText, estimateText } from "../answers.js";
 import { fill, h, html, s, say, svg } from "../elements/dom.js";
 import { followRings, marksOf, RING_PX } from "../follow/words.js";
 import { number } from "../elements/format.js";
+import { hasEnded } from "../transport/jobs.js";
 import { fieldOutline } from "./angles.js";
 
 /**
  * @import { ReachDocument } from "#api"
- * @import { ConsoleState, Corners, Point } from "#page"
+ * @import { ConsoleState, Corners, CurrentFixation, Point } from "#page"
  * @import { Viewport } from "./viewport.js"
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
@@ -110,7 +111,7 @@ export class Overlay {
       const label = selected ? `${cut(target.label)}  ${answerText(target)}` : cut(target.label);
       return mark(at, `mark basis-${target.basis}${selected ? " selected" : ""}`, free ? label : "");
     });
-    fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport));
+    fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport), estimated(current, viewport));
   }
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
@@ -176,6 +177,19 @@ function asked(request, viewport) {
   const { x_px, y_px, width_px, height_px } = request.rectangle;
   const box = { x: x_px, y: y_px, width: width_px, height: height_px };
   return [svg`<path class="asked-box" d=${path(corners(box), viewport)}></path>`];
+}
+
+/**
+ * Write what is known of the running fixation's distance beside its cross.
+ * @param {CurrentFixation | null} current
+ * @param {Viewport} viewport
+ */
+function estimated(current, viewport) {
+  const place = current?.request?.pixel;
+  const known = current && !current.fixation && !hasEnded(current.state) ? estimateText(current.estimate) : "";
+  if (!place || !known) return null;
+  const { x, y } = viewport.toCss({ x: place.x_px, y: place.y_px });
+  return svg`<g class="mark estimate"><text x=${x + 14} y=${y - 8}>${known}</text></g>`;
 }
 
 /** @param {Point} at @param {string} kind @param {number} reach */

@@ -1,0 +1,27 @@
+"""What an inference from the surroundings states: one depth and its error, or nothing."""
+
+from foveacam_pipeline.verge.single_eye.weighing import spread_per_m
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+
+SURE_PROBABILITY = 0.8
+"""A less probable inference states the spread of all as its error."""
+LEAST_SAMPLES = 3
+"""An inference from fewer points is doubtful too."""
+DOUBT_SHARE = 0.38
+"""Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
+VAGUE_SHARE = 0.6
+"""A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
+
+
+def stated_depth(inferred: tuple[InferredDepth, ...]) -> tuple[float, float] | None:
+    """Return 1/Z and its error, 1/m, of depths that come into question, most probable first.
+
+    A doubtful inference states an error that covers all of them. None: nothing is inferred, or too vaguely.
+    """
+    if not inferred:
+        return None
+    best = inferred[0]
+    sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
+    sigma = best.sigma_per_m if sure else spread_per_m(inferred)
+    sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
+    return None if sigma > VAGUE_SHARE * best.inverse_z_per_m else (best.inverse_z_per_m, sigma)
