@@ -33,8 +33,8 @@ def exponents(order: int) -> list[tuple[int, int]]:
 
 def monomials(x: ArrayLike, y: ArrayLike, order: int) -> NDArray[np.float64]:
     """Return (n, k) float64: every x^i y^j, i + j <= order, of scaled variables (n,)."""
-    i, j = _exponent_arrays(order)
-    return np.take(_powers(x, order), i, axis=1) * np.take(_powers(y, order), j, axis=1)
+    of_x, of_y = (_powers(np.atleast_1d(np.asarray(each, dtype=np.float64)), order) for each in (x, y))
+    return _products(of_x, of_y, *_exponent_arrays(order))
 
 
 @cache
@@ -43,9 +43,18 @@ def _exponent_arrays(order: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return pairs[:, 0], pairs[:, 1]
 
 
-def _powers(values: ArrayLike, order: int) -> NDArray[np.float64]:
-    """Return (n, order + 1) float64: values^0 to values^order."""
-    return np.vander(np.atleast_1d(np.asarray(values, dtype=np.float64)), order + 1, increasing=True)
+def _powers(values: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    """Return (..., order + 1) float64: values^0 to values^order of (...) values."""
+    powers = np.ones((*values.shape, order + 1))
+    powers[..., 1:] = values[..., None]
+    return np.multiply.accumulate(powers, axis=-1, out=powers)
+
+
+def _products(
+    of_x: NDArray[np.float64], of_y: NDArray[np.float64], i: NDArray[np.intp], j: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return (n, k) products of powers, (n, order + 1) each, by their exponents, (k,) each."""
+    return np.asarray(of_x[:, i] * of_y[:, j], dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,26 +69,37 @@ class BivariatePolynomial:
     scale: tuple[float, float]
     coefficients: NDArray[np.float64]
 
-    def _scaled(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _powers(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the powers, (n, order + 1), of both scaled variables at `xy`: (n, 2)."""
         rows = as_rows(xy, columns=2, name="xy")
-        return (rows[:, 0] - self.centre[0]) / self.scale[0], (rows[:, 1] - self.centre[1]) / self.scale[1]
+        powers = _powers((rows - self.centre) / self.scale, self.order)
+        return powers[:, 0], powers[:, 1]
 
     def basis(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Return the (n, k) monomials at `xy`: (n, 2)."""
-        return monomials(*self._scaled(xy), self.order)
+        return _products(*self._powers(xy), *_exponent_arrays(self.order))
 
     def __call__(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Return (n, m) float64 values at `xy`: (n, 2)."""
-        values: NDArray[np.float64] = self.basis(xy) @ self.coefficients
+        values: NDArray[np.float64] = self._value(*self._powers(xy))
         return values
 
     def jacobian(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Return (n, m, 2) float64 derivatives to x and to y at `xy`: (n, 2)."""
-        x, y = self._scaled(xy)
+        return self._jacobian(*self._powers(xy))
+
+    def value_and_jacobian(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return both at `xy`: (n, 2), for little more than the cost of one."""
+        powers = self._powers(xy)
+        return self._value(*powers), self._jacobian(*powers)
+
+    def _value(self, of_x: NDArray[np.float64], of_y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return _products(of_x, of_y, *_exponent_arrays(self.order)) @ self.coefficients
+
+    def _jacobian(self, of_x: NDArray[np.float64], of_y: NDArray[np.float64]) -> NDArray[np.float64]:
         i, j = _exponent_arrays(self.order)
-        of_x, of_y = _powers(x, self.order), _powers(y, self.order)
-        by_x = i * np.take(of_x, np.maximum(i - 1, 0), axis=1) * np.take(of_y, j, axis=1)
-        by_y = j * np.take(of_x, i, axis=1) * np.take(of_y, np.maximum(j - 1, 0), axis=1)
+        by_x = i * _products(of_x, of_y, np.maximum(i - 1, 0), j)
+        by_y = j * _products(of_x, of_y, i, np.maximum(j - 1, 0))
         return np.stack(
             [by_x @ self.coefficients / self.scale[0], by_y @ self.coefficients / self.scale[1]], axis=2
         )

@@ -89,8 +89,8 @@ class MirrorModel:
     def _newton(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
         volts = self.inverse(angles)
         for _ in range(_NEWTON_ROUNDS):
-            miss = self.forward(volts) - angles
-            step = np.linalg.solve(self.forward.jacobian(volts), miss[:, :, None])[:, :, 0]
+            reached, jacobian = self.forward.value_and_jacobian(volts)
+            step = np.linalg.solve(jacobian, (reached - angles)[:, :, None])[:, :, 0]
             volts = volts - step
             if float(np.max(np.abs(step))) < _NEWTON_STOP_V:
                 return volts

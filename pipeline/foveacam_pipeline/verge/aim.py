@@ -44,11 +44,17 @@ class Gazes:
 
 def aim_at(calibration: Calibration, target: NDArray[np.float64], inverse_z: float) -> Gazes:
     """Return the gazes that meet on a target: (2,) tangents from the origin, depth 1 / `inverse_z` m."""
-    gazes = []
-    for role in EYES:
-        x_m, y_m, z_m = calibration.pivot_rig_m(role)
-        gazes.append((target - np.array([x_m, y_m]) * inverse_z) / (1.0 - z_m * inverse_z))
-    return Gazes(left=gazes[0], right=gazes[1])
+    left, right = (_gaze_at(calibration, role, target, np.array([inverse_z])) for role in EYES)
+    return Gazes(left=left, right=right)
+
+
+def _gaze_at(
+    calibration: Calibration, role: Role, target: NDArray[np.float64], inverse_z: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the gaze of one eye, (..., 2), at depths 1 / `inverse_z`: (..., 1)."""
+    x_m, y_m, z_m = calibration.pivot_rig_m(role)
+    gaze = (target - np.array([x_m, y_m]) * inverse_z) / (1.0 - z_m * inverse_z)
+    return np.asarray(gaze, dtype=np.float64)
 
 
 def gazes_under(calibration: Calibration, volts: StereoVolts) -> Gazes:
@@ -76,10 +82,9 @@ def reach_span(
 ) -> tuple[float, float] | None:
     """Return the least and the largest 1/Z, 1/m, up to `nearest` at which both eyes can meet there."""
     tried = np.linspace(0.0, nearest, REACH_STEPS + 1)
-    gazes = [aim_at(calibration, target, float(inverse_z)) for inverse_z in tried]
     inside = np.ones(len(tried), dtype=np.bool_)
     for role in EYES:
-        angles_rad = np.arctan([pair.eye(role) for pair in gazes])
+        angles_rad = np.arctan(_gaze_at(calibration, role, target, tried[:, None]))
         inside &= calibration.eye(role).mirror.inside(angles_rad)
     reached = tried[inside]
     return (float(reached[0]), float(reached[-1])) if len(reached) else None

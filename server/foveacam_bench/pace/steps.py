@@ -23,6 +23,7 @@ from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_hardware.contract import Binning, Frame, Head, Sighting, StereoVolts
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
+from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 
@@ -88,8 +89,8 @@ class TimedHead:
             return frame
         height, width = frame.image.shape[:2]
         size = (width // self._binning, height // self._binning)
-        image = np.asarray(cv2.resize(frame.image, size, interpolation=cv2.INTER_AREA), frame.image.dtype)
-        return replace(frame, image=image, binning=self._binning)
+        image = cv2.resize(to_uint8(frame), size, interpolation=cv2.INTER_AREA)
+        return replace(frame, image=np.asarray(image, dtype=np.uint8), bits=8, binning=self._binning)
 
 
 def run(*, quick: bool = False) -> Figures:

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
-from foveacam_pipeline.verge.surroundings.infer import infer_depth
+from foveacam_pipeline.verge.surroundings.infer import LastInference, infer_depth
 
 TARGET = np.array([0.05, -0.02])
 RING = 0.03 * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [0.7, 0.7]])
@@ -115,3 +115,17 @@ def test_edges_behind_a_surface_that_agree_are_no_mismatches() -> None:
     }
 
     assert chance[4] > chance[2] > 0.7
+
+
+def test_an_inference_is_made_anew_only_when_something_changed() -> None:
+    measured = np.full(len(RING), 0.125)
+    samples, chances = _samples(measured), np.full(len(RING), 0.55)
+    last = LastInference()
+
+    first = last.infer(samples, TARGET, chances, blank=True)
+    again = last.infer(_samples(measured.copy()), TARGET, chances, blank=True)
+    of_others = last.infer(_samples(measured + 0.01), TARGET, chances, blank=True)
+
+    assert again is first
+    assert of_others == infer_depth(_samples(measured + 0.01), TARGET, own_chance=chances, blank=True)
+    assert of_others[0].inverse_z_per_m == pytest.approx(0.135, rel=2.0e-3)

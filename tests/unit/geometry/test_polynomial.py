@@ -47,6 +47,9 @@ def test_jacobian_is_the_slope_of_the_values(x: float, y: float) -> None:
         side = np.eye(2)[axis] * step
         slope = (polynomial([np.array([x, y]) + side]) - polynomial([np.array([x, y]) - side])) / (2 * step)
         np.testing.assert_allclose(polynomial.jacobian([[x, y]])[0, :, axis], slope[0], rtol=1e-6, atol=1e-11)
+    value, jacobian = polynomial.value_and_jacobian([[x, y]])
+    np.testing.assert_array_equal(value, polynomial([[x, y]]))
+    np.testing.assert_array_equal(jacobian, polynomial.jacobian([[x, y]]))
 
 
 def test_leave_one_out_by_hat_matrix_equals_refitting_without_the_sample() -> None:

@@ -31,20 +31,18 @@ def _found(index: int, *, by_both: bool = True) -> dict[int, BorderDepth]:
     return {index: depth}
 
 
-def test_looks_go_to_the_nearest_side_that_was_not_seen_at_the_depth_that_is_believed() -> None:
-    plan = LookPlan(TARGET, PLACES)
-
-    planned = plan.next_look(_found(0), _inferred(0.31, 1e-3))
+def test_looks_go_to_the_nearest_side_that_was_not_seen() -> None:
+    planned = LookPlan(TARGET, PLACES).next_look(_found(0))
 
     assert planned is not None
     assert planned[0] == pytest.approx(PLACES[1])
-    assert planned[1] == 0.31
+    assert planned[1] == LEVELS_PER_M[0]
 
 
-def test_where_nothing_is_known_a_side_is_looked_at_in_turn_at_all_depths() -> None:
+def test_a_side_is_looked_at_in_turn_at_all_depths_until_both_eyes_measured_it() -> None:
     plan = LookPlan(TARGET, PLACES)
 
-    first, second, third = (plan.next_look({}, ()) for _ in range(3))
+    first, second, third = plan.next_look({}), plan.next_look(_found(0, by_both=False)), plan.next_look({})
 
     assert first is not None and second is not None and third is not None
     assert [first[1], second[1]] == list(LEVELS_PER_M)
@@ -54,21 +52,21 @@ def test_where_nothing_is_known_a_side_is_looked_at_in_turn_at_all_depths() -> N
 
 def test_a_side_that_both_eyes_measured_is_not_looked_at_again() -> None:
     plan = LookPlan(TARGET, PLACES)
-    plan.next_look({}, ())
+    plan.next_look({})
 
-    planned = plan.next_look(_found(0), ())
+    planned = plan.next_look(_found(0))
 
     assert planned is not None
     assert planned[0] == pytest.approx(PLACES[1])
 
 
-@pytest.mark.parametrize(("sigma_per_m", "most"), [(1e-3, 2), (0.05, 4)])
+@pytest.mark.parametrize(("sigma_per_m", "most"), [(1e-3, 3), (0.05, 5)])
 def test_looks_end_when_they_change_nothing_sooner_where_the_answer_is_sure(
     sigma_per_m: float, most: int
 ) -> None:
     plan, answer, looks = LookPlan(TARGET, PLACES), _inferred(0.2, sigma_per_m), 0
 
-    while plan.next_look({}, answer) is not None:
+    while plan.next_look({}) is not None:
         plan.note_gain(answer, answer)
         looks += 1
 
@@ -78,13 +76,13 @@ def test_looks_end_when_they_change_nothing_sooner_where_the_answer_is_sure(
 def test_a_look_that_changed_the_answer_is_followed_by_another() -> None:
     plan = LookPlan(TARGET, PLACES)
     before, after = _inferred(0.2, 4e-3), _inferred(0.2, 2e-3)
-    for _ in range(2):
-        plan.next_look({}, before)
+    for _ in range(3):
+        plan.next_look({})
         plan.note_gain(before, before)
 
     plan.note_gain(before, after)
 
-    assert plan.next_look({}, after) is not None
+    assert plan.next_look({}) is not None
 
 
 def test_a_gain_is_a_smaller_error_or_an_answer_that_moved() -> None:

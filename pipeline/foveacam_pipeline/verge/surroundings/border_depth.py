@@ -194,8 +194,9 @@ class BorderPlace:
 
     def _compared(self) -> NDArray[np.float64]:
         """Return (2, n) how well what lies beyond the edge fits either fovea at each depth."""
-        for k, eye in self._not_compared if self._weighted_beyond is not None else ():
-            beyond = self._profile(eye, k, self._weighted_beyond)
+        patch = self._weighted_beyond
+        for k, eye in self._not_compared:
+            beyond = None if patch is None else self._profile(eye, k, patch)
             if beyond is not None:
                 self._beyond[k] = np.maximum(self._beyond[k], beyond)
         self._not_compared.clear()

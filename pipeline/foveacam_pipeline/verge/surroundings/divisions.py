@@ -133,7 +133,8 @@ def _own_log_chance(near: NearSamples, own: Mask) -> NDArray[np.float64]:
 def _surrounded(near: NearSamples, own: Mask) -> Mask:
     """Return (m,) whether own samples surround the target with what lies in front, which hides their end."""
     nearest = np.where(own, near.q, -np.inf).max(axis=1, keepdims=True)
-    return (own.sum(axis=1) >= HOLDING_SAMPLES) & enclose(near.offsets, own | (near.q > nearest))
+    several = np.asarray(own.sum(axis=1) >= HOLDING_SAMPLES)
+    return several & enclose(near.offsets, own | (near.q > nearest))
 
 
 def _other_log_weight(

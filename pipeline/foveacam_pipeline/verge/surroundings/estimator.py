@@ -157,7 +157,7 @@ class SurroundingsEstimator:
         self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
         try:
             while not _sure(outcome, target):
-                planned = plan.next_look(found, outcome.inferred)
+                planned = plan.next_look(found)
                 if planned is None:
                     break
                 observation = self._look(aim_at(self._calibration, *planned))
@@ -244,11 +244,9 @@ class SurroundingsEstimator:
     def _examine(
         self, observation: Observation, border: list[BorderPlace], found: dict[int, BorderDepth]
     ) -> None:
-        """Measure the places of a border with a further look; those that both eyes measured are kept."""
+        """Measure the places of a border anew with a further look, those that it shows."""
         look = observation.rows(self._calibration, f_px=self._f_px)
         for index, place in enumerate(border):
-            if index in found and found[index].by_both:
-                continue
             if not place.add(look):
                 continue
             depth = place.depth()

@@ -1,7 +1,7 @@
 """The depth of a point without texture, inferred from measured points around it.
 
 A plane is linear in inverse depth over the tangents. Every sample is of the target's surface or of another
-one, mostly in front of it; each division of the samples is a hypothesis with a probability (`planes.py`),
+one, mostly in front of it; each division of the samples is a hypothesis with a weight (`divisions.py`),
 and hypotheses that agree are put together. That all samples are in front is one more.
 """
 

@@ -18,14 +18,15 @@ DIRECTIONS = 6
 IN_VIEW_TAN = 0.014
 """A place so near to a look's direction is within both foveae's fields: 0.8 degrees."""
 LEVELS_PER_M = (0.2, 0.55)
-"""1/Z of the looks that together show every depth, where nothing is known: the first shows all beyond 2 m."""
+"""1/Z of the looks that together show every depth, the first all beyond 2 m. What is believed until then does
+not matter: looks at its depth alone would confirm what lies behind or before the target's own border."""
 SIDE_RAD = math.pi / 4.0
 """Places seen from a target in directions that differ by more are on different sides of it."""
 FIRST_GAIN = 0.3
 """What the first look is expected to gain."""
 LEAST_GAIN = 0.1
 """A look that is expected to gain less is not made."""
-KEPT_SURE, KEPT_DOUBTFUL = 0.5, 0.7
+KEPT_SURE, KEPT_DOUBTFUL = 0.6, 0.8
 """Weight of the expectation against what a look really gained, where the answer is sure, and where not."""
 SURE_SHARE = 0.03
 """An answer is sure when its error, rival answers included, is a smaller share of 1/Z."""
@@ -42,22 +43,20 @@ class LookPlan:
         self._levels: list[float] = []
         self._expected_gain = FIRST_GAIN
 
-    def next_look(
-        self, found: Mapping[int, BorderDepth], inferred: tuple[InferredDepth, ...]
-    ) -> tuple[NDArray[np.float64], float] | None:
+    def next_look(self, found: Mapping[int, BorderDepth]) -> tuple[NDArray[np.float64], float] | None:
         """Return (2,) tangents and 1/Z of the next look; None when none is worth it.
 
-        `found`: the places measured until now, by index. `inferred`: what they say, most probable first.
+        `found`: the places measured until now, by index.
         """
         if self._expected_gain < LEAST_GAIN:
             return None
-        if self._levels and not inferred and not self._all_found(found):
+        if self._levels and not self._half_found(found):
             return self._tried[-1], self._levels.pop(0)
         direction = self._next_direction(found) if len(self._tried) < DIRECTIONS else None
         if direction is None:
             return None
         self._tried.append(direction)
-        self._levels = [inferred[0].inverse_z_per_m] if inferred else list(LEVELS_PER_M)
+        self._levels = list(LEVELS_PER_M)
         return direction, self._levels.pop(0)
 
     def note_gain(self, before: tuple[InferredDepth, ...], after: tuple[InferredDepth, ...]) -> None:
@@ -66,7 +65,7 @@ class LookPlan:
         kept = KEPT_SURE if sure else KEPT_DOUBTFUL
         self._expected_gain = kept * self._expected_gain + (1.0 - kept) * gain_of(before, after)
 
-    def _all_found(self, found: Mapping[int, BorderDepth]) -> bool:
+    def _half_found(self, found: Mapping[int, BorderDepth]) -> bool:
         """Return whether both eyes measured half of the border about the last direction."""
         there = [k for k, place in enumerate(self._places) if apart(place, self._tried[-1]) <= IN_VIEW_TAN]
         return sum(k in found and found[k].by_both for k in there) >= 0.5 * len(there)
