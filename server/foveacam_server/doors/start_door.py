@@ -33,8 +33,9 @@ _PAGE = f"""<!doctype html>
 :root {{ color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif; }}
 body {{ display: grid; place-items: center; align-content: center; min-height: 100vh; margin: 0;
   background: light-dark(#eef0f3, #0d1014); color: light-dark(#171c22, #e4e8ed); }}
-main {{ display: grid; gap: .75rem; width: min(26rem, 88vw); padding: 1.5rem; border-radius: .5rem;
-  border: 1px solid light-dark(#d5dae1, #2a323c); background: light-dark(#ffffff, #151a20); }}
+main {{ display: grid; gap: .75rem; box-sizing: border-box; width: min(26rem, 88vw); padding: 1.5rem;
+  border-radius: .5rem; border: 1px solid light-dark(#d5dae1, #2a323c);
+  background: light-dark(#ffffff, #151a20); }}
 h1 {{ font-size: 1.25rem; margin: 0; }}
 ol {{ display: grid; gap: .25rem; margin: 0; padding: 0; list-style: none; }}
 .now {{ color: light-dark(#8a5a00, #f0b84d); }}

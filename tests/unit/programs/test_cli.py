@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from foveacam_server import __version__, cli
 from foveacam_server.foundation import bench_package
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import DATABASE, Store
+from foveacam_server.rig.hardware_thread import early_kernels
 
 
 @pytest.fixture(autouse=True)
@@ -155,10 +157,15 @@ def test_benches_that_are_not_installed_are_told_with_a_remedy(
     assert "pip install --editable" in line
 
 
+def without_kernels(_settings: Settings) -> AbstractContextManager[None]:
+    """In place of `kernels_of`: nothing is compiled or loaded."""
+    return nullcontext()
+
+
 def test_data_folder_of_another_server_is_named_with_a_remedy(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:
-    monkeypatch.setattr("foveacam_server.serving.compile_renderer", lambda console: None)
+    monkeypatch.setattr(early_kernels, "kernels_of", without_kernels)
     with Store(data):
         assert run(monkeypatch, "serve", "--port", "0") == 1
     line = one_line(capsys)
@@ -183,7 +190,7 @@ def test_damaged_database_is_named_with_a_remedy_by_every_command(
     data: Path,
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr("foveacam_server.serving.compile_renderer", lambda console: None)
+    monkeypatch.setattr(early_kernels, "kernels_of", without_kernels)
     monkeypatch.chdir(tmp_path)
     data.mkdir()
     (data / DATABASE).write_bytes(b"no database" * 1000)
@@ -211,10 +218,11 @@ def test_errors_of_the_system_and_of_text_are_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def broken(settings: Settings, *, console: object) -> None:
+    def broken(settings: Settings, **_parts: object) -> None:
         raise error
 
     monkeypatch.setattr("foveacam_server.serving.run_server", broken)
+    monkeypatch.setattr(early_kernels, "kernels_of", without_kernels)
     assert run(monkeypatch, "serve") == status
     line = one_line(capsys)
     assert told in line
@@ -224,10 +232,11 @@ def test_errors_of_the_system_and_of_text_are_one_line(
 def test_error_that_nobody_foresaw_is_one_line_too(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def broken(settings: Settings, *, console: object) -> None:
+    def broken(settings: Settings, **_parts: object) -> None:
         raise ZeroDivisionError("a mistake")
 
     monkeypatch.setattr("foveacam_server.serving.run_server", broken)
+    monkeypatch.setattr(early_kernels, "kernels_of", without_kernels)
     assert run(monkeypatch, "serve") == 1
     assert "ZeroDivisionError: a mistake" in one_line(capsys)
 

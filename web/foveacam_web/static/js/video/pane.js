@@ -238,12 +238,13 @@ export class Pane {
       return { title: "Not calibrated", detail: "It needs to be known where both foveae look.", empty };
     if (this.name.startsWith("calibration_"))
       return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
-    if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide") {
+    const opening = state.rig?.state === "opening"; // nothing is missing yet
+    if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide" && !opening) {
       return { ...missingMirrors(state), empty };
     }
     return {
       title: "Waiting for the first picture",
-      detail: state.rig?.state === "opening" ? "The rig is opening." : "",
+      detail: opening ? "The rig is opening." : "",
       empty,
     };
   }
