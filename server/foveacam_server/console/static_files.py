@@ -91,7 +91,7 @@ class VersionedFiles(CompressedFiles):
         versioned = first.startswith("v-")
         name = rest if versioned else path
         page = name.removeprefix(JOINED).removesuffix(".css")
-        if name.startswith(JOINED) and page in page_names():
+        if name.startswith(JOINED) and page in page_names() and scope["method"] in ("GET", "HEAD"):
             response = _sheet_response(joined_sheets(page), scope)
         else:
             response = await super().get_response(name, scope)

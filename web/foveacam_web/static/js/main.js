@@ -52,7 +52,18 @@ void complete();
 /** Load the rest of the console: at once where the address names one of its pages, else after the first picture. */
 async function complete() {
   if (!Object.values(pagesAt(location.hash)).some(Boolean)) await firstPicture();
-  await import("./console.js");
+  try {
+    await import("./console.js");
+  } catch (error) {
+    toasts.show({
+      tone: "bad",
+      title: "The panels were not loaded",
+      detail: "The server did not answer, or it was updated. The views and STOP work.",
+      action: { label: "Load again", act: () => location.reload() },
+      stay_ms: 3_600_000,
+    });
+    throw error;
+  }
 }
 
 /** Return when a view has shown its first picture, or when the server has none, or cannot be reached. */
