@@ -105,8 +105,11 @@ def wait_for_message_or_exit(connection: socket.socket, process: int | None) -> 
 
 
 def watch_process(pid: int) -> int | None:
-    """Return a pidfd, which becomes readable when the process ends; None when it has ended already."""
+    """Return a pidfd, which becomes readable when the process ends; None when it has ended already.
+
+    None also where the system has no pidfd (macOS): the closed socket alone says there that the host is gone.
+    """
     try:
         return os.pidfd_open(pid)
-    except OSError:
+    except (AttributeError, OSError):
         return None

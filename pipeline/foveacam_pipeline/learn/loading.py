@@ -28,7 +28,9 @@ def default_workers(device: torch.device) -> int:
     """Return how many processes make crops: none beside a processor that computes on all cores itself."""
     if device.type == "cpu":
         return 0
-    return min(LARGEST_WORKERS, max(1, len(os.sched_getaffinity(0)) - 1))
+    # macOS does not tell the cores that a process may use
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(LARGEST_WORKERS, max(1, cores - 1))
 
 
 def step_batches(

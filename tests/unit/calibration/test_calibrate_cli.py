@@ -1,8 +1,6 @@
 """`foveacam calibrate`: what it is told, what it keeps, and one line for everything that is refused."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -197,14 +195,6 @@ def test_data_directory_of_a_running_server_is_left_alone(
 def test_nothing_is_begun_when_the_options_are_wrong(monkeypatch: pytest.MonkeyPatch, data: Path) -> None:
     assert run(monkeypatch, "wide", "--views", "1") != 0
     assert not (data / "calibrations" / "sessions").exists()
-
-
-def test_server_starts_without_loading_fits_and_figures() -> None:
-    program = (
-        "import sys, foveacam_server.serving; print([m for m in ('scipy', 'matplotlib') if m in sys.modules])"
-    )
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"
 
 
 def test_lens_of_a_fovea_is_found_in_images_and_informs(

@@ -5,11 +5,13 @@ import threading
 
 import httpx
 import pytest
-from fastapi import FastAPI, routing
+from fastapi import FastAPI, Request, routing
 from starlette.routing import Match
 
 from foveacam_server.app import create_app, prepare_routes
 from foveacam_server.console import openapi_document
+from foveacam_server.doors.deferred_routes import DeferredRoute, Inclusion
+from foveacam_server.foundation.declared_routes import DeclaringRouter
 from foveacam_server.foundation.settings import Settings
 
 
@@ -21,6 +23,39 @@ def test_no_route_completes_itself_at_its_first_request(monkeypatch: pytest.Monk
     )
     scope = {"type": "http", "method": "GET", "path": "/api/v1/rig", "root_path": "", "headers": []}
     assert any(route.matches(dict(scope))[0] is not Match.NONE for route in app.router.routes)
+
+
+def test_a_route_is_built_at_its_first_request_once_and_beside_the_event_loop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    router = DeclaringRouter(prefix="/greetings")
+
+    @router.get("/{name}", summary="Greet")
+    async def greet(name: str, request: Request) -> dict[str, str]:
+        return {"name": name, "route": request.scope["route"].path}
+
+    app, threads = FastAPI(openapi_url=None), list[str]()
+    Inclusion(prefix="/api/v1", responses={}, max_body_size=100).add(app, router)
+    build = DeferredRoute.build
+
+    def noted(route: DeferredRoute) -> routing.APIRoute:
+        threads.append(threading.current_thread().name)
+        return build(route)
+
+    monkeypatch.setattr(DeferredRoute, "build", noted)
+
+    async def ask() -> list[httpx.Response]:
+        transport = httpx.ASGITransport(app=app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://rig") as http:
+            first = await http.get("/api/v1/greetings/ada")
+            return [first, await http.get("/api/v1/greetings/bob"), await http.post("/api/v1/greetings/bob")]
+
+    first, second, refused = asyncio.run(ask())
+    assert first.json() == {"name": "ada", "route": "/greetings/{name}"}
+    assert second.json()["name"] == "bob"
+    assert (refused.status_code, refused.headers["Allow"]) == (405, "GET")
+    assert len(threads) == 1
+    assert threads[0] != threading.main_thread().name
 
 
 def test_the_document_is_built_once_and_beside_the_event_loop() -> None:

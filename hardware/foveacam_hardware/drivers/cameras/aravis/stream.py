@@ -23,7 +23,7 @@ from foveacam_hardware.drivers.cameras.pixel_layout import BITS, PACKED, picture
 logger = logging.getLogger(__name__)
 
 SO_RCVBUFFORCE = 33  # Linux: socket(7); Python's module does not name it
-OPEN_FILES = Path("/proc/self/fd")
+OPEN_FILES = Path("/dev/fd")
 
 BUFFERS = 10
 FIXED = 0

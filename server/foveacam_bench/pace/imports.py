@@ -1,0 +1,76 @@
+"""What the start of a server loads, how long a set-up takes, and how large an environment it leaves."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from foveacam_bench.figures import Figures
+
+ROOT = Path(__file__).parents[3]
+PROGRAM = (
+    "import sys, time; import foveacam_server.cli, foveacam_server.serving; "
+    "print(time.process_time(), len(sys.modules))"
+)
+REPEATS = 3
+FILES = ("Makefile", "pyproject.toml", "README.md", "LICENSE", "requirements")
+PACKAGES = ("hardware", "pipeline", "web", "server")
+SETUP_LIMIT_S = 900.0
+
+
+def import_figures(*, quick: bool = False) -> Figures:
+    """Return processor time and modules of a server's start, and, not `quick`, what the set-ups take.
+
+    Packages come from uv's or pip's cache where it has them; a set-up that fails is null.
+    """
+    nothing: tuple[None, None] = (None, None)
+    base_s, size_mb = nothing if quick else _set_up(".venv/.installed")
+    dev_s, _ = nothing if quick else _set_up("setup")
+    return {**start_figures(), "setup_base_s": base_s, "setup_dev_s": dev_s, "environment_mb": size_mb}
+
+
+def start_figures() -> Figures:
+    """Return the least processor time of some starts, whose bytecode is there, and the number of modules."""
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": ""}
+    times_s, modules = [], 0
+    for _ in range(REPEATS):
+        command = [sys.executable, "-c", PROGRAM]
+        said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)  # noqa: S603 - itself
+        took_s, count = said.stdout.split()
+        times_s.append(float(took_s))
+        modules = int(count)
+    return {"start_import_cpu_s": min(times_s), "start_modules": modules}
+
+
+def _set_up(target: str) -> tuple[float | None, float | None]:
+    """Return the seconds that make takes in a new folder, and the size of what it installed, MB."""
+    make = shutil.which("make")
+    if make is None:
+        return None, None
+    with tempfile.TemporaryDirectory(prefix="foveacam-setup-") as name:
+        folder = Path(name)
+        _copy_sources(folder)
+        command = [make, f"PYTHON={sys.base_prefix}/bin/python3", target]
+        began_s = time.monotonic()
+        made = subprocess.run(command, cwd=folder, capture_output=True, timeout=SETUP_LIMIT_S, check=False)  # noqa: S603 - the project's own
+        took_s = time.monotonic() - began_s
+        return (None, None) if made.returncode else (took_s, _size_mb(folder / ".venv"))
+
+
+def _copy_sources(folder: Path) -> None:
+    ignored = shutil.ignore_patterns("__pycache__", "node_modules")
+    for name in (*FILES, *PACKAGES):
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=ignored)
+        else:
+            shutil.copy(source, folder / name)
+
+
+def _size_mb(folder: Path) -> float:
+    """Return the sum of the sizes of all files, 2^20 bytes each MB, as `du --apparent-size` has it."""
+    files = (path for path in folder.rglob("*") if path.is_file() and not path.is_symlink())
+    return sum(path.stat().st_size for path in files) / 2**20
