@@ -12,10 +12,10 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     only_sure,
     outdone,
     plausible,
-    spread_per_m,
     weighted,
 )
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+from foveacam_pipeline.verge.surroundings.stated_depth import spread_per_m
 
 
 def _match(

@@ -80,14 +80,5 @@ def slack_per_m(inferred: InferredDepth) -> float:
     return max(PLAUSIBLE_SIGMAS * inferred.sigma_per_m, PLAUSIBLE_SHARE * inferred.inverse_z_per_m)
 
 
-def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
-    """Return the root mean square distance of all depths from the most probable, errors included."""
-    best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
-    variance = sum(
-        one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
-    )
-    return math.sqrt(variance)
-
-
 def _slack(match: EyeMatch, other: InferredDepth) -> float:
     return max(slack_per_m(other), PLAUSIBLE_SIGMAS * match.sigma_per_m)
