@@ -109,6 +109,23 @@ def test_without_prefer_a_fixation_is_a_job_that_leads_to_its_result(server: Run
     assert server.http.get(job["result_url"]).json()["id"] == done["id"]
 
 
+def test_distance_is_told_as_it_becomes_known_once_a_look_at_most(server: Running) -> None:
+    server.fixate({**CENTRE, "depth": False})
+    before = server.last_event
+    answer = server.fixate({**CENTRE, "depth": False})
+    server.wait_for_event("fixation.done", after=before)
+    events = [event for event in server.get("/events/recent", limit=200).json() if event["id"] > before]
+    told = [event["data"] for event in events if event["kind"] == "fixation.estimate"]
+    steps = [estimate["step"] for estimate in told]
+    assert steps == sorted(set(steps)) and len(steps) <= len(answer["steps"]) + 1
+    assert {estimate["fixation_id"] for estimate in told} <= {answer["id"]}
+    last = server.get(f"/fixations/{answer['id']}/estimate").json()
+    assert (last["distance_m"], last["step"]) == (answer["distance_m"], len(answer["steps"]))
+    assert server.get("/fixations/estimates").json() == []
+    assert server.get("/fixations/fix-none/estimate").status_code == 404
+    assert told, "the place was looked at a moment ago"
+
+
 def test_an_idempotency_key_is_of_one_request_which_is_the_same_job(server: Running) -> None:
     flat = {**CENTRE, "depth": False}
     first = server.post("/fixations", flat, Idempotency_Key="mine").json()

@@ -1,7 +1,6 @@
 """What an inference from the surroundings states: one depth and its error, or nothing."""
 
-from foveacam_pipeline.verge.single_eye.weighing import spread_per_m
-from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
 
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""

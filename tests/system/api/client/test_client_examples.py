@@ -231,3 +231,14 @@ def test_the_recipe_that_measures(
 
     length_m, sigma_m = map(float, capsys.readouterr().out.split())
     assert 0.0 < sigma_m < 0.2 * length_m
+
+
+def test_the_recipe_that_shows_a_distance_as_it_becomes_known(
+    follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    follow("rig.estimates(started)")
+
+    *told, answer = capsys.readouterr().out.splitlines()
+    steps = [int(line.split()[0]) for line in told]
+    assert steps and steps == sorted(set(steps))
+    assert abs(float(told[-1].split()[1]) / float(answer) - 1.0) < 0.1
