@@ -75,7 +75,7 @@ test("a field says what is wrong with it and what the doctor found, with the rem
 
 test("the steps of the start stand while it is under way and at what failed", () => {
   const steps = (/** @type {("done" | "failed" | "active")[]} */ ...states) => ({
-    steps: states.map((state) => ({ device: "mirrors", state, detail: "", remedy: "" })),
+    steps: states.map((state) => ({ device: "mirrors", state, detail: "", remedy: "", left_s: null })),
   });
   assert.equal(words.startStands(null), false);
   assert.equal(words.startStands(steps("done")), false);
