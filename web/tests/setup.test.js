@@ -75,7 +75,7 @@ test("a field says what is wrong with it and what the doctor found, with the rem
 
 test("the steps of the start stand while it is under way and at what failed", () => {
   const steps = (/** @type {("done" | "failed" | "active")[]} */ ...states) => ({
-    steps: states.map((state) => ({ device: "mirrors", state, detail: "", remedy: "" })),
+    steps: states.map((state) => ({ device: "mirrors", state, detail: "", remedy: "", left_s: null })),
   });
   assert.equal(words.startStands(null), false);
   assert.equal(words.startStands(steps("done")), false);
@@ -87,7 +87,14 @@ test("the steps of the start stand while it is under way and at what failed", ()
 test("an active step says how far it is, and about how long it still takes", () => {
   /** @param {Partial<import("#api").StartStepDocument>} change */
   const renderer = (change) =>
-    words.stepProgress({ device: "renderer", state: "active", detail: "14 of 23 kernels", remedy: "", left_s: null, ...change });
+    words.stepProgress({
+      device: "renderer",
+      state: "active",
+      detail: "14 of 23 kernels",
+      remedy: "",
+      left_s: null,
+      ...change,
+    });
   assert.equal(renderer({}), "14 of 23 kernels");
   assert.equal(renderer({ left_s: 18.2 }), "14 of 23 kernels, about 20 s left");
   assert.equal(renderer({ left_s: 3.4 }), "14 of 23 kernels, about 3 s left");
