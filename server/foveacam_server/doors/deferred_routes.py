@@ -75,7 +75,9 @@ class DeferredRoute(Route):
         return made
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
-        route = self._built or await run_beside(self.build)
+        route = self._built
+        if route is None:
+            route = await run_beside(self.build)
         await route.app(scope, receive, send)
 
 
