@@ -75,10 +75,10 @@ class DeferredRoute(Route):
         return made
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
-        built = self._built
-        if built is None:
-            built = await run_beside(self.build)
-        await built.app(scope, receive, send)
+        route = self._built
+        if route is None:
+            route = await run_beside(self.build)
+        await route.app(scope, receive, send)
 
 
 def built_routes(routes: Sequence[BaseRoute]) -> Iterator[BaseRoute]:
