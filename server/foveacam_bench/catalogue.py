@@ -31,6 +31,7 @@ BENCHES: Mapping[str, str] = {
     "loop": "loop.figures",
     "matching": "depth.matching",
     "measure": "depth.measurements",
+    "pace": "pace.figures",
     "render": "render.renderer",
     "replay": "replay.long_recording",
     "serial": "drivers.mirror_link",
