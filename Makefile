@@ -13,7 +13,7 @@ PORT ?= 8000
 NAME ?= render
 TESTS ?=
 
-.PHONY: setup packages kernels run test test-fast test-kernels coverage lint lint-python lint-page bench clean
+.PHONY: setup update packages kernels run test test-fast test-kernels coverage lint lint-python lint-page bench clean
 
 setup: $(DEV)
 
@@ -21,20 +21,31 @@ $(VENV)/bin/python:
 	@command -v $(PYTHON) >/dev/null || { echo "Python 3.11 or newer is needed: not found as '$(PYTHON)'. Set PYTHON=/path/to/python3."; exit 1; }
 	@$(PYTHON) -m venv $(VENV)
 
-# uv installs in half a minute what takes pip more than one; where it cannot be had, pip does it.
-install = { $(BIN)/python -m pip install --quiet --disable-pip-version-check uv \
-	&& $(BIN)/python -m uv pip install --quiet --python $(BIN)/python --compile-bytecode --editable $(1); } \
-	|| $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable $(1)
+# uv installs in a fifth of pip's time: the one that is installed, else one in .venv; where it cannot be had, pip.
+# First what the lock names, by its hashes; then the project, and of its requirements what the lock leaves to the
+# machine (PyTorch). Python compiles what it loads: to compile everything ahead takes half a minute.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+with_uv = $(1) pip install --quiet --python $(BIN)/python --require-hashes --no-deps --requirement requirements/$(2).txt \
+	&& $(1) pip install --quiet --python $(BIN)/python --editable $(3)
+with_pip = $(PIP) --no-compile --require-hashes --no-deps --requirement requirements/$(1).txt \
+	&& $(PIP) --no-compile --editable $(2)
+install = if command -v uv >/dev/null; then $(call with_uv,uv,$(1),$(2)); else \
+	{ $(PIP) uv && $(call with_uv,$(BIN)/python -m uv,$(1),$(2)); } || { $(call with_pip,$(1),$(2)); }; fi
 
-$(STAMP): pyproject.toml | $(VENV)/bin/python
+$(STAMP): pyproject.toml requirements/run.txt | $(VENV)/bin/python
 	@echo "Installing into $(VENV) (half a minute the first time) ..."
-	@$(call install,.)
+	@$(call install,run,'.[figures]')
 	@touch $@
 
-$(DEV): pyproject.toml | $(VENV)/bin/python
+$(DEV): pyproject.toml requirements/dev.txt | $(VENV)/bin/python
 	@echo "Installing into $(VENV), with what tests and linters need (about a minute the first time) ..."
-	@$(call install,'.[dev]')
+	@$(call install,dev,'.[dev]')
 	@touch $(STAMP) $@
+
+# Takes the newest releases into the lock, which is committed.
+update: $(DEV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	$(BIN)/python .ci/update_lock.py
 
 run: $(STAMP)
 	@$(BIN)/foveacam serve --port $(PORT)

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol
 
 from foveacam_hardware.contract import (
+    Binning,
     Camera,
     Clock,
     FoveaError,
@@ -132,6 +133,8 @@ class Rig:
         self.truth: Truth | None = None
         self.replayed = False
         """Whether it plays a recording: nothing moves, and looks return what was recorded."""
+        self.working_binning: Binning = 1
+        """Binning of all three cameras for looks, following and live views; whoever takes those sets it."""
         self.problems: tuple[OpeningProblem, ...] = ()
         self._owned: list[Closeable] = []
 
@@ -262,4 +265,5 @@ def _serial_rig(config: SerialRigConfig, clock: Clock, supervision: LinkSupervis
     rig.pan_tilt, rig.stations = base.pan_tilt, base.stations
     rig.rail, rig.rail_places = base.rail, base.places
     rig.markers = config.markers.printed
+    rig.working_binning = config.working_binning
     return rig

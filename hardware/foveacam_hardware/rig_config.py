@@ -18,7 +18,7 @@ from pydantic import (
 
 from foveacam_hardware.camera_config import ROLES, CamerasConfig, OpenCvCameraConfig
 from foveacam_hardware.config_errors import ConfigFault, KeysConflict, explain_file, list_faults
-from foveacam_hardware.contract import InvalidInput, MarkerPrint
+from foveacam_hardware.contract import Binning, InvalidInput, MarkerPrint
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, OperatorConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
 from foveacam_hardware.simulated_faults import SimulatedFaults
@@ -67,6 +67,8 @@ class SimulatedRigConfig(_Table):
     """What turns the rig for calibration: motors, or a simulated person by hand."""
     operator: OperatorConfig = OperatorConfig()
     """The simulated person of a manual pan-tilt."""
+    working_binning: Binning = 2
+    """Binning of all three cameras for looks, following and live views; 1 or 2."""
     access: AccessConfig = AccessConfig()
     faults: SimulatedFaults = SimulatedFaults()
     """Faults present from the start."""
@@ -151,6 +153,8 @@ class SerialRigConfig(_Table):
     """Turns the rig for calibration; not needed to use a calibrated rig."""
     rail: RailConfig | None = None
     """Moves the rig sideways between captures; optional."""
+    working_binning: Binning = 1
+    """Binning of all three cameras for looks, following and live views; 1 or 2."""
     access: AccessConfig = AccessConfig()
 
     @model_validator(mode="after")

@@ -108,6 +108,7 @@ def replay_rig(recorded: RecordedRig, *, playback: Playback | None = None, clock
         head=ReplayHead(left, right, wide, clock=clock),
     )
     rig.replayed = True
+    rig.working_binning = 2 if any(camera.settings.binning == 2 for camera in playing.values()) else 1
     rig.own([recorded])
     return rig
 

@@ -16,6 +16,7 @@ BENCHES: Mapping[str, str] = {
     "archive": "archive.figures",
     "auth": "access.figures",
     "batch": "batch.figures",
+    "binning": "verge.binning",
     "calibration": "calibration.procedures",
     "capture": "capture.captures",
     "clicks": "verge.field_clicks",
@@ -49,12 +50,19 @@ def bench_names() -> list[str]:
 
 
 def run_bench(
-    name: str, *, quick: bool, silent: bool, data: Path | None = None, pairs: Path | None = None
+    name: str,
+    *,
+    quick: bool,
+    silent: bool,
+    data: Path | None = None,
+    pairs: Path | None = None,
+    binning: int | None = None,
 ) -> Figures:
     """Run one bench and return its figures; show a spinner unless `silent`.
 
-    `data`: folder of pictures, if any; `pairs`: folder of held-out pairs, if any. Raise InvalidInput for an
-    unknown name, and for a folder that the bench does not read.
+    `data`: folder of pictures, if any; `pairs`: folder of held-out pairs, if any; `binning`: of the
+    simulated cameras, 1 by default. Raise InvalidInput for an unknown name, and for an option that the bench
+    does not have.
     """
     if name not in BENCHES:
         raise InvalidInput(f"there is no bench called {name}; the benches are {', '.join(bench_names())}")
@@ -64,7 +72,9 @@ def run_bench(
         raise InvalidInput(f"bench {name} reads no pictures; leave --data out")
     if pairs is not None and "pairs" not in accepted:
         raise InvalidInput(f"bench {name} reads no pairs with truth; leave --pairs out")
-    options: dict[str, object] = {"quick": quick, "data": data, "pairs": pairs}
+    if binning is not None and "binning" not in accepted:
+        raise InvalidInput(f"bench {name} chooses the binning itself; leave --binning out")
+    options: dict[str, object] = {"quick": quick, "data": data, "pairs": pairs, "binning": binning or 1}
     with _spinner(name, silent=silent) as report:
         options["report"] = report
         return dict(run(**{option: value for option, value in options.items() if option in accepted}))

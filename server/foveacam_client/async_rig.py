@@ -162,7 +162,7 @@ class AsyncRig:
         return PointCloud(await self.api.clouds.ply(str(watch.cloud_id)).read())
 
     async def frame(
-        self, view: str = "wide", *, scale: Literal["1", "2"] = "1"
+        self, view: str = "wide", *, scale: Literal["1", "2", "4"] = "1"
     ) -> "NDArray[Any]":  # Any: as the view has it
         """Return the newest picture of a live view: (h, w) or (h, w, 3) uint8, RGB; by OpenCV."""
         return decode_picture(await self.api.views.snapshot(view, scale=scale).read())

@@ -15,6 +15,8 @@ from foveacam_server.console import openapi_document, pages, security, viser_rel
 from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.closing import ClosingStack, run_beside
+from foveacam_server.doors.compression import CompressedAnswers
+from foveacam_server.doors.deferred_routes import Inclusion
 from foveacam_server.doors.middleware import (
     FrameworkProblems,
     HeaderLimit,
@@ -82,6 +84,7 @@ from foveacam_server.resources.suggestions import routes as suggestions
 from foveacam_server.resources.views import layout_routes as window_layouts
 from foveacam_server.resources.views import routes as views
 from foveacam_server.resources.wide_depth import routes as wide_depth
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 API = "/api/v1"
 
@@ -139,10 +142,13 @@ _RESOURCES = (
 )
 
 
-def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
+def create_app(
+    settings: Settings, *, clock: Clock | None = None, kernels: Preparation = prepare_kernels
+) -> FastAPI:
     """Return the application; nothing is opened before its lifespan starts.
 
-    `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock.
+    `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock. `kernels`: makes
+    those of a simulated rig ready.
     """
 
     @asynccontextmanager
@@ -153,7 +159,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
         try:
             app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
             loop = asyncio.get_running_loop()
-            foundation = open_foundation(settings, stack=stack, clock=clock or MonotonicClock(), loop=loop)
+            foundation = open_foundation(
+                settings, stack=stack, clock=clock or MonotonicClock(), loop=loop, kernels=kernels
+            )
             services = open_services(foundation, loop=loop)
         except Exception as error:
             app.state.failure = error  # `foveacam serve` prints it in place of a traceback
@@ -196,10 +204,10 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
     app.add_middleware(RequestIds)
     if settings.root_path:
         app.add_middleware(RootPath, root=settings.root_path)
+    app.add_middleware(CompressedAnswers)  # of pages with the root in their addresses
+    inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
     for resource in _RESOURCES:
-        app.include_router(
-            resource.router, prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES
-        )
+        inclusion.add(app, resource.router)
     for module in (health_routes, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)
     openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
@@ -207,9 +215,9 @@ def create_app(settings: Settings, *, clock: Clock | None = None) -> FastAPI:
 
 
 def prepare_routes(app: FastAPI) -> None:
-    """Let every route complete itself, which the first request would have to wait for otherwise.
+    """Let every included router complete itself, which the first request would have to wait for otherwise.
 
-    FastAPI does so for a router when it first matches a path: half a second of computation in all.
+    FastAPI does so for a router when it first matches a path. The routes of resources are `DeferredRoute`s.
     """
     nowhere = {"type": "http", "method": "GET", "path": f"{API}/nowhere", "root_path": "", "headers": []}
     for route in app.router.routes:

@@ -115,6 +115,9 @@ ReplayOption = Annotated[Path | None, typer.Option(help="recording (.fcap) to pl
 ReplaySpeedOption = Annotated[
     float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
 ]
+BinningOption = Annotated[
+    str | None, typer.Option(help="of looks and live views: 1, 2, or rig, as the rig file says; 1 by default")
+]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
 LogFormatOption = Annotated[
     str | None, typer.Option(help="of the log on stderr: text, or json for one object a line")
@@ -147,6 +150,7 @@ def serve(
     data: DataOption = None,
     archive: ArchiveOption = None,
     calibration: CalibrationOption = None,
+    binning: BinningOption = None,
     replay: ReplayOption = None,
     replay_speed: ReplaySpeedOption = None,
     replay_at_end: ReplayAtEndOption = None,
@@ -171,6 +175,7 @@ def serve(
         "data": data,
         "archive": archive,
         "calibration": calibration,
+        "binning": binning,
         "replay": replay,
         "replay_speed": replay_speed,
         "replay_at_end": replay_at_end,
@@ -179,10 +184,14 @@ def serve(
     }
     settings = checked_settings(chosen)
     choose_format(settings.log_format)  # before anything is loaded that logs
-    with collection_paused():
-        from foveacam_server.serving import run_server  # not loaded for other commands
+    from foveacam_server.doors.start_door import StartDoor  # not loaded for other commands
+    from foveacam_server.rig.hardware_thread.early_kernels import kernels_of
 
-    run_server(settings, console=Console())
+    with StartDoor(settings) as door, kernels_of(settings) as kernels:  # both work while the rest is loaded
+        with collection_paused():
+            from foveacam_server.serving import run_server
+
+        run_server(settings, console=Console(), door=door, kernels=kernels)
 
 
 @app.command()
@@ -198,6 +207,10 @@ def bench(
         Path | None,
         typer.Option("--pairs", help="folder of held-out pairs with truth, where a bench takes them"),
     ] = None,
+    binning: Annotated[
+        int | None,
+        typer.Option("--binning", help="of the simulated cameras: verge, clicks", min=1, max=2),
+    ] = None,
 ) -> None:
     """Measure and print the project's figures; the benches come with a checkout of the sources."""
     from foveacam_pipeline.capture.mosaic.folder import finite
@@ -208,7 +221,7 @@ def bench(
         names = ", ".join(catalogue.bench_names())
         typer.echo(f"foveacam bench NAME [--json] [--quick], where NAME is one of: {names}")
         return
-    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data, pairs=pairs)
+    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data, pairs=pairs, binning=binning)
     if as_json:
         typer.echo(json.dumps(finite(figures), allow_nan=False))
     else:

@@ -1,11 +1,10 @@
-"""`foveacam serve`: checks the settings, compiles the renderer, listens, and prints the address."""
+"""`foveacam serve`: checks the settings, listens, and prints the address once the rig is open."""
 
 import asyncio
 import logging
 import os
 import shlex
 import socket
-import ssl
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,15 +25,16 @@ from foveacam_server.assembly.services import Services
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.stop_answer import StopAtDoor
 from foveacam_server.doors.closing import run_beside
-from foveacam_server.doors.listening_socket import listen, tls_context
 from foveacam_server.doors.process_end import ProcessEnd
 from foveacam_server.doors.process_limits import bound_arenas, keep_start_objects
 from foveacam_server.doors.server import WatchedServer, allow_open_files, server_config
+from foveacam_server.doors.start_door import StartDoor
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.foundation.private_files import PRIVATE_UMASK, make_private_folder, warn_if_readable
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.whole_file import write_whole
-from foveacam_server.rig.chosen_rig import check_simulation, compile_renderer, rig_config
+from foveacam_server.rig.chosen_rig import check_simulation, rig_config
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with, not listened on
 TOKEN_FILE = "token"  # noqa: S105 - a file's name, no token
@@ -44,7 +44,10 @@ RIG_PATIENCE_S = 15.0
 
 
 class _GreetingServer(WatchedServer):
-    """A server that prints its address once the rig is open, and the problems of the rig."""
+    """A server that prints its address once the rig is open, and the problems of the rig.
+
+    Until it has started, the `StartDoor` answers.
+    """
 
     def __init__(
         self,
@@ -54,9 +57,10 @@ class _GreetingServer(WatchedServer):
         greeting: list[str],
         services: "_StartedServices",
         console: Console,
-        tls: ssl.SSLContext | None,
+        door: StartDoor,
     ) -> None:
-        super().__init__(config, tls=tls)
+        super().__init__(config, tls=door.tls)
+        self._start_door = door
         self.ending = ProcessEnd(on_begin=self._bring_to_rest)
         self._address = address
         self._lines = [f"FoveaCam Duo is ready: {address}", *greeting]
@@ -69,6 +73,7 @@ class _GreetingServer(WatchedServer):
         """Start with a `StopDoor` on each listening socket; print the greeting once the rig is open."""
         await super().startup(sockets=[])
         if self.started:
+            await run_beside(self._start_door.hand_over)
             self._open_doors(sockets or [])
             self._greeting_task = asyncio.create_task(self._greet())
 
@@ -122,7 +127,9 @@ class _GreetingServer(WatchedServer):
 
     async def _greet(self) -> None:
         services = self._services()
-        await asyncio.to_thread(services.hardware.wait_open, RIG_PATIENCE_S)
+        hardware = services.hardware
+        while not await asyncio.to_thread(hardware.wait_open, RIG_PATIENCE_S) and hardware.opening.preparing:
+            pass
         keep_start_objects()
         problems = [f"{problem.device}: {problem.detail}" for problem in services.hardware.status.problems]
         if services.calibration.problem is not None:
@@ -183,56 +190,63 @@ class _StartedServices:
         return cast(AccessRules, self._state.gate)  # type: ignore[attr-defined]  # starlette's state has any attribute
 
 
-def run_server(settings: Settings, *, console: Console, clock: Clock | None = None) -> None:
+def run_server(
+    settings: Settings,
+    *,
+    console: Console,
+    clock: Clock | None = None,
+    door: StartDoor | None = None,
+    kernels: Preparation = prepare_kernels,
+) -> None:
     """Serve until interrupted; raise the error of what cannot be opened, a `FoveaError` as a rule.
 
-    `clock`: as for `create_app`. The process ends within `process_end.END_S` of a signal, with status 0, or
-    1 where something did not end by itself.
+    `clock`, `kernels`: as for `create_app`; `door`: what has listened until now, closed by its owner. The
+    process ends within `process_end.END_S` of a signal, with status 0, or 1 where something did not end by
+    itself.
     """
+    if door is None:
+        with StartDoor(settings) as opened:
+            run_server(settings, console=console, clock=clock, door=opened, kernels=kernels)
+        return
     os.umask(PRIVATE_UMASK)  # what a server keeps is for its owner
-    simulated = _checked_simulation(settings)
+    _check_rig(settings)
     token_path = None
     if settings.wants_token_made:
         settings = settings.with_made_token()
         token_path = keep_token(settings)
-    tls = tls_context(settings.tls_cert, settings.tls_key)
     if settings.tls_key is not None:
         warn_if_readable(settings.tls_key, what="the key of the certificate")
     bound_arenas()
-    app = create_app(settings, clock=clock)
+    app = create_app(settings, clock=clock, kernels=kernels)
     allow_open_files()
-    with listen(settings.host, settings.port) as listener:
-        if simulated:
-            compile_renderer(console)
-        server = _GreetingServer(
-            server_config(app, trusted_proxies=settings.trusted_proxies),
-            address=_address(settings, port=listener.getsockname()[1]),
-            greeting=_token_lines(settings, token_path=token_path),
-            services=_StartedServices(app.state),
-            console=console,
-            tls=tls,
-        )
-        app.state.ending = server.ending
-        log = logging.getLogger("uvicorn.error")
-        log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
-        try:
-            server.run(sockets=[listener])
-        except SystemExit as ended:  # uvicorn's way to report that the application did not start
-            raise _failure(app) or ended from None
+    server = _GreetingServer(
+        server_config(app, trusted_proxies=settings.trusted_proxies),
+        address=_address(settings, port=door.port),
+        greeting=_token_lines(settings, token_path=token_path),
+        services=_StartedServices(app.state),
+        console=console,
+        door=door,
+    )
+    app.state.ending = server.ending
+    log = logging.getLogger("uvicorn.error")
+    log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
+    try:
+        server.run(sockets=[door.listener])
+    except SystemExit as ended:  # uvicorn's way to report that the application did not start
+        raise _failure(app) or ended from None
     server.ending.finish()
 
 
-def _checked_simulation(settings: Settings) -> bool:
-    """Return whether the rig is simulated; raise `InvalidInput` for an unusable rig or recording."""
+def _check_rig(settings: Settings) -> None:
+    """Raise `InvalidInput` for an unusable rig or recording."""
     if settings.replay is not None:
         from foveacam_server.rig.replay import open_recording
 
         open_recording(settings.replay).close()
-        return False
+        return
     config = rig_config(settings)
     if isinstance(config, SimulatedRigConfig):
         check_simulation(config)
-    return isinstance(config, SimulatedRigConfig)
 
 
 def _failure(app: FastAPI) -> Exception | None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import (
     PARKED,
     AutoMode,
+    Binning,
     DeviceFault,
     FoveaError,
     Image,
@@ -69,8 +70,10 @@ def rig(seeing: Rig, monkeypatch: pytest.MonkeyPatch) -> Rig:
 
 
 def light_evenly(monkeypatch: pytest.MonkeyPatch) -> None:
-    def even(world: World, role: Role, _interval: ExposureInterval, *, channels: int) -> NDArray[np.float32]:
-        view = world.projection(role, world.t0_ns)
+    def even(
+        world: World, role: Role, _interval: ExposureInterval, *, channels: int, binning: Binning
+    ) -> NDArray[np.float32]:
+        view = world.projection(role, world.t0_ns, binning=binning)
         size = (view.height, view.width) if channels == 1 else (view.height, view.width, channels)
         return np.full(size, 0.5, np.float32)
 

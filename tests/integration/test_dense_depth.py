@@ -12,9 +12,9 @@ from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.accumulate import DisparityStack
+from foveacam_pipeline.stereo.coarse import half_window, scene_window
 from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.match import match
-from foveacam_pipeline.stereo.search import half_window, scene_window
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 FRONT = (slice(90, 180), slice(200, 300))

@@ -9,6 +9,7 @@ import numpy as np
 
 from foveacam_hardware.contract import (
     AutoMode,
+    Binning,
     CameraRanges,
     CameraSettings,
     Clock,
@@ -63,6 +64,10 @@ class FakeCamera:
     lost_frames: int = 0
     """How many of the next frames get lost on the cable."""
     underruns: int = 0
+    bins: bool = False
+    """It averages 2x2 pixels itself."""
+    keeps_binning: bool = False
+    """It does not leave binning 2 again."""
     number: int = 0
     exposing_ns: deque[int] = field(default_factory=deque)
     calls: Counter[str] = field(default_factory=Counter)
@@ -120,7 +125,9 @@ class FakeDevice:
         exposure_ns = settings.exposure_ns // 1000 * 1000
         own_hz = min(RANGES.frame_rate_hz.high, 1e9 / exposure_ns)
         rate_hz = own_hz if settings.frame_rate_auto else settings.frame_rate_hz
-        self._settings = replace(settings, exposure_ns=exposure_ns, frame_rate_hz=rate_hz)
+        stays = self._camera.keeps_binning and self._settings.binning == 2
+        binning: Binning = 2 if stays or (self._camera.bins and settings.binning == 2) else 1
+        self._settings = replace(settings, exposure_ns=exposure_ns, frame_rate_hz=rate_hz, binning=binning)
         self._camera.sets_itself.clear()
         self._camera.taken.append(self._settings)
         return self._settings
@@ -189,7 +196,9 @@ class FakeDevice:
         camera = self._camera
         colour = self._settings.pixel_format is PixelFormat.BAYER_RG8
         deep = self._settings.pixel_format is PixelFormat.MONO12P
-        image = np.full((*SIZE, 3) if colour else SIZE, camera.number % 200, np.uint16 if deep else np.uint8)
+        height, width = SIZE[0] // self._settings.binning, SIZE[1] // self._settings.binning
+        shape = (height, width, 3) if colour else (height, width)
+        image = np.full(shape, camera.number % 200, np.uint16 if deep else np.uint8)
         return Grab(
             status=GrabStatus.OK,
             image=image,

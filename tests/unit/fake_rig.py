@@ -8,6 +8,7 @@ import numpy as np
 
 from foveacam_hardware.contract import (
     PARKED,
+    Binning,
     CameraCounters,
     CameraLink,
     CameraPhase,
@@ -306,6 +307,7 @@ class FakeRig:
     scene = None
     baseline_m = 0.2
     settle_us = 14_000
+    working_binning: Binning = 1
     breakable: FaultInjector | None = None
 
     def __init__(self, clock: Clock) -> None:

@@ -81,7 +81,19 @@ test("the steps of the start stand while it is under way and at what failed", ()
   assert.equal(words.startStands(steps("done")), false);
   assert.equal(words.startStands(steps("done", "active")), true);
   assert.equal(words.startStands(steps("failed", "done")), true);
-  assert.equal(words.stepName({ device: "left", state: "done", detail: "", remedy: "" }), "Left fovea");
+  assert.equal(words.stepName({ device: "left", state: "done", detail: "", remedy: "", left_s: null }), "Left fovea");
+});
+
+test("an active step says how far it is, and about how long it still takes", () => {
+  /** @param {Partial<import("#api").StartStepDocument>} change */
+  const renderer = (change) =>
+    words.stepProgress({ device: "renderer", state: "active", detail: "14 of 23 kernels", remedy: "", left_s: null, ...change });
+  assert.equal(renderer({}), "14 of 23 kernels");
+  assert.equal(renderer({ left_s: 18.2 }), "14 of 23 kernels, about 20 s left");
+  assert.equal(renderer({ left_s: 3.4 }), "14 of 23 kernels, about 3 s left");
+  assert.equal(renderer({ left_s: 0.1 }), "14 of 23 kernels, about 1 s left");
+  assert.equal(renderer({ detail: "" }), "");
+  assert.equal(renderer({ state: "done", detail: "The server compiled its kernels by itself: read-only" }), "");
 });
 
 test("a difference is shown without its file names, line by line", () => {

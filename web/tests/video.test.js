@@ -3,7 +3,7 @@ import { test } from "node:test";
 import * as angles from "../foveacam_web/static/js/video/angles.js";
 import { HEADER_BYTES, jpegOf, readHeader, socketUrl } from "../foveacam_web/static/js/video/protocol.js";
 import { seeing } from "../foveacam_web/static/js/video/reach.js";
-import { Viewport } from "../foveacam_web/static/js/video/viewport.js";
+import { sufficientScale, Viewport } from "../foveacam_web/static/js/video/viewport.js";
 import { LENS, only } from "./documents.js";
 
 const FIELD = { ax_min_deg: -10, ax_max_deg: 10, ay_min_deg: -8, ay_max_deg: 8 };
@@ -155,4 +155,23 @@ test("the header of a frame is read in little-endian, and the rest is its JPEG",
 test("the socket of a page is at its own origin, encrypted as the page is", () => {
   assert.equal(socketUrl("http://127.0.0.1:8000/#/rig"), "ws://127.0.0.1:8000/api/v1/views/ws");
   assert.equal(socketUrl("https://rig.example/"), "wss://rig.example/api/v1/views/ws");
+});
+
+test("a pane asks for the smallest picture that looks as sharp as the full one", () => {
+  const asked = (/** @type {number} */ device_width) => sufficientScale(device_width, 1440);
+  assert.deepEqual([322, 396, 397, 644, 792, 793, 1440].map(asked), [4, 4, 2, 2, 2, 1, 1]);
+});
+
+test("a pixel of a scaled picture is the middle of its sensor pixels", () => {
+  // a canvas of 360 pixels over 1440 sensor pixels, in a box of 720 CSS pixels
+  const viewport = new Viewport(1440, 1080);
+  viewport.resize({ width: 720, height: 540, left: 0, top: 0 }, 1);
+  const places = [
+    { index: 0, sensor: 1.5 },
+    { index: 7, sensor: 29.5 },
+    { index: 359, sensor: 1437.5 },
+  ];
+  for (const { index, sensor } of places) {
+    near(viewport.toSensor({ x: (index + 0.5) * 2, y: 1 }).x, sensor, 1e-9);
+  }
 });

@@ -2442,10 +2442,11 @@ export interface components {
             left_px: number[][];
             right_px: number[][];
         };
-        /** @description Whether a fixation could start now. */
+        /** @description Whether a fixation could start now; `start`: the steps of the rig's start while it opens, else null. */
         Readiness: {
             problems: components["schemas"]["ReadyProblem"][];
             ready: boolean;
+            start: components["schemas"]["StartDocument"] | null;
         };
         /** @description A device or service that is missing. */
         ReadyProblem: {
@@ -3069,13 +3070,15 @@ export interface components {
             steps: components["schemas"]["StartStepDocument"][];
         };
         /**
-         * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+         * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
          *
-         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
+         *     renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
          */
         StartStepDocument: {
             detail: string;
             device: string;
+            left_s: number | null;
             remedy: string;
             /** @enum {string} */
             state: "pending" | "active" | "done" | "failed";
@@ -3490,6 +3493,7 @@ export interface components {
             frozen_since_ms: number | null;
             height: number;
             name: string;
+            picture_scale: number;
             rate_hz: number;
             width: number;
         };

@@ -128,7 +128,10 @@ export type ServerStats = {
   type: "stats";
   views: Partial<Record<ViewName, { rate_hz: number | null; age_ms: number | null; frozen_since_ms: number | null }>>;
 };
-export type Subscription = Partial<Record<ViewName, { scale: 1 | 2 }>>;
+/** Sensor pixels along each side of a pixel of a picture. */
+export type PictureScale = 1 | 2 | 4;
+
+export type Subscription = Partial<Record<ViewName, { scale: PictureScale }>>;
 export type ShownView = {
   count: number;
   fps: number;

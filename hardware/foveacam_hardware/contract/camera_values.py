@@ -92,6 +92,7 @@ class CameraRanges:
     frame_rate_auto: bool = False
     """Whether the camera can choose its rate itself."""
     binnings: tuple[Binning, ...] = (1,)
+    """Binnings of the frames, whether the camera or the host averages."""
 
 
 class CameraPhase(StrEnum):

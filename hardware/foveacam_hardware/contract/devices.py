@@ -72,7 +72,11 @@ class Camera(Protocol):
         ...
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings; return those in force."""
+        """Apply the settings, also while started; return those in force.
+
+        All or nothing: after an error the settings before are in force. Raise `OutOfRange` for a value that
+        is not in `ranges`, `InvalidInput` for such a binning.
+        """
         ...
 
     def start(self) -> None:

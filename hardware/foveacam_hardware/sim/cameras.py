@@ -35,7 +35,12 @@ from foveacam_hardware.sim.exposures import (
     next_exposure,
     overexposure_log2,
 )
-from foveacam_hardware.sim.sensor import RANGES, image_from_radiance, longest_exposure_ns, supported_settings
+from foveacam_hardware.sim.sensor import (
+    image_from_radiance,
+    longest_exposure_ns,
+    ranges_at,
+    supported_settings,
+)
 from foveacam_hardware.sim.world import World
 
 POLL_NS = 1_000_000
@@ -107,8 +112,8 @@ class SimCamera:
 
     @property
     def ranges(self) -> CameraRanges:
-        """The ranges of the sensor's settings."""
-        return RANGES
+        """The ranges of the sensor's settings, at the binning in force."""
+        return ranges_at(self._settings.binning)
 
     @property
     def link(self) -> CameraLink:
@@ -139,6 +144,8 @@ class SimCamera:
         self._require_connected("configure")
         supported = supported_settings(self._role, settings)
         with self._lock:
+            if supported.binning != self._settings.binning:
+                self._last = None  # `latest` returns no frame of another size
             self._settings = supported
             if self._schedule is not None:
                 self._start_schedule()
@@ -250,6 +257,7 @@ class SimCamera:
             exposure_ns=settings.exposure_ns,
             bits=12 if settings.pixel_format is PixelFormat.MONO12 else 8,
             epoch=self._epoch,
+            binning=settings.binning,
         )
         self._delivered += 1
         if self._settings.exposure_auto is not AutoMode.OFF and settings == self._settings:
@@ -273,7 +281,9 @@ class SimCamera:
         if self._role in self._world.faults.frozen and self._last is not None:
             return self._last.image
         channels = 3 if exposure.settings.pixel_format is PixelFormat.RGB8 else 1
-        radiance = self._world.radiance(self._role, exposure.interval, channels=channels)
+        radiance = self._world.radiance(
+            self._role, exposure.interval, channels=channels, binning=exposure.settings.binning
+        )
         key = (self._world.seed, CAMERA_NUMBER[self._role], exposure.seq)
         return image_from_radiance(radiance, self._role, exposure.settings, key=key)
 

@@ -67,7 +67,7 @@ class CameraExposure:
     @property
     def ready_ns(self) -> int:
         """The time from which its frame can be read."""
-        return self.interval.end_ns + readout_ns(self.settings.pixel_format)
+        return self.interval.end_ns + readout_ns(self.settings)
 
 
 class ExposureSchedule(Protocol):
@@ -121,7 +121,7 @@ class SlotRange:
 
     def readable(self, now_ns: int) -> int:
         """Return the newest slot that can be read, if all slots were of this range."""
-        return self.begun(now_ns - self.settings.exposure_ns - readout_ns(self.settings.pixel_format))
+        return self.begun(now_ns - self.settings.exposure_ns - readout_ns(self.settings))
 
 
 class FreeRunningSchedule:
@@ -209,7 +209,7 @@ class TriggeredSchedule:
             interval = ExposureInterval(start_ns=t_ns, length_ns=self._settings.exposure_ns)
             self._queue.append(CameraExposure(seq=self._next_seq, interval=interval, settings=self._settings))
             self._next_seq += 1
-            self._free_ns = t_ns + max(interval.length_ns, readout_ns(self._settings.pixel_format))
+            self._free_ns = t_ns + max(interval.length_ns, readout_ns(self._settings))
             if len(self._queue) > QUEUE_FRAMES:
                 self._queue.popleft()
                 self._lost += 1

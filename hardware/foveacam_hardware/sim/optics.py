@@ -11,8 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role
-from foveacam_hardware.sim.render.projection import RayTable
+from foveacam_hardware.contract import Binning, Role
+from foveacam_hardware.sim.render.projection import Projection, RayTable
 
 Vector: TypeAlias = NDArray[np.float64]
 """(3,) float64, rig frame."""
@@ -193,8 +193,10 @@ class WideLens:
 
 
 @cache
-def ray_table(lens: WideLens) -> RayTable:
-    """Return the undistorted pixel of every raw pixel, as a table for the renderer."""
+def wide_projections(lens: WideLens) -> dict[Binning, Projection]:
+    """Return the wide camera's projection by binning, with the undistorted pixel of every raw pixel."""
     x, y = np.meshgrid(np.arange(WIDE_WIDTH, dtype=np.float64), np.arange(WIDE_HEIGHT, dtype=np.float64))
     straight = lens.undistorted_px(np.stack([x.ravel(), y.ravel()], axis=1))
-    return RayTable(straight.reshape(WIDE_HEIGHT, WIDE_WIDTH, 2))
+    rays = RayTable(straight.reshape(WIDE_HEIGHT, WIDE_WIDTH, 2))
+    whole = Projection(M=lens.matrix(), C=np.zeros(3), width=WIDE_WIDTH, height=WIDE_HEIGHT, rays=rays)
+    return {1: whole, 2: whole.halved()}

@@ -113,6 +113,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
         rig.pan_tilt = ManualPanTilt(on_wanted=operator.turn_to)
     rig.stations = tuple(table.station() for table in scene.file.stations)
     rig.breakable = world.faults
+    rig.working_binning = config.working_binning
     rig.truth = Truth(world, controller, board)
     rig.own([scene, board] if isinstance(controller, ControllerFarEnd) else [scene, board, controller])
     return rig

@@ -1,12 +1,14 @@
 """The simulated sensor (IMX273): its limits, its timing, and the image it makes of radiance."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import (
     AutoMode,
+    Binning,
     CameraRanges,
     CameraSettings,
     Image,
@@ -16,11 +18,13 @@ from foveacam_hardware.contract import (
     TriggerSource,
     ValueRange,
 )
+from foveacam_hardware.drivers.cameras.ranges import refuse_binning
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 
 LINE_10_BIT_NS = 290 / 74.25e6 * 1e9
 LINE_12_BIT_NS = 396 / 74.25e6 * 1e9
-LINES = 1080 + 42  # IMX273: the image and its vertical blanking
+LINES, BLANK_LINES = 1080, 42  # IMX273: the image and its vertical blanking
+BINNINGS: tuple[Binning, ...] = (1, 2)
 EXPOSURE_NS = (30_000, 1_000_000_000)
 GAIN_DB = (0.0, 24.0)
 GAIN_STEP_DB = 0.1
@@ -35,6 +39,7 @@ RANGES = CameraRanges(
     pixel_formats=PIXEL_FORMATS,
     exposure_autos=tuple(AutoMode),
     frame_rate_auto=True,
+    binnings=BINNINGS,
 )
 REFERENCE_S = 0.0076
 """Exposure in which white fills the well: lighting and apertures suit 8 ms, one period of mains flicker."""
@@ -42,10 +47,19 @@ PSF_SIGMA_PX = {Role.WIDE: 0.6, Role.LEFT: 1.4, Role.RIGHT: 1.4}
 """At f/21.5 the foveae are limited by diffraction: 0.29 cycles/px, a Gaussian of 1.4 px (deduced)."""
 
 
-def readout_ns(pixel_format: PixelFormat) -> int:
-    """Return the readout time of the sensor: 4.38 ms, or 5.98 ms at 12 bit."""
-    line_ns = LINE_12_BIT_NS if pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
-    return round(line_ns * LINES)
+def ranges_at(binning: Binning) -> CameraRanges:
+    """Return the accepted values of every setting at a binning; a shorter readout allows a higher rate."""
+    highest_hz = FRAME_RATE_HZ[1] * (LINES + BLANK_LINES) / (LINES // binning + BLANK_LINES)
+    return replace(RANGES, frame_rate_hz=ValueRange(low=FRAME_RATE_HZ[0], high=float(int(highest_hz))))
+
+
+def readout_ns(settings: CameraSettings) -> int:
+    """Return the readout time of the sensor: 4.38 ms, or 5.98 ms at 12 bit.
+
+    At binning 2 (assumed) it reads half as many lines: 2.27 and 3.10 ms.
+    """
+    line_ns = LINE_12_BIT_NS if settings.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
+    return round(line_ns * (LINES // settings.binning + BLANK_LINES))
 
 
 def longest_exposure_ns(settings: CameraSettings) -> int:
@@ -62,8 +76,10 @@ def supported_settings(role: Role, requested: CameraSettings) -> CameraSettings:
     """
     _require(role, "exposure", requested.exposure_ns / 1e6, EXPOSURE_NS[0] / 1e6, EXPOSURE_NS[1] / 1e6, "ms")
     _require(role, "gain", requested.gain_db, *GAIN_DB, "dB")
+    refuse_binning(f"camera {role}", requested, RANGES)
+    rates_hz = ranges_at(requested.binning).frame_rate_hz
     if not requested.frame_rate_auto:
-        _require(role, "frame rate", requested.frame_rate_hz, *FRAME_RATE_HZ, "Hz")
+        _require(role, "frame rate", requested.frame_rate_hz, rates_hz.low, rates_hz.high, "Hz")
     _require(role, "black level", requested.black_level, *BLACK_LEVEL, "grey levels")
     if requested.pixel_format not in PIXEL_FORMATS:
         allowed = ", ".join(PIXEL_FORMATS)
@@ -77,8 +93,8 @@ def supported_settings(role: Role, requested: CameraSettings) -> CameraSettings:
     line_ns = LINE_12_BIT_NS if requested.pixel_format is PixelFormat.MONO12 else LINE_10_BIT_NS
     exposure_ns = round(max(1, round(requested.exposure_ns / line_ns)) * line_ns)
     # The next exposure may overlap the readout, but not end before it.
-    shortest_ns = max(exposure_ns, readout_ns(requested.pixel_format))
-    wanted_hz = FRAME_RATE_HZ[1] if requested.frame_rate_auto else requested.frame_rate_hz
+    shortest_ns = max(exposure_ns, readout_ns(requested))
+    wanted_hz = rates_hz.high if requested.frame_rate_auto else requested.frame_rate_hz
     return CameraSettings(
         exposure_ns=exposure_ns,
         exposure_auto=requested.exposure_auto,
@@ -89,6 +105,7 @@ def supported_settings(role: Role, requested: CameraSettings) -> CameraSettings:
         triggered=requested.triggered,
         trigger_source=requested.trigger_source,
         black_level=float(round(requested.black_level)),
+        binning=requested.binning,
     )
 
 
@@ -102,13 +119,17 @@ def _require(role: Role, name: str, value: float, low: float, high: float, unit:
 def image_from_radiance(
     radiance: NDArray[np.float32], role: Role, settings: CameraSettings, *, key: tuple[int, int, int]
 ) -> Image:
-    """Return the image of mean radiance (h, w[, 3]); `key` (seed, camera, frame) alone decides the noise."""
+    """Return the image of mean radiance (h, w[, 3]), of the settings' binning.
+
+    `key` (seed, camera, frame) alone decides the noise.
+    """
     exposure = SensorExposure(
         exposure_s=settings.exposure_ns * 1e-9,
         reference_s=REFERENCE_S,
         gain=10.0 ** (settings.gain_db / 20.0),
         bits=12 if settings.pixel_format is PixelFormat.MONO12 else 8,
         psf_sigma_px=PSF_SIGMA_PX[role],
+        binning=settings.binning,
     )
     image = expose(radiance, exposure, key)
     return (

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Clock, MirrorVolts, Role
+from foveacam_hardware.contract import Binning, Clock, MirrorVolts, Role
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes, ShutterPort
 from foveacam_hardware.sim.exposures import ExposureInterval
@@ -21,13 +21,11 @@ from foveacam_hardware.sim.optics import (
     FOVEA_FOCAL_PX,
     FOVEA_HEIGHT,
     FOVEA_WIDTH,
-    WIDE_HEIGHT,
-    WIDE_WIDTH,
     EyeProjection,
     FoldedEye,
     WideLens,
     built_assembly,
-    ray_table,
+    wide_projections,
 )
 from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment
 from foveacam_hardware.sim.presets import RigPreset
@@ -72,13 +70,7 @@ class World:
         """Called with each update of the DACs and its time at the controller; for benches."""
         self._shutters: dict[Role, ShutterPort] = {}
         self._mirror_lock = threading.Lock()
-        self._wide = Projection(
-            M=self.lens.matrix(),
-            C=np.zeros(3),
-            width=WIDE_WIDTH,
-            height=WIDE_HEIGHT,
-            rays=ray_table(self.lens),
-        )
+        self._wide = wide_projections(self.lens)
 
     # Cables, called by the far ends
 
@@ -121,20 +113,25 @@ class World:
 
     # Views of the cameras
 
-    def projection(self, role: Role, t_ns: int) -> Projection:
-        """Return the projection of a camera at `t_ns`."""
+    def projection(self, role: Role, t_ns: int, *, binning: Binning = 1) -> Projection:
+        """Return the projection of a camera at `t_ns` to the pixels of its frames at a binning."""
         if role is Role.WIDE:
-            return self._wide
-        return renderer_projection(self._eye_view(role, self._tilt_rad(role, t_ns), t_ns))
+            return self._wide[binning]
+        eye = renderer_projection(self._eye_view(role, self._tilt_rad(role, t_ns), t_ns))
+        return eye if binning == 1 else eye.halved()
 
-    def radiance(self, role: Role, interval: ExposureInterval, *, channels: int) -> NDArray[np.float32]:
-        """Return the mean radiance over an exposure, (h, w) or (h, w, 3) float32, 0..1.
+    def radiance(
+        self, role: Role, interval: ExposureInterval, *, channels: int, binning: Binning = 1
+    ) -> NDArray[np.float32]:
+        """Return the mean radiance over an exposure, (h, w) or (h, w, 3) float32, 0..1, at a binning.
 
         It is rendered once, at the middle, unless the mirror, the rig or an object moves noticeably.
         """
         times_ns = interval.middles_ns(self._steps(role, interval))
         images = (
-            self.animated_scene.radiance(self.projection(role, t_ns), self.scene_s(t_ns), channels=channels)
+            self.animated_scene.radiance(
+                self.projection(role, t_ns, binning=binning), self.scene_s(t_ns), channels=channels
+            )
             for t_ns in times_ns
         )
         total = next(images)  # not copied when it is the only one: the renderer caches it

@@ -42,13 +42,14 @@ def context_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics
 
 
 def context_cloud(known: ContextMap, picture: NDArray[np.uint8] | None, wide: Intrinsics) -> Cloud:
-    """Return one point for each surface, coloured by the wide image (h, w, 3), or grey without an image."""
+    """Return one point for each surface, coloured by the wide image (h, w, 3), binned or not; or grey."""
     at = known.known
     tangents, q = known.tangents[at], known.inverse_z_per_m[at]
     z_m = 1.0 / q
     colors = np.full((len(q), 3), 128, dtype=np.uint8)
     if picture is not None and len(q):
-        x, y = np.rint(wide.pixels(np.arctan(tangents)).T).astype(np.intp)
+        own = wide.of_picture(picture.shape)
+        x, y = np.rint(own.pixels(np.arctan(tangents)).T).astype(np.intp)
         height, width = picture.shape[:2]
         colors = picture[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
     return Cloud(

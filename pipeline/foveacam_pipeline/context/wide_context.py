@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.context.fusing import fuse_surfaces
 from foveacam_pipeline.context.surfaces import cell_surfaces
 from foveacam_pipeline.context.values import AgeingModel, ContextMap, DepthSource
@@ -83,8 +84,8 @@ class WideContext:
     ) -> int:
         """Fuse measured points into the grid; return the number of cells that changed.
 
-        `gray`: (h, w) uint8, the wide image at the time of the measurement; later changes of the scene are
-        detected against it, and not at all without it.
+        `gray`: (h, w) uint8, the wide image at the time of the measurement, binned or not; later changes of
+        the scene are detected against it, and not at all without it.
         """
         cell = self._cells(samples.tangents)
         usable = (cell >= 0) & (samples.inverse_z_per_m > 0.0) & np.isfinite(samples.sigma_per_m)
@@ -92,7 +93,7 @@ class WideContext:
         surfaces = cell_surfaces(measured, cell[usable])
         if len(surfaces) == 0:
             return 0
-        means = None if gray is None else block_means(gray, cell_px=self.cell_px)
+        means = None if gray is None else self._block_means(gray)
         touched = np.unique(surfaces.cell)
         with self._lock:
             fuse_surfaces(self._map, surfaces, source=source, now_s=self._now_s(), ageing=self.ageing)
@@ -107,13 +108,15 @@ class WideContext:
         A changed cell is withheld at once and forgotten `FORGET_AFTER_S` later unless it looks as before.
         `gray`: (h, w) uint8.
         """
-        means = block_means(gray, cell_px=self.cell_px)
+        means, binning = self._block_means(gray), self.wide.binning_of(gray.shape)
         if self._noise is None:
-            self._noise = noise_per_level(gray)
+            self._noise = binning**2 * noise_per_level(gray)
         now_s = self._now_s()
         with self._lock:
             known = self._map.known.any(axis=0)
-            changed = known & changed_cells(self._reference, means, noise=self._noise, cell_px=self.cell_px)
+            changed = known & changed_cells(
+                self._reference, means, noise=self._noise, cell_px=self.cell_px, binning=binning
+            )
             all_changed = known.sum() >= MANY_CELLS and changed.sum() > ALL_CHANGED_SHARE * known.sum()
             self._all_changed_since_s = min(self._all_changed_since_s, now_s) if all_changed else math.inf
             beside = cv2.dilate(changed.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.bool_) & known
@@ -127,6 +130,10 @@ class WideContext:
             if lost.any() or bool((beside != before).any()):
                 self._revision += 1
             return int(lost.sum())
+
+    def _block_means(self, gray: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return the block means of a wide image, which may be binned."""
+        return block_means(gray, cell_px=self.cell_px // self.wide.binning_of(gray.shape))
 
     def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
         """Return the samples within `reach_tan` (tangent units) of a direction: (2,) tangents."""
@@ -222,17 +229,23 @@ def noise_per_level(gray: NDArray[np.uint8]) -> float:
 
 
 def changed_cells(
-    reference: NDArray[np.float32], now: NDArray[np.float32], *, noise: float, cell_px: int
+    reference: NDArray[np.float32],
+    now: NDArray[np.float32],
+    *,
+    noise: float,
+    cell_px: int,
+    binning: Binning = 1,
 ) -> NDArray[np.bool_]:
     """Return (rows, columns) bool: the cells with a changed block. NaN in `reference` counts as unchanged.
 
-    `noise`: variance per grey level of one px. A factor common to all brightness is not a change.
+    `noise`: variance per grey level of one px of the sensor. `binning`: of the images, whose larger pixels
+    were rounded to whole grey levels. A factor common to all brightness is not a change.
     """
     clear = np.isfinite(reference) & (reference > CLIPPED[0]) & (reference < CLIPPED[1]) & (now < CLIPPED[1])
     gain = float(np.median(now[clear] / reference[clear])) if clear.any() else 1.0
     expected = np.minimum(gain * reference, 255.0)
     pixels = (cell_px / BLOCKS) ** 2
-    variance = 2.0 * (LEAST_VARIANCE + noise * np.maximum(expected, 1.0)) / pixels
+    variance = 2.0 * (binning**2 * LEAST_VARIANCE + noise * np.maximum(expected, 1.0)) / pixels
     limit = np.hypot(LEAST_CHANGE * np.sqrt(variance), LEAST_SHARE * expected)
     changed = np.abs(now - expected) > limit  # NaN compares as unchanged
     rows, columns = changed.shape

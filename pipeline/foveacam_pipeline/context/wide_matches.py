@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import near_jumps
+from foveacam_pipeline.geometry.binning import common_binning
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import crossing_z_m, to_uint8
@@ -24,14 +25,15 @@ from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 
 NEAREST_M, FARTHEST_M = 1.4, 1e4
 REDUCED = 8
-"""A raw fovea is reduced by this factor before it is sampled at the wide view's scale (9 raw px a px)."""
+"""A fovea is reduced by this factor before it is sampled at the wide view's scale (9 px a px)."""
 MOST_SIGMA_PX = 0.4
 SETTINGS = MatchSettings(
     near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=60, max_sigma_px=MOST_SIGMA_PX, uniqueness_percent=12
 )
 LEAST_SIGMA_PX = 0.15
-"""Least standard error of a match, wide px: the two cameras blur differently."""
+"""Least standard error of a match, px of the wide picture: the two cameras blur differently."""
 STEP_PX = 2
+"""Spacing of the samples, sensor px of the wide view."""
 AGREE_SIGMAS = 4.0
 KNOT_PX = 8
 """Spacing at which positions in the wide image are computed exactly, px of the window."""
@@ -62,11 +64,16 @@ def wide_matches(sighting: Sighting, calibration: Calibration) -> DepthSamples:
 
 
 def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> DepthSamples:
-    """Return the depth of one fovea against the wide view, without pixels next to a jump of depth."""
+    """Return the depth of one fovea against the wide view, without pixels next to a jump of depth.
+
+    Everything is in px of the frames: binned ones are matched at half the scale.
+    """
     if sighting.missing is role:
         return DepthSamples.none()
     volts = sighting.volts.left if role is Role.LEFT else sighting.volts.right
     frame = sighting.left if role is Role.LEFT else sighting.right
+    binning = common_binning(frame, sighting.wide)
+    calibration = calibration.binned(binning)
     look = EyeLook.of(calibration, role, volts)
     q_ref = float(np.clip(1.0 / crossing_z_m(calibration, sighting.volts), 0.0, 1.0 / NEAREST_M))
     window = _window(calibration, role)
@@ -93,8 +100,9 @@ def eye_matches(sighting: Sighting, calibration: Calibration, role: Role) -> Dep
     )
     found = match(pair, SETTINGS)
     known = np.isfinite(found.residual_px) & ~near_jumps(pair, found)
-    rows, columns = np.nonzero(known[::STEP_PX, ::STEP_PX])
-    rows, columns = rows * STEP_PX, columns * STEP_PX
+    step_px = STEP_PX // binning
+    rows, columns = np.nonzero(known[::step_px, ::step_px])
+    rows, columns = rows * step_px, columns * step_px
     shift = found.residual_px[rows, columns].astype(np.float64)
     hx, hy = window.hx_px[rows, columns], window.hy_px[rows, columns]
     x_m = float(calibration.reference_rig_m(role)[0])

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from foveacam_pipeline.diagrams import figures_installed, new_figure
 from foveacam_pipeline.storage.disk import disk_errors
 
 CSV, PNG = "curves.csv", "curves.png"
@@ -32,12 +33,11 @@ class LossCurves:
                 writer = csv.DictWriter(file, fieldnames=list(self._rows[0]))
                 writer.writeheader()
                 writer.writerows(self._rows)
-            self._draw()
+            if figures_installed():
+                self._draw()
 
     def _draw(self) -> None:
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(8, 4.5), layout="constrained")
+        figure = new_figure((8, 4.5))
         axes = figure.subplots()
         steps = np.array([row["step"] for row in self._rows])
         for name in list(self._rows[0])[1:]:

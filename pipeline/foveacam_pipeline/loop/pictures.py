@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.loop.autotune import TuneResult
 from foveacam_pipeline.loop.guide_match import EyeInStrip, GuideMatch
 from foveacam_pipeline.loop.settings import Axis
@@ -76,9 +77,7 @@ def _captioned(picture: NDArray[np.uint8], words: str) -> NDArray[np.uint8]:
 
 def tune_picture(result: TuneResult, *, form: str = "png") -> bytes:
     """Return the steps of every loop before and after as a picture; `form`: png or svg."""
-    from matplotlib.figure import Figure  # loads for seconds
-
-    figure = Figure(figsize=(10.5, 3.4), dpi=DPI, layout="constrained")
+    figure = new_figure((10.5, 3.4), dpi=DPI)
     for axes, (axis, after) in zip(figure.subplots(1, len(result.after)), result.after.items(), strict=True):
         for response, name, colour in (
             (result.before[axis], "before", "#888888"),

@@ -113,7 +113,7 @@ class _EyeServo:
         self._role = role
         self._pids = (Pid(), Pid())
         self._tracker = TemplateTracker()
-        height, width = frame.image.shape[:2]
+        width, height = calibration.fovea_width, calibration.fovea_height
         to_rim_px = min(pixel[0], pixel[1], width - 1 - pixel[0], height - 1 - pixel[1])
         side_px = max(LEAST_TILE_PX, min(TILE_PX, round(2.0 * to_rim_px) - 2 * REDUCTION)) // REDUCTION
         x_px, y_px = (_reduced(value) for value in pixel)
@@ -128,19 +128,17 @@ class _EyeServo:
             lost = self._tracker.misses >= LOST_MISSES
             return np.zeros(2), EyeReading(state=EyeState.LOST if lost else EyeState.TRACKING)
         pixel = (_enlarged(match.x_px), _enlarged(match.y_px))
-        error = self._off_middle(sighting, frame, pixel)
+        error = self._off_middle(sighting, pixel)
         change = [
             pid.change_rad(float(part), -float(part), dt=dt, gains=gains)
             for pid, part in zip(self._pids, error, strict=True)
         ]
         return np.array(change), EyeReading(state=EyeState.TRACKING, pixel=pixel, score=match.score)
 
-    def _off_middle(
-        self, sighting: Sighting, frame: Frame, pixel: tuple[float, float]
-    ) -> NDArray[np.float64]:
+    def _off_middle(self, sighting: Sighting, pixel: tuple[float, float]) -> NDArray[np.float64]:
         """Return the direction of a pixel less that of the middle, (2,) tangents."""
         plane = plane_from_raw(self._calibration, self._role, sighting.volts, depth_m=math.inf)
-        height, width = frame.image.shape[:2]
+        width, height = self._calibration.fovea_width, self._calibration.fovea_height
         raw = np.array([[pixel[0], pixel[1], 1.0], [(width - 1) / 2, (height - 1) / 2, 1.0]])
         there, middle = (plane @ one for one in raw)
         return np.asarray((there[:2] / there[2] - middle[:2] / middle[2]) / self._calibration.fovea_f_px)
@@ -156,10 +154,10 @@ def _stepped(before: MirrorVolts, wanted: MirrorVolts) -> MirrorVolts:
 
 
 def _small(frame: Frame) -> GreyImage:
-    """Return the picture at half size, grey."""
-    picture = gray(to_uint8(frame))
+    """Return the picture at half the size of its sensor, grey: that of a binned frame as it is."""
+    picture, reduction = gray(to_uint8(frame)), REDUCTION // frame.binning
     height, width = picture.shape
-    size = (width // REDUCTION, height // REDUCTION)
+    size = (width // reduction, height // reduction)
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 

@@ -120,4 +120,4 @@ def _started(frame: Frame, pixel: tuple[float, float], settings: LoopSettings) -
     box = TrackBox(
         x_px=pixel[0], y_px=pixel[1], width_px=settings.box_width_px, height_px=settings.box_height_px
     )
-    return start_tracker(settings.tracker, gray(to_uint8(frame)), box)
+    return start_tracker(settings.tracker, gray(to_uint8(frame)), box, binning=frame.binning)

@@ -7,6 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Binning
+
 Image = NDArray[np.float32]
 LEAST_DEVIATION = 1e-3
 """Weighted standard deviation below which a window has no contrast, grey levels."""
@@ -18,6 +20,10 @@ class MatchWindow:
 
     half_px: int
     weight_sigma_px: float
+
+    def binned(self, binning: Binning) -> "MatchWindow":
+        """Return the window that shows as much of a binned picture."""
+        return MatchWindow(half_px=self.half_px // binning, weight_sigma_px=self.weight_sigma_px / binning)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -5,13 +5,14 @@ The gaze of an eye starts at its pivot. The pivots are stored as offsets from th
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput, MirrorVolts, NotCalibrated, Role, StereoVolts
+from foveacam_hardware.contract import Binning, InvalidInput, MirrorVolts, NotCalibrated, Role, StereoVolts
 from foveacam_pipeline.geometry.angles import ray
 from foveacam_pipeline.geometry.triangulate import RayIntersection, closest_approach
 from foveacam_pipeline.geometry.verging import vergence_angles
@@ -88,6 +89,14 @@ class Calibration:
                 f"calibration {self.id} ({self.label}) belongs to rig {self.rig_id!r}, "
                 f"this rig is {rig_id!r}; load this rig's calibration or calibrate it"
             )
+
+    def binned(self, binning: Binning, *, made_at: Binning = 1) -> "Calibration":
+        """Return the calibration in pixels of binned pictures, fovea and wide; that of 1 is this one.
+
+        Angles, volts and metres are the same. It is for reading pictures, and is not stored. `made_at`: the
+        binning of the pictures whose pixels this one counts; `binned(1, made_at=2)` is the sensor's.
+        """
+        return self if binning == made_at else _scaled(self, made_at / binning)
 
     def eye(self, role: Role) -> EyeCalibration:
         """Return the left or the right eye."""
@@ -195,6 +204,23 @@ class Calibration:
             smallest, largest = (size, largest) if fits else (smallest, size)
         low, high = centre - smallest * half, centre + smallest * half
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+@lru_cache(maxsize=8)
+def _scaled(calibration: Calibration, scale: float) -> Calibration:
+    """Return the calibration of cameras with `scale` times as many pixels a side."""
+    left, right = (
+        replace(eye, homography=eye.homography.scaled(scale)) for eye in (calibration.left, calibration.right)
+    )
+    return replace(
+        calibration,
+        wide=calibration.wide.scaled(scale),
+        left=left,
+        right=right,
+        fovea_f_px=calibration.fovea_f_px * scale,
+        fovea_width=math.floor(calibration.fovea_width * scale),
+        fovea_height=math.floor(calibration.fovea_height * scale),
+    )
 
 
 def eye_volts(volts: StereoVolts, role: Role) -> MirrorVolts:

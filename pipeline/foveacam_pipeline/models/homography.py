@@ -4,11 +4,12 @@ Every entry is a polynomial of (ax, ay). The image centre is the gaze itself, so
 construction: the entries are fitted in pixels relative to the image centre.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.geometry.polynomial import BivariatePolynomial
 
 ENTRIES = 6
@@ -27,6 +28,20 @@ class HomographyField:
     centre_px: tuple[float, float]
     scale_px: float
     loo_px: float
+
+    def binned(self, binning: Binning) -> "HomographyField":
+        """Return the field from pixels of binned pictures to planes of as much shorter a focal length."""
+        return self if binning == 1 else self.scaled(1.0 / binning)
+
+    def scaled(self, scale: float) -> "HomographyField":
+        """Return the field of a camera with `scale` times as many pixels a side: 2 undoes `binned(2)`."""
+        x_px, y_px = self.centre_px
+        return replace(
+            self,
+            centre_px=((x_px + 0.5) * scale - 0.5, (y_px + 0.5) * scale - 0.5),
+            scale_px=self.scale_px * scale,
+            loo_px=self.loo_px * scale,
+        )
 
     def at(self, ax_rad: float, ay_rad: float) -> NDArray[np.float64]:
         """Return the (3, 3) float64 homography of a gaze, its last entry 1 (as `at_each`)."""

@@ -1,14 +1,15 @@
 """The intrinsics of a camera: pixels <-> axis-wise angles, with OpenCV's five-coefficient distortion."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from foveacam_hardware.contract import OutOfRange
+from foveacam_hardware.contract import Binning, OutOfRange
 from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
+from foveacam_pipeline.geometry.binning import binning_of
 from foveacam_pipeline.geometry.shapes import as_rows
 
 _UNDISTORT_TOLERANCE_PX = 1e-9
@@ -31,6 +32,30 @@ class Intrinsics:
     def matrix(self) -> NDArray[np.float64]:
         """(3, 3) float64 camera matrix, px."""
         return np.array([[self.fx_px, 0.0, self.cx_px], [0.0, self.fy_px, self.cy_px], [0.0, 0.0, 1.0]])
+
+    def binned(self, binning: Binning) -> "Intrinsics":
+        """Return the intrinsics of pictures that bin pixels of this camera; those of 1 are these."""
+        return self if binning == 1 else self.scaled(1.0 / binning)
+
+    def of_picture(self, shape: tuple[int, ...]) -> "Intrinsics":
+        """Return the intrinsics in pixels of a picture of `shape` (h, w, ...), or raise InvalidInput."""
+        return self.binned(self.binning_of(shape))
+
+    def binning_of(self, shape: tuple[int, ...]) -> Binning:
+        """Return the binning of a picture of `shape` (h, w, ...) by this camera, or raise InvalidInput."""
+        return binning_of(shape, width=self.width, height=self.height)
+
+    def scaled(self, scale: float) -> "Intrinsics":
+        """Return the same lens with `scale` times as many pixels a side: 2 undoes `binned(2)`."""
+        return replace(
+            self,
+            width=math.floor(self.width * scale),
+            height=math.floor(self.height * scale),
+            fx_px=self.fx_px * scale,
+            fy_px=self.fy_px * scale,
+            cx_px=(self.cx_px + 0.5) * scale - 0.5,
+            cy_px=(self.cy_px + 0.5) * scale - 0.5,
+        )
 
     def angles_rad(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """Return (n, 2) float64 angles, rad, of `pixels`: (n, 2); they may lie outside the image."""

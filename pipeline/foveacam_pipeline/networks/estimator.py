@@ -25,11 +25,12 @@ from foveacam_pipeline.networks.feeding import (
     to_tensor,
 )
 from foveacam_pipeline.networks.session import GraphSession, open_session, run_graph
-from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, match_errors
-from foveacam_pipeline.stereo.match import acceptable, gray
+from foveacam_pipeline.stereo.coarse import scene_span
+from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, acceptable, match_errors
+from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
 from foveacam_pipeline.stereo.refine import FloatImage, refine, seen_at_right
-from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, scene_span
+from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SHIFT_MARGIN_PX = 8

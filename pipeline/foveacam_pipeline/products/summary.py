@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from foveacam_pipeline.capture.dataset.images import decode
+from foveacam_pipeline.diagrams import figures_installed, new_figure
 from foveacam_pipeline.learn.truth_figures import TruthSums, truth_figures
 from foveacam_pipeline.products.batch import BatchFailure, BatchPlan
 from foveacam_pipeline.products.making import PICTURE
@@ -53,13 +54,15 @@ class BatchSummary:
 
 
 def write_summary(plan: BatchPlan, into: ProductFolder, failures: Sequence[BatchFailure]) -> BatchSummary:
-    """Write KIND.json, KIND.csv and KIND.png beside the products; return them. Raise as `disk_errors`."""
+    """Write KIND.json, KIND.csv and KIND.png beside the products; return them. Raise as `disk_errors`.
+
+    There is no picture without Matplotlib.
+    """
     found = [(task, into.find(task)) for task in plan.tasks]
     kind = plan.settings.kind
     by_dataset = groupby(found, key=lambda pair: pair[0].folder)  # the plan has them dataset by dataset
     datasets = tuple(_dataset(list(pairs), into) for _, pairs in by_dataset)
     done = sum(product is not None for _, product in found)
-    paths = tuple(into.path / f"{kind.value}{suffix}" for suffix in (".json", ".csv", ".png"))
     document = {
         "format": FORMAT,
         "version": VERSION,
@@ -78,20 +81,21 @@ def write_summary(plan: BatchPlan, into: ProductFolder, failures: Sequence[Batch
         ],
         "failed": [asdict(failure) for failure in failures],
     }
-    contents = (
-        (json.dumps(document, indent=1, allow_nan=False) + "\n").encode(),
-        _table(found, kind).encode(),
-        _picture(kind, datasets),
-    )
+    contents = {
+        into.path / f"{kind.value}.json": (json.dumps(document, indent=1, allow_nan=False) + "\n").encode(),
+        into.path / f"{kind.value}.csv": _table(found, kind).encode(),
+    }
+    if figures_installed():
+        contents[into.path / f"{kind.value}.png"] = _picture(kind, datasets)
     with disk_errors("the summary of a batch", into.path):
-        for path, content in zip(paths, contents, strict=True):
+        for path, content in contents.items():
             write_file(path, content)
     return BatchSummary(
         complete=done == len(found) and not failures,
         planned=len(found),
         done=done,
         datasets=datasets,
-        paths=paths,
+        paths=tuple(contents),
     )
 
 
@@ -153,18 +157,16 @@ def _table(found: Sequence[tuple[ProductTask, ProductDocument | None]], kind: Pr
 
 def _picture(kind: ProductKind, datasets: Sequence[DatasetSummary]) -> bytes:
     """Return a PNG: a thumbnail for each dataset, or the figures of an evaluation as bars."""
-    from matplotlib.figure import Figure  # loads for seconds
-
     shown = datasets[:MOST_PICTURED]
     left_out = f", the first {len(shown)} of {len(datasets)}" if len(shown) < len(datasets) else ""
     title = f"{kind.value}, {len(datasets)} dataset{'s' * (len(datasets) > 1)}{left_out}"
     if kind is ProductKind.EVALUATE:
-        figure = Figure(figsize=(10.0, 1.8 + 0.3 * len(shown)), dpi=100, layout="constrained")
+        figure = new_figure((10.0, 1.8 + 0.3 * len(shown)), dpi=100)
         _draw_bars(figure.subplots(1, 3, sharey=True), shown)
     else:
         columns = min(COLUMNS, len(shown))
         rows = -(-len(shown) // columns)
-        figure = Figure(figsize=(3.4 * columns, 2.6 * rows + 0.5), dpi=100, layout="constrained")
+        figure = new_figure((3.4 * columns, 2.6 * rows + 0.5), dpi=100)
         for axis, one in zip(
             figure.subplots(rows, columns, squeeze=False).flat, [*shown, *[None] * COLUMNS], strict=False
         ):

@@ -5,13 +5,16 @@ of an error above 1 px, are linear in eight cues. Data: the Motorcycle pair (hal
 looks of both simulated scenes, 1.5 to 30 m. Aloe, Tsukuba and 28 other rendered looks are for checks only.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.refine import FloatImage, Refinement
+from foveacam_pipeline.stereo.refine import FloatImage, Refinement, gradients_correlate
+from foveacam_pipeline.stereo.search import MatchSettings
 
 LARGEST_SPREAD_PX = 64.0
 LARGEST_STEP_CUE_PX = 3.0
@@ -137,6 +140,31 @@ def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorM
     cv2.exp(sigma, dst=sigma)
     np.clip(sigma, np.float32(LEAST_SIGMA_PX), np.float32(LARGEST_SIGMA_PX), out=sigma)
     return MatchErrors(sigma_px=sigma, wrong_log_odds=log_odds)
+
+
+def accept_matches(
+    found_px: FloatImage, refinement: Refinement, *, model: ErrorModel, settings: MatchSettings
+) -> tuple[FloatImage, FloatImage]:
+    """Return the refined disparities and their sigmas, px, NaN where unknown or too doubtful.
+
+    `found_px`: (h, w) disparities of a matcher, NaN where it gave none. Overwrites `refinement.residual_px`.
+    """
+    errors = match_errors(found_px, refinement, model)
+    known = acceptable(found_px, refinement, errors, settings=settings)
+    residual, sigma = refinement.residual_px, errors.sigma_px
+    residual[~known] = np.nan
+    sigma[~known] = np.nan
+    return residual, sigma
+
+
+def acceptable(
+    found_px: FloatImage, refinement: Refinement, errors: MatchErrors, *, settings: MatchSettings
+) -> NDArray[np.bool_]:
+    """Return (h, w) bool: where a disparity was found, is seen by both eyes, and is not too doubtful."""
+    known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
+    known &= gradients_correlate(refinement)
+    known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
+    return known
 
 
 def match_cues(

@@ -13,18 +13,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.stereo.errors import LIVE
-from foveacam_pipeline.stereo.match import accept_matches, gray
+from foveacam_pipeline.stereo.coarse import QUICK, half_window, scene_span
+from foveacam_pipeline.stereo.errors import LIVE, accept_matches
+from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.occlusion import occluded_cells
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement, energy_ratios
-from foveacam_pipeline.stereo.search import (
-    DEFAULT,
-    QUICK,
-    MatchSettings,
-    half_window,
-    scene_span,
-    semi_global,
-)
+from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, semi_global
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 STRIP_MARGIN = 8

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, Role, Sighting, StereoVolts
+from foveacam_pipeline.geometry.binning import common_binning
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.values import RectifiedPair
 
@@ -20,7 +21,10 @@ EDGE_PX = 2.0
 
 
 def rectify(sighting: Sighting, calibration: Calibration, *, scale: float = 0.5) -> RectifiedPair:
-    """Warp both foveae of a look into windows that share v0; zero residual is where the two gazes cross."""
+    """Warp both foveae of a look into windows that share v0; zero residual is where the two gazes cross.
+
+    `scale`: window px per sensor px, which frames binned by 2 allow up to 0.5.
+    """
     return rectify_frames(sighting.left, sighting.right, sighting.volts, calibration, scale=scale)
 
 
@@ -30,19 +34,25 @@ def rectify_frames(
     """Warp both foveae's frames of one exposure under `volts`, as `rectify` does."""
     if scale not in SCALES:
         raise InvalidInput(f"rectify at scale {scale!r}: only 0.5 and 1.0 are made; pass one of them")
-    z_m = crossing_z_m(calibration, volts)
-    left, right = (plane_from_raw(calibration, role, volts, depth_m=z_m) for role in (Role.LEFT, Role.RIGHT))
+    of_frame = scale * common_binning(left_frame, right_frame)
+    if of_frame > 1.0:
+        raise InvalidInput(
+            f"rectify at scale {scale!r}: the frames are binned by 2 and show no more than scale 0.5; pass "
+            "0.5, or look at full resolution"
+        )
+    z_m, own = crossing_z_m(calibration, volts), calibration.binned(left_frame.binning)
+    left, right = (plane_from_raw(own, role, volts, depth_m=z_m) for role in (Role.LEFT, Role.RIGHT))
     size = round(calibration.fovea_width * scale), round(calibration.fovea_height * scale)
-    middle = np.array([(calibration.fovea_width - 1) / 2, (calibration.fovea_height - 1) / 2])
-    u_left, v_left = scale * _mapped(left, middle)
-    u_right, v_right = scale * _mapped(right, middle)
+    middle = np.array([(own.fovea_width - 1) / 2, (own.fovea_height - 1) / 2])
+    u_left, v_left = of_frame * _mapped(left, middle)
+    u_right, v_right = of_frame * _mapped(right, middle)
     u0_left, u0_right = float(u_left) - (size[0] - 1) / 2, float(u_right) - (size[0] - 1) / 2
     v0 = float(v_left + v_right) / 2 - (size[1] - 1) / 2
-    window_left = _window_from_plane(scale, u0_left, v0) @ left
-    window_right = _window_from_plane(scale, u0_right, v0) @ right
+    window_left = _window_from_plane(of_frame, u0_left, v0) @ left
+    window_right = _window_from_plane(of_frame, u0_right, v0) @ right
     return RectifiedPair(
-        left=warp(to_uint8(left_frame), window_left, scale=scale, size=size),
-        right=warp(to_uint8(right_frame), window_right, scale=scale, size=size),
+        left=warp(to_uint8(left_frame), window_left, scale=of_frame, size=size),
+        right=warp(to_uint8(right_frame), window_right, scale=of_frame, size=size),
         valid_left=_seen(left_frame, window_left, size),
         valid_right=_seen(right_frame, window_right, size),
         f_px=calibration.fovea_f_px * scale,
@@ -89,6 +99,9 @@ def plane_from_raw(
 ) -> NDArray[np.float64]:
     """Return (3, 3) float64: raw fovea px to px of the eye's virtual plane, for what is at `depth_m`.
 
+    Both are px of the calibration: of binned frames and a plane of half the focal length for one that is
+    `binned(2)`.
+
     Pupil and pivot lie a little beside the pinhole. Their parallax is removed for that depth; the remainder
     at other depths is of second order and nearly the same in both eyes.
     """
@@ -110,7 +123,7 @@ def window_from_raw(
     scale: float,
     origin_px: tuple[float, float],
 ) -> NDArray[np.float64]:
-    """Return (3, 3) float64: raw fovea px to px of the eye's window of a look, as `rectify` warps it.
+    """Return (3, 3) float64: sensor px to px of the eye's window of a look, as `rectify` warps it.
 
     `origin_px`: (u0, v0) of that window at its scale.
     """

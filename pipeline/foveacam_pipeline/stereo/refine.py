@@ -33,6 +33,13 @@ LEAST_ENERGY = 1e-4
 WIDE_CELLS = 13
 """Side of the larger window in which gradients are compared, cells of 2 x 2 pixels."""
 
+LEAST_LIKENESS = 0.1
+"""Least correlation of the gradients of both windows about a pixel; below it only noise was compared. Of the
+rendered fitting data, 69 % of the wrong matches on blank surfaces lie below it, 2.7 % of the right ones."""
+
+CLEAR_LIKENESS, LEAST_LOCAL_LIKENESS = 0.25, 0.4
+"""Where gradients correlate by less than the first about a pixel, they must correlate by the second at it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Refinement:
@@ -149,6 +156,14 @@ def _gauss_newton(left: NDArray[np.uint8], matched: NDArray[np.uint8]) -> _Sums:
 def energy_ratios(energy: FloatImage, own_energy: FloatImage) -> tuple[FloatImage, FloatImage]:
     """Return the correlation of both windows' gradients at every cell and over its surroundings, (n, m)."""
     return _ratio(energy, own_energy), _ratio(_wide(energy), _wide(own_energy))
+
+
+def gradients_correlate(refinement: Refinement) -> NDArray[np.bool_]:
+    """Return (h, w) bool: where the gradients of both windows correlate more than those of noise."""
+    return (refinement.wide_likeness >= np.float32(LEAST_LIKENESS)) & (
+        (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS))
+        | (refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS))
+    )
 
 
 def _ratio(energy: FloatImage, own_energy: FloatImage) -> FloatImage:

@@ -1,7 +1,6 @@
-"""Choose the disparities to search: the limits of the caller, or else the span of the scene.
+"""Settings of the search for disparities, the range that a caller sets, and OpenCV's matcher.
 
-A coarse search at a quarter of the size finds the depths of the scene; the fine search covers that range
-only, so that a thin range is fast and a wide one complete.
+`coarse` finds the range of a scene whose caller sets none.
 """
 
 import math
@@ -17,19 +16,8 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 STEP = 16
 """OpenCV counts disparities in sixteens, and stores them in sixteenths."""
 MAX_DISPARITIES = 256
-MAX_SCENE_DISPARITIES = 384
-"""Largest number for a range that the scene decides; a caller may set at most `MAX_DISPARITIES`."""
 FALLBACK_DISPARITIES = 128
 """Number searched about the verged depth when the coarse search finds too little."""
-COARSE_SHRINK = 4
-COARSE_REACH_PX = 256
-"""Range of the coarse search on either side of the verged depth, px."""
-COARSE_SPECKLE_PX = 8
-LEAST_COARSE_SHARE = 0.02
-"""Least share of coarse pixels that must match for their span to be used."""
-BIN_PX = 8
-SPAN_MARGIN_PX = 8.0
-"""Margin added to the coarse span, px: two coarse px, for objects too thin or too steep for it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,24 +49,9 @@ class MatchSettings:
 DEFAULT = MatchSettings()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CoarseSearch:
-    """Settings of the coarse search for the span of the scene."""
-
-    row_px: int
-    """Height of the rows compared, px at the window's scale; their pixels are `COARSE_SHRINK` wide."""
-    least_share: float
-    """Least share of the coarse matches in a bin of `BIN_PX`; bins with less are mismatches."""
-
-
-THOROUGH = CoarseSearch(row_px=COARSE_SHRINK, least_share=0.004)
-QUICK = CoarseSearch(row_px=2 * COARSE_SHRINK, least_share=0.012)
-"""Half the time of `THOROUGH`, spans 3/4 as wide; misses 0.7 % more of the pixels of 52 looks."""
-
-
 def search_window(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[int, int]:
     """Return the first residual disparity of the set range and their number, a multiple of 16 up to 256."""
-    return _window(search_span(pair, settings))
+    return window(search_span(pair, settings))
 
 
 def search_span(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[float, float]:
@@ -99,82 +72,10 @@ def search_span(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple
     return low, min(high, math.floor(low) + MAX_DISPARITIES)
 
 
-def scene_window(
-    pair: RectifiedPair, grays: tuple[NDArray[np.uint8], NDArray[np.uint8]], settings: MatchSettings = DEFAULT
-) -> tuple[int, int]:
-    """Return the first residual disparity to search and their number; `grays`: (h, w) of both windows."""
-    return _window(scene_span(pair, grays, settings))
-
-
-def scene_span(
-    pair: RectifiedPair,
-    grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
-    settings: MatchSettings = DEFAULT,
-    *,
-    coarse: CoarseSearch = THOROUGH,
-) -> tuple[float, float]:
-    """Return the least and the largest residual disparity to search, px; `grays`: (h, w) of both windows."""
-    if not settings.scene_decides:
-        return search_span(pair, settings)
-    found, asked = _coarse_px(pair, grays, settings, coarse.row_px)
-    if len(found) < LEAST_COARSE_SHARE * asked:
-        return search_span(pair, settings)
-    low, high = _span_px(found, coarse.least_share)
-    low = max(low - SPAN_MARGIN_PX, -pair.offset_px)
-    return low, min(high + SPAN_MARGIN_PX, math.floor(low) + MAX_SCENE_DISPARITIES)
-
-
-def half_window(span_px: tuple[float, float]) -> tuple[int, int]:
-    """Return the first disparity at half the size and their number, for a span at full size."""
-    low_px, high_px = span_px
-    return _window((low_px / 2.0, high_px / 2.0))
-
-
-def _window(span_px: tuple[float, float]) -> tuple[int, int]:
-    first = math.floor(span_px[0])
-    return first, _rounded_count(math.ceil(span_px[1]) - first)
-
-
-def _span_px(found_px: NDArray[np.float32], least_share: float) -> tuple[float, float]:
-    """Return the least and the largest disparity, px, of bins with `least_share` of the coarse matches (n,).
-
-    Of a span that is too wide to search, return the part with the most matches.
-    """
-    bins = np.floor(found_px / BIN_PX).astype(np.intp)
-    lowest = int(bins.min())
-    counts = np.bincount(bins - lowest)
-    counts[counts < least_share * len(bins)] = 0
-    held = MAX_SCENE_DISPARITIES // BIN_PX - 2
-    sums = np.convolve(counts, np.ones(min(held, len(counts)), dtype=np.intp), mode="valid")
-    start = int(sums.argmax())
-    kept = start + np.flatnonzero(counts[start : start + held])
-    return float((lowest + kept[0]) * BIN_PX), float((lowest + kept[-1] + 1) * BIN_PX)
-
-
-def _coarse_px(
-    pair: RectifiedPair,
-    grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
-    settings: MatchSettings,
-    row_px: int,
-) -> tuple[NDArray[np.float32], int]:
-    """Return (n,) the disparities of the coarse search, px at the window's scale, and its pixel count."""
-    height, width = grays[0].shape
-    size = (max(1, width // COARSE_SHRINK), max(1, height // row_px))
-    whole_cells = (slice(size[1] * row_px), slice(size[0] * COARSE_SHRINK))  # several times faster to shrink
-    left, right = (
-        np.asarray(cv2.resize(image[whole_cells], size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-        for image in grays
-    )
-    valid = pair.valid_left[whole_cells].view(np.uint8)
-    seen = cv2.resize(valid, size, interpolation=cv2.INTER_NEAREST)
-    first = math.floor(max(-COARSE_REACH_PX, -pair.offset_px) / COARSE_SHRINK)
-    count = _rounded_count(COARSE_REACH_PX // COARSE_SHRINK - first)
-    whole = semi_global(
-        left, right, first=first, count=count, settings=settings, speckle_px=COARSE_SPECKLE_PX
-    )
-    known = np.isfinite(whole) & np.asarray(seen, dtype=np.bool_)
-    known[:, : max(0, first)] = False
-    return np.asarray(whole[known] * np.float32(COARSE_SHRINK), dtype=np.float32), whole.size
+def window(between_px: tuple[float, float]) -> tuple[int, int]:
+    """Return the first disparity and their number, a multiple of 16, that hold a span, px."""
+    first = math.floor(between_px[0])
+    return first, rounded_count(math.ceil(between_px[1]) - first)
 
 
 def semi_global(
@@ -228,7 +129,8 @@ def matcher(*, first: int, count: int, settings: MatchSettings, speckle_px: int)
     )
 
 
-def _rounded_count(count: int) -> int:
+def rounded_count(count: int) -> int:
+    """Return the least multiple of 16, at least 16, that is not below a number of disparities."""
     return STEP * max(1, math.ceil(count / STEP))
 
 

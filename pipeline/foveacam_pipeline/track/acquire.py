@@ -10,8 +10,8 @@ from foveacam_hardware.contract import Clock, Frame, Head, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.track.image_tracker import TrackBox
-from foveacam_pipeline.track.template_tracker import TemplateTracker
+from foveacam_pipeline.track.image_tracker import TrackBox, TrackerKind
+from foveacam_pipeline.track.trackers import start_tracker
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead
 from foveacam_pipeline.verge.looking.motion import TargetTracker
@@ -71,8 +71,7 @@ class ClickTrack:
 
     def __init__(self, frame: Frame, box: TrackBox) -> None:
         """`frame`: the one that was clicked. Raise `OutOfRange` where the box shows nothing to follow."""
-        self._tracker = TemplateTracker()
-        self._tracker.start(gray(to_uint8(frame)), box)
+        self._tracker = start_tracker(TrackerKind.TEMPLATE, gray(to_uint8(frame)), box, binning=frame.binning)
         self.frame = frame
         """The newest frame in which it was found."""
         self.place_px = (box.x_px, box.y_px)

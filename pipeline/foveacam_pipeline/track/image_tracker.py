@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import OutOfRange
+
 GreyImage: TypeAlias = NDArray[np.uint8]
 """A grey image, (h, w) uint8."""
 LEAST_SIDE_PX = 9
@@ -58,6 +60,16 @@ class ImageTracker(Protocol):
     def refuse(self) -> None:
         """Take it that the last match was another thing: the target is searched for elsewhere."""
         ...
+
+
+def check_inside(box: TrackBox, *, columns: int, rows: int) -> None:
+    """Raise `OutOfRange` unless a box lies inside an image of `columns` x `rows` px."""
+    width, height = max(LEAST_SIDE_PX, box.width_px) | 1, max(LEAST_SIDE_PX, box.height_px) | 1
+    if not (width / 2 <= box.x_px <= columns - width / 2 and height / 2 <= box.y_px <= rows - height / 2):
+        raise OutOfRange(
+            f"a box of {width} x {height} px about ({box.x_px:.0f}, {box.y_px:.0f}) is not inside the "
+            f"image of {columns} x {rows} px; choose a smaller box or a place farther inside"
+        )
 
 
 def cut_box(

@@ -110,7 +110,8 @@ class FollowedTarget:
         """
         x_px, y_px = self._wide_place(t_ns).tolist()
         box = TrackBox(x_px=x_px, y_px=y_px, width_px=self._box_px[0], height_px=self._box_px[1])
-        tracker = start_tracker(kind, wide, box)
+        binning = self._calibration.wide.binning_of(wide.shape)
+        tracker = start_tracker(kind, wide, box, binning=binning)
         self._tracker, self.tracker = tracker, kind
         self._bias_px = np.zeros(2)
 

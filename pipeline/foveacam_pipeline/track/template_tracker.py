@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import OutOfRange
-from foveacam_pipeline.track.image_tracker import LEAST_SIDE_PX, GreyImage, TrackBox, TrackMatch, cut_box
+from foveacam_pipeline.track.image_tracker import (
+    LEAST_SIDE_PX,
+    GreyImage,
+    TrackBox,
+    TrackMatch,
+    check_inside,
+    cut_box,
+)
 from foveacam_pipeline.verge.matching.wide_patch import peak
 
 FOUND_SCORE = 0.45
@@ -46,13 +53,7 @@ class TemplateTracker:
     def start(self, image: GreyImage, box: TrackBox) -> None:
         """Learn the target; raise `OutOfRange` where the box is not inside the image or shows nothing."""
         width, height = max(LEAST_SIDE_PX, box.width_px) | 1, max(LEAST_SIDE_PX, box.height_px) | 1
-        rows, columns = image.shape[:2]
-        inside = width / 2 <= box.x_px <= columns - width / 2 and height / 2 <= box.y_px <= rows - height / 2
-        if not inside:
-            raise OutOfRange(
-                f"a box of {width} x {height} px about ({box.x_px:.0f}, {box.y_px:.0f}) is not inside the "
-                f"image of {columns} x {rows} px; choose a smaller box or a place farther inside"
-            )
+        check_inside(box, columns=image.shape[1], rows=image.shape[0])
         first = cut_box(image, x_px=box.x_px, y_px=box.y_px, width_px=width, height_px=height)
         if float(first.std()) < LEAST_CONTRAST:
             raise OutOfRange("the box shows nothing that could be followed; choose something with texture")

@@ -1,12 +1,76 @@
-"""Makes the image trackers by their kinds."""
+"""Makes the image trackers by their kinds, and lets them see binned images."""
 
+import cv2
+import numpy as np
+
+from foveacam_hardware.contract import Binning
+from foveacam_pipeline.geometry.binning import picture_px, sensor_px
 from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
-from foveacam_pipeline.track.image_tracker import GreyImage, ImageTracker, TrackBox, TrackerKind
+from foveacam_pipeline.track.image_tracker import (
+    GreyImage,
+    ImageTracker,
+    TrackBox,
+    TrackerKind,
+    TrackMatch,
+    check_inside,
+)
 from foveacam_pipeline.track.template_tracker import TemplateTracker
 
 
-def start_tracker(kind: TrackerKind, image: GreyImage, box: TrackBox) -> ImageTracker:
-    """Return a tracker that has learnt what is in the box; raise `OutOfRange` where that is nothing."""
+class BinnedTracker:
+    """A tracker that sees binned images; boxes and places are in pixels of the sensor.
+
+    Images of another binning than the first are resized to it.
+    """
+
+    def __init__(self, tracker: ImageTracker, binning: Binning) -> None:
+        """`binning`: of the first image."""
+        self._tracker = tracker
+        self._binning = binning
+        self._size = (0, 0)
+
+    def start(self, image: GreyImage, box: TrackBox) -> None:
+        """Learn the target; raise `OutOfRange` where the box is not inside the image."""
+        self._size = width, height = (image.shape[1], image.shape[0])
+        check_inside(box, columns=self._binning * width, rows=self._binning * height)
+        x_px, y_px = self._picture(box.x_px, box.y_px)
+        self._tracker.start(
+            image,
+            TrackBox(
+                x_px=x_px,
+                y_px=y_px,
+                width_px=box.width_px // self._binning,
+                height_px=box.height_px // self._binning,
+            ),
+        )
+
+    def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
+        """Return where the target is; None where it is not found."""
+        if image.shape[1::-1] != self._size:
+            image = np.asarray(cv2.resize(image, self._size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        match = self._tracker.update(image, None if near is None else self._picture(*near))
+        if match is None:
+            return None
+        x_px, y_px = sensor_px(np.array([match.x_px, match.y_px]), self._binning).tolist()
+        return TrackMatch(x_px=x_px, y_px=y_px, score=match.score)
+
+    def refuse(self) -> None:
+        """Take it that the last match was another thing: the target is searched for elsewhere."""
+        self._tracker.refuse()
+
+    def _picture(self, x_px: float, y_px: float) -> tuple[float, float]:
+        x, y = picture_px(np.array([x_px, y_px]), self._binning).tolist()
+        return x, y
+
+
+def start_tracker(
+    kind: TrackerKind, image: GreyImage, box: TrackBox, *, binning: Binning = 1
+) -> ImageTracker:
+    """Return a tracker that has learnt what is in the box; raise `OutOfRange` where that is nothing.
+
+    `box`: px of the sensor, as all that the tracker returns; `binning`: of the image.
+    """
     tracker: ImageTracker = TemplateTracker() if kind is TrackerKind.TEMPLATE else CorrelationFilterTracker()
-    tracker.start(image, box)
-    return tracker
+    binned = BinnedTracker(tracker, binning)
+    binned.start(image, box)
+    return binned

@@ -33,6 +33,10 @@ class Gazes:
         """Return the gaze of one eye."""
         return self.left if role is Role.LEFT else self.right
 
+    def apart(self, other: "Gazes") -> float:
+        """Return the largest difference of either eye's gaze along an axis, tangents."""
+        return float(max(np.abs(self.eye(role) - other.eye(role)).max() for role in EYES))
+
     def moved(self, left: NDArray[np.float64], right: NDArray[np.float64]) -> "Gazes":
         """Return both gazes moved by (2,) tangents each."""
         return Gazes(left=self.left + left, right=self.right + right)

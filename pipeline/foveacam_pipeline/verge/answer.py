@@ -3,6 +3,7 @@
 Both eyes are pointed at the answer, each as near as it can turn, and it is described what each sees there.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, reachable_eyes
+from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reachable_eyes
 from foveacam_pipeline.verge.closed_loop import VergedTarget
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead, StepResult
@@ -20,6 +21,8 @@ from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, Ey
 
 LOOKS, SECONDS = 24, 4.0
 """Allowed to the search by single foveae, and to the last looks at an answer."""
+THERE_PX = 2.0
+"""The eyes look at an answer when they are so near to it, fovea px."""
 REACH_LEVELS = 9
 """So many distances are tried when it is asked whether an eye can look somewhere."""
 
@@ -90,9 +93,14 @@ class LastLook:
         return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
 
     def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
-        """Look once with both eyes, each as near as it can turn."""
+        """Look once with both eyes, each as near as it can turn, unless the last look was just there."""
+        gazes = clamp_gazes(self._calibration, self._gazes(inverse_z_per_m, motion))
+        last = self._fixation_head.last
+        apart_px = math.inf if last is None else gazes.apart(last.gazes) * self._calibration.fovea_f_px
+        if apart_px <= THERE_PX and not motion.moves:
+            return
         self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
-        observation = self._fixation_head.look_clamped(self._gazes(inverse_z_per_m, motion), VergePhase.FINE)
+        observation = self._fixation_head.look(gazes, VergePhase.FINE)
         self._fixation_head.record(observation, StepResult(score=0.0))
 
     def views(

@@ -5,7 +5,7 @@ counts as verged, and the match must speak for the point itself (`support`). Whe
 target was lost, it is looked for a second time afterwards.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,8 @@ GONE_SCORE = 0.3
 """A patch that correlates less with the wide view at its place has gone."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger error is nothing to steer by, fovea px."""
+SAME_LOOK_PX = 4.0
+"""Looks whose gazes differ by less show the same, fovea px."""
 SUPPORT_HALF_PX = 64
 """Half side of the pictures on which the support of a match is judged, fovea px."""
 
@@ -211,7 +213,10 @@ class ClosedLoop:
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
-            target = self._next(observation, measurement, found, tracker) or target
+            before, target = target, self._next(observation, measurement, found, tracker) or target
+            same = target.apart(before) * self._f_px <= SAME_LOOK_PX
+            if doubt is not None and same and not tracker.motion.moves:
+                raise doubt  # a further look would show the same
 
     def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
         """Return the gazes moved to where a moving target will be at the next look."""
@@ -333,10 +338,13 @@ class ClosedLoop:
             left=target.left - observation.gazes.left, right=target.right - observation.gazes.right
         )
         z_m = guessed_depth_m(self._calibration, observation.sighting, guess)
-        half = (SUPPORT_HALF_PX, SUPPORT_HALF_PX)
+        binning = observation.sighting.left.binning
+        half = (SUPPORT_HALF_PX // binning, SUPPORT_HALF_PX // binning)
         left, right = (
             eye_patch(observation.sighting, self._calibration, role, z_m, self._f_px * offset, half)
             for role, offset in ((Role.LEFT, guess.left), (Role.RIGHT, guess.right))
         )
         leaning = right.cut(half, WindowPlacement(xx=fine.slope[0], xy=fine.slope[1]))
-        return support_of(left.image, leaning, scale=FOVEA_SCALE)
+        report = support_of(left.image, leaning, scale=FOVEA_SCALE.binned(binning))
+        x_px, y_px = report.alike_offset_px
+        return replace(report, alike_offset_px=(binning * x_px, binning * y_px))

@@ -143,7 +143,7 @@ class FallbackEstimator:
                 verged = loop.close_at(weighted([one.match for one in sound])[0])
                 if verged is not None:
                     return both_foveae(verged)
-            near = self._near(loop, motion)
+            near = () if all(one.at_edge for one in sound) else self._near(loop, motion)
             hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
             if hidden:
                 held = all(confirmed(one.match, near) for one in hidden)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange
+from foveacam_pipeline.geometry.binning import picture_px
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.matching.texture import noise_level
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_template, room_px
@@ -55,7 +56,7 @@ def patches_for(
             f"target at wide pixel ({x:.1f}, {y:.1f}): {limits.template_half_min_px} px of image are needed "
             f"on every side, the image is {wide.width} x {wide.height} px; choose one nearer to the middle"
         )
-    noise = noise_level(gray, at_px=pixel)
+    noise = noise_level(gray, at_px=picture_px(pixel, wide.binning_of(gray.shape)))
     largest = min(room, limits.template_half_max_px)
 
     def cut(half_px: tuple[int, int]) -> WidePatch:

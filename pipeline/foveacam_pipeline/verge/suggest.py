@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.geometry.binning import enlarge
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import outline_margin_px, reach_outline_px
 
@@ -46,7 +47,8 @@ class Suggestion:
 def suggest_targets(
     image: NDArray[np.uint8], calibration: Calibration, *, count: int = 3
 ) -> tuple[Suggestion, ...]:
-    """Return at most `count` good targets in a wide image, (h, w, 3) RGB, best first."""
+    """Return at most `count` good targets in a wide image, (h, w, 3) RGB and binned or not, best first."""
+    image = enlarge(image, binning=calibration.wide.binning_of(image.shape))
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
     points = _candidates(gray.shape, calibration)
     if len(points) == 0:

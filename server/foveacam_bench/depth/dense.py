@@ -40,6 +40,7 @@ from foveacam_bench.depth.real_pairs import RealPair, real_pairs
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
 from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms
+from foveacam_pipeline.stereo.coarse import scene_window
 from foveacam_pipeline.stereo.estimator import LiveEstimator, SemiGlobalEstimator
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.search import (
@@ -47,7 +48,6 @@ from foveacam_pipeline.stereo.search import (
     STEP,
     MatchSettings,
     matcher,
-    scene_window,
     search_window,
     semi_global,
 )

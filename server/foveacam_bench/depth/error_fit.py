@@ -22,8 +22,8 @@ from foveacam_pipeline.stereo.errors import LIVE, SEMI_GLOBAL, CueWeights, match
 from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_pipeline.stereo.kernels import enlarge_cells
 from foveacam_pipeline.stereo.live import LARGEST_BEND_PX, match_cells, refine_match
-from foveacam_pipeline.stereo.match import find_and_refine, gradients_correlate
-from foveacam_pipeline.stereo.refine import FloatImage, Refinement
+from foveacam_pipeline.stereo.match import find_and_refine
+from foveacam_pipeline.stereo.refine import FloatImage, Refinement, gradients_correlate
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 

@@ -4,6 +4,8 @@ Affine Lucas-Kanade on clean pictures measures the renderer alone; normalised co
 diffraction, noise and 8 bits measures what a procedure obtains.
 """
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +114,20 @@ def depth_max_rel_error() -> float:
             truth = (normal @ (pose[:3, 3] - view.C)) / (rays @ normal)
             worst = max(worst, float(np.max(np.abs(depth[rows, columns] / truth - 1.0))))
     return worst
+
+
+def binned_difference(view: Projection, *, psf_sigma_px: float) -> float:
+    """Return the rms difference of a binned picture from the full-size one averaged 2x2, over its noise."""
+    ideal = SensorExposure(full_well_e=1e12, read_noise_e=0.0, bits=12, psf_sigma_px=psf_sigma_px)
+    with Renderer(measured_scene(), cached_frames=2) as renderer:
+        whole = expose(renderer.radiance(view).radiance, ideal, (0, 0, 0))
+        half = renderer.radiance(view.halved()).radiance
+    binned = expose(half, replace(ideal, binning=2), (0, 0, 0))
+    difference = binned - whole.reshape(*binned.shape[:1], 2, binned.shape[1], 2).mean(axis=(1, 3))
+    real = SensorExposure()
+    electrons = float(binned.mean()) / 4095 * real.full_well_e
+    noise = 0.5 * np.sqrt(electrons + real.read_noise_e**2) / real.full_well_e * 4095
+    return float(np.sqrt(np.mean(difference**2)) / noise)
 
 
 def shimmer() -> float:

@@ -18,6 +18,7 @@ import numpy as np
 
 from foveacam_bench.judging import peak_memory_kib, rms
 from foveacam_bench.render.accuracy import (
+    binned_difference,
     bits_are_equal,
     depth_max_rel_error,
     disparity_errors_px,
@@ -31,6 +32,7 @@ from foveacam_bench.render.scene import (
     measured_scene,
     wide_view,
 )
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.render import Projection, Renderer, SensorExposure, expose, place, warm_up
 
 ON_STATUE_M = (STATUE_M[0], -0.2, STATUE_M[2] - 0.4)
@@ -53,9 +55,16 @@ def run(*, quick: bool = False) -> dict[str, float | int | bool]:
     planar = max(_cpu_ms(_fovea(PANEL_M), frames), _cpu_ms(_fovea(ON_BOX_M), frames))
     clean, noisy = disparity_errors_px(points=10 if quick else 40)
     figures: dict[str, float | int | bool] = {
-        "wide_cpu_ms": _cpu_ms(lambda dx_px: wide_view(dx_px=dx_px), frames),
+        "wide_cpu_ms": _cpu_ms(_wide, frames),
         "fovea_planar_cpu_ms": planar,
         "fovea_mesh_cpu_ms": _cpu_ms(_fovea(ON_STATUE_M), frames),
+        "wide_binned_cpu_ms": _cpu_ms(_halved(_wide), frames),
+        "fovea_planar_binned_cpu_ms": max(
+            _cpu_ms(_halved(_fovea(at_m)), frames) for at_m in (PANEL_M, ON_BOX_M)
+        ),
+        "fovea_mesh_binned_cpu_ms": _cpu_ms(_halved(_fovea(ON_STATUE_M)), frames),
+        "look_cpu_ms": _look_cpu_ms(1, frames),
+        "look_binned_cpu_ms": _look_cpu_ms(2, frames),
         "moved_object_cpu_ms": _moved_object_cpu_ms(frames),
         **_speedup_figures(QUICK_SPEEDUP_REPETITIONS if quick else SPEEDUP_REPETITIONS),
         "unchanged_triplets_per_s": _unchanged_triplets_per_s(10 if quick else 40),
@@ -64,6 +73,10 @@ def run(*, quick: bool = False) -> dict[str, float | int | bool]:
         "disparity_noise_rms_px": rms(noisy),
         "depth_max_rel_error": depth_max_rel_error(),
         "shimmer": shimmer(),
+        "binned_difference_wide": binned_difference(wide_view(), psf_sigma_px=0.6),
+        "binned_difference_fovea": max(
+            binned_difference(fovea_view(at_m), psf_sigma_px=1.4) for at_m in (PANEL_M, ON_BOX_M, ON_STATUE_M)
+        ),
         "bit_equal": bits_are_equal(),
     }
     return figures | _start_up_figures()
@@ -91,6 +104,28 @@ def _start_up_figures() -> dict[str, float | int | bool]:
 
 def _fovea(at_m: tuple[float, float, float]) -> Callable[[float], Projection]:
     return lambda dx_px: fovea_view(at_m, dx_px=dx_px)
+
+
+def _wide(dx_px: float) -> Projection:
+    return wide_view(dx_px=dx_px)
+
+
+def _halved(view: Callable[[float], Projection]) -> Callable[[float], Projection]:
+    return lambda dx_px: view(dx_px).halved()
+
+
+def _look_cpu_ms(binning: Binning, looks: int) -> float:
+    """Return the median CPU time, on one thread, of both foveae's colour pictures with blur and noise."""
+    exposure, times_ms = SensorExposure(psf_sigma_px=1.4, binning=binning), []
+    with Renderer(measured_scene(), threads=1, cached_frames=2) as renderer:
+        for k in range(looks + 1):
+            views = [_fovea(at_m)(0.01 * k) for at_m in (PANEL_M, ON_STATUE_M)]
+            begin_s = time.process_time()
+            for camera, view in enumerate(views):
+                projection = view if binning == 1 else view.halved()
+                expose(renderer.radiance(projection, channels=3).radiance, exposure, (0, camera, k))
+            times_ms.append((time.process_time() - begin_s) * 1e3)
+    return median(times_ms[1:])
 
 
 def _triplet() -> list[Projection]:

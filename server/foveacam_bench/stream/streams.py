@@ -25,7 +25,7 @@ SLOW_BYTES_PER_S = 1e6
 FAST_CLIENTS = 7
 _CHOICES: tuple[dict[str, Scale], ...] = (
     {"wide": 1, "left": 2, "right": 2},
-    {"wide": 2, "left": 2, "right": 2},
+    {"wide": 2, "left": 4, "right": 4},
     {"wide": 1, "left": 1, "right": 2},
 )
 _IDLE_S = 2.0

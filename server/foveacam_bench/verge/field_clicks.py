@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
+from foveacam_bench.judging import bin_cameras, truth_of
 from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -82,17 +83,18 @@ class JudgedClick:
         return (self.fixation.duration_ms + own_ms) / 1e3
 
 
-def run(*, quick: bool = False) -> Figures:
+def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
     """Click, judge, and return the figures; `doubtful` lists the clicks to be examined."""
     count = QUICK_CLICKS if quick else CLICKS
-    return figures([answer for scene in SCENES for answer in answers(scene, count)])
+    return figures([answer for scene in SCENES for answer in answers(scene, count, binning=binning)])
 
 
-def answers(scene: str, count: int, *, seed: int = SEED) -> Iterator[JudgedClick]:
+def answers(scene: str, count: int, *, seed: int = SEED, binning: Binning = 1) -> Iterator[JudgedClick]:
     """Yield the answer to each of `count` clicks on one scene."""
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng([seed, *scene.encode()])
     with open_simulated(scene=scene, inline=True) as rig:
+        bin_cameras(rig, binning)
         for _ in range(count):
             limit_deg = np.array(FIELD_DEG)
             angles_rad = np.radians(rng.uniform(-limit_deg, limit_deg))

@@ -17,9 +17,10 @@ from statistics import median
 import numpy as np
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
+from foveacam_bench.judging import bin_cameras, truth_of
 from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click, clicked_point_at, residual_px
 from foveacam_bench.verge.knock import knock_figures
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
@@ -65,18 +66,22 @@ class ClickResult:
         return self.verged and far_off and abs(self.sigmas) > WRONG_SIGMA
 
 
-def run(*, quick: bool = False) -> Figures:
+def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
     """Click, judge, and return the figures; `failures` lists the failed clicks."""
-    results = [result for scene in SCENES for result in fixations(scene, QUICK_QUOTA if quick else QUOTA)]
+    quota = QUICK_QUOTA if quick else QUOTA
+    results = [result for scene in SCENES for result in fixations(scene, quota, binning=binning)]
     return click_figures(results) | knock_figures(load_calibration(CERTIFICATE), SCENES, quick=quick)
 
 
-def fixations(scene: str, quota: dict[ClickKind, int], *, seed: int = SEED) -> Iterator[ClickResult]:
+def fixations(
+    scene: str, quota: dict[ClickKind, int], *, seed: int = SEED, binning: Binning = 1
+) -> Iterator[ClickResult]:
     """Yield the result of each click on one scene; clicks are uniform over the wide view."""
     calibration = load_calibration(CERTIFICATE)
     rng = np.random.default_rng([seed, *scene.encode()])
     left = dict(quota)
     with open_simulated(scene=scene, inline=True) as rig:
+        bin_cameras(rig, binning)
         truth = truth_of(rig)
         while any(left.values()):
             size = np.array([calibration.wide.width, calibration.wide.height])

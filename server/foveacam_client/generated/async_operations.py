@@ -3916,10 +3916,11 @@ class AsyncViews:
             Call("PUT", "/api/v1/views/anaglyph/style", body=body), models.AnaglyphColours
         )
 
-    def snapshot(self, name: str, *, scale: Literal["1", "2"] | None = None) -> AsyncDownload:
+    def snapshot(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> AsyncDownload:
         """Newest picture of a view.
 
-        Return the newest picture of a view as JPEG; its number and capture time are in the headers.
+        Return the newest picture of a view as JPEG; its number, capture time and scale are in the
+        headers.
 
         Needs the right `view`.
         """
@@ -3929,7 +3930,7 @@ class AsyncViews:
             )
         )
 
-    def stream_mjpeg(self, name: str, *, scale: Literal["1", "2"] | None = None) -> AsyncDownload:
+    def stream_mjpeg(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> AsyncDownload:
         """Live view as MJPEG, for curl and VLC.
 
         Stream a view without end; at most two a person; a slow client lags without bound.

@@ -2981,9 +2981,10 @@ class StandoffRequest(Document):
 
 
 class StartStepDocument(Document):
-    """One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+    """One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
 
-    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
+    renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
     """
 
     model_config = ConfigDict(
@@ -2991,6 +2992,7 @@ class StartStepDocument(Document):
     )
     detail: str
     device: str
+    left_s: float | None = None
     remedy: str
     state: Literal["pending", "active", "done", "failed"]
 
@@ -3534,6 +3536,7 @@ class ViewDocument(Document):
     frozen_since_ms: float | None
     height: int
     name: str
+    picture_scale: int
     rate_hz: float
     width: int
 
@@ -4436,16 +4439,6 @@ class RasterPlan(Document):
     wide: Literal["point", "scan", "none"] = "point"
 
 
-class Readiness(Document):
-    """Whether a fixation could start now."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    problems: list[ReadyProblem]
-    ready: bool
-
-
 class RecordingDocument(Document):
     """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
 
@@ -4780,6 +4773,17 @@ class MeasurementDocument(Document):
     plane: PlaneDocument | None = None
     points: list[MeasuredPointDocument]
     profile: ProfileDocument | None = None
+
+
+class Readiness(Document):
+    """Whether a fixation could start now; `start`: the steps of the rig's start while it opens, else null."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    problems: list[ReadyProblem]
+    ready: bool
+    start: StartDocument | None = None
 
 
 class ReferenceDocument(Document):

@@ -3852,10 +3852,11 @@ class Views:
             Call("PUT", "/api/v1/views/anaglyph/style", body=body), models.AnaglyphColours
         )
 
-    def snapshot(self, name: str, *, scale: Literal["1", "2"] | None = None) -> Download:
+    def snapshot(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> Download:
         """Newest picture of a view.
 
-        Return the newest picture of a view as JPEG; its number and capture time are in the headers.
+        Return the newest picture of a view as JPEG; its number, capture time and scale are in the
+        headers.
 
         Needs the right `view`.
         """
@@ -3865,7 +3866,7 @@ class Views:
             )
         )
 
-    def stream_mjpeg(self, name: str, *, scale: Literal["1", "2"] | None = None) -> Download:
+    def stream_mjpeg(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> Download:
         """Live view as MJPEG, for curl and VLC.
 
         Stream a view without end; at most two a person; a slow client lags without bound.

@@ -163,7 +163,7 @@ class Rig:
         return PointCloud(self.api.clouds.ply(str(watch.cloud_id)).read())
 
     def frame(
-        self, view: str = "wide", *, scale: Literal["1", "2"] = "1"
+        self, view: str = "wide", *, scale: Literal["1", "2", "4"] = "1"
     ) -> "NDArray[Any]":  # Any: as the view has it
         """Return the newest picture of a live view: (h, w) or (h, w, 3) uint8, RGB; by OpenCV."""
         return decode_picture(self.api.views.snapshot(view, scale=scale).read())

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, TypeVar
 
-from fastapi import APIRouter
 from fastapi.routing import APIRoute, RouteContext, iter_route_contexts
 from starlette.routing import BaseRoute, Match
 from starlette.types import Scope
 
 from foveacam_server.accounts.rights import Right
+from foveacam_server.foundation.declared_routes import DeclaringRouter
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 ACCESS = "foveacam_access"
@@ -66,7 +66,7 @@ def declared_access(endpoint: object) -> Access | None:
     return found
 
 
-class GuardedRouter(APIRouter):
+class GuardedRouter(DeclaringRouter):
     """A router that declares what its routes need; a WebSocket declares its own."""
 
     def __init__(
@@ -91,7 +91,7 @@ class GuardedRouter(APIRouter):
         endpoint: Callable[..., Any],  # Any: a route's own arguments and answer
         **options: Any,  # noqa: ANN401 - those of APIRouter
     ) -> None:
-        """Add a route with the router's right, unless the endpoint declares another."""
+        """Declare a route with the router's right, unless the endpoint declares another."""
         if declared_access(endpoint) is None:
             safe = SAFE_METHODS.issuperset(options.get("methods") or ["GET"])
             needs(self._reading if safe else self._changing)(endpoint)

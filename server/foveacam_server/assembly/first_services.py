@@ -31,6 +31,7 @@ from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation
 from foveacam_server.rig.live_views import LiveRates
 from foveacam_server.rig.loop_lag import LoopLag
 from foveacam_server.rig.ports import AssembledRig, SceneViewer
@@ -52,6 +53,7 @@ class ServerFoundation:
     accounts: Accounts
     events: EventLog
     lag: LoopLag
+    kernels: Preparation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +93,12 @@ class SharedServices:
 
 
 def open_foundation(
-    settings: Settings, *, stack: ClosingStack, clock: Clock, loop: asyncio.AbstractEventLoop
+    settings: Settings,
+    *,
+    stack: ClosingStack,
+    clock: Clock,
+    loop: asyncio.AbstractEventLoop,
+    kernels: Preparation,
 ) -> ServerFoundation:
     """Open the store, the event log, the accounts, and the watch over the event loop; called on the loop."""
     store = stack.enter_context(Store(settings.data))
@@ -113,6 +120,7 @@ def open_foundation(
         accounts=accounts,
         events=events,
         lag=lag,
+        kernels=kernels,
     )
 
 
@@ -199,6 +207,7 @@ def open_hardware(
         overlay=displays.overlay.of,
         limits=live_rates(settings),
         keeper=knowledge.cameras,
+        prepare=foundation.kernels,
         blocked_ns=foundation.lag.blocked_ns,
     )
     knowledge.calibration.refuse_without_rig(lambda: refusals.not_open(hardware.status))
@@ -213,6 +222,8 @@ def _open_rig(foundation: ServerFoundation, knowledge: RigKnowledge, chosen: Cho
     if replay is not None:
         return _open_replay(foundation, knowledge, replay)
     rig = open_rig(chosen.config(), clock=foundation.clock, guarded=True)
+    if foundation.settings.binning != "rig":
+        rig.working_binning = 2 if foundation.settings.binning == "2" else 1
     knowledge.calibration.choose_for(rig.rig_id)
     knowledge.settling.restore(rig)
     return rig

@@ -9,12 +9,14 @@ import json
 from typing import Any
 
 from fastapi import FastAPI, Response
+from fastapi.openapi.utils import get_openapi
 from fastapi.routing import iter_route_contexts
 
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import UNDECLARED, Access, GuardedRouter, declared_access
 from foveacam_server.doors.closing import run_beside
+from foveacam_server.doors.deferred_routes import built_routes
 from foveacam_server.foundation.answers import problems
 
 _METHODS = ("get", "post", "put", "patch", "delete")
@@ -45,18 +47,29 @@ OPENAPI_PATH = "/openapi.json"
 
 def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
     """Complete the document of `app` and serve it; it is built once, at the first request."""
-    routes_alone = app.openapi
     if root_path:
         app.servers = [{"url": root_path}]
 
     def whole() -> dict[str, Any]:  # Any: a JSON document
-        document = routes_alone()
-        if "security" not in document:
-            _complete(document, _access_of_operations(app), token_needed=token_needed)
-        return document
+        if app.openapi_schema is None:
+            app.openapi_schema = _routes_document(app)
+            _complete(app.openapi_schema, _access_of_operations(app), token_needed=token_needed)
+        return app.openapi_schema
 
     app.openapi = whole  # type: ignore[method-assign]  # FastAPI's own way to extend the document
     app.include_router(_document_route(app))
+
+
+def _routes_document(app: FastAPI) -> dict[str, Any]:  # Any: a JSON document
+    """Return what FastAPI says of the routes; those that were not asked yet are built for it."""
+    return get_openapi(
+        title=app.title,
+        version=app.version,
+        openapi_version=app.openapi_version,
+        summary=app.summary,
+        routes=list(built_routes(app.routes)),
+        servers=app.servers,
+    )
 
 
 def _document_route(app: FastAPI) -> GuardedRouter:

@@ -1,60 +1,30 @@
-"""Serves the files of the browser's pages, and what they load: console, views, calibration display, REST."""
+"""Serves the browser's pages: console, views, calibration display, REST."""
 
-import hashlib
-import time
+import re
 from functools import lru_cache
 from pathlib import Path
 
 import fastapi_offline
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse
-from starlette.responses import Response
-from starlette.staticfiles import StaticFiles
-from starlette.types import Scope
 
-import foveacam_web
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.console.module_graph import start_modules
+from foveacam_server.console.static_files import (
+    NO_STALE_PAGES,
+    STATIC,
+    CompressedFiles,
+    VersionedFiles,
+    version,
+    with_joined_sheets,
+)
 
 router = GuardedRouter(include_in_schema=False, reading=Right.VIEW, changing=Right.ADMINISTER)
 
-STATIC = Path(foveacam_web.__file__).parent / "static"
 SWAGGER = Path(fastapi_offline.__file__).parent / "static"
 """Swagger UI, as that package ships it."""
-
-NO_STALE_PAGES = {"Cache-Control": "no-cache"}
-"""The browser validates its copy each time, so that page and server are of one version."""
-FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
-
-
-def version(folder: Path = STATIC) -> str:
-    """Return a version that changes with any of the files and is part of the URLs of all that a page loads.
-
-    So modules of two versions never mix, and browsers can cache each file for good.
-    """
-    digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*")):
-        status = path.stat()
-        digest.update(f"{path.relative_to(folder)}\0{status.st_mtime_ns}\0{status.st_size}\0".encode())
-    return f"v-{digest.hexdigest()[:12]}"
-
-
-@lru_cache(maxsize=1)
-def _version_in(second: int) -> str:  # cached for one second
-    return version()
-
-
-class _VersionedFiles(StaticFiles):
-    """Files that a browser caches for good under their version's URL, and revalidates under others."""
-
-    async def get_response(self, path: str, scope: Scope) -> Response:
-        first, _, rest = path.partition("/")
-        versioned = first.startswith("v-")
-        response = await super().get_response(rest if versioned else path, scope)
-        response.headers.update(
-            FOR_GOOD if versioned and first == _version_in(int(time.monotonic())) else NO_STALE_PAGES
-        )
-        return response
+_MODULE = re.compile(r'<script type="module" src="/static/([^"]+)"></script>')
 
 
 @router.get("/")
@@ -107,13 +77,30 @@ async def icon() -> FileResponse:
 
 
 def _page(name: str) -> HTMLResponse:
-    text = (STATIC / name).read_text(encoding="utf-8")
-    return HTMLResponse(text.replace('"/static/', f'"/static/{version()}/'), headers=NO_STALE_PAGES)
+    current = version()
+    text = _complete_page(name, current).replace('"/static/', f'"/static/{current}/')
+    return HTMLResponse(text, headers=NO_STALE_PAGES)
+
+
+@lru_cache(maxsize=16)
+def _complete_page(name: str, _version: str) -> str:
+    """Return a page with one style sheet, and with links to the modules that its script imports at the start.
+
+    By the links a browser requests all of them at once, in place of a level of imports after the other.
+    """
+    text = with_joined_sheets(name)
+    entry = _MODULE.search(text)
+    if entry is None:
+        return text
+    modules = start_modules(STATIC / entry[1])[1:]
+    addresses = (module.relative_to(STATIC.resolve()).as_posix() for module in modules)
+    links = "".join(f'  <link rel="modulepreload" href="/static/{address}">\n' for address in addresses)
+    return text.replace("</head>", f"{links}</head>")
 
 
 def install(app: FastAPI) -> None:
     """Serve the pages and the files that they load; first, as they are requested most."""
     seen = needs(Right.VIEW)
-    app.mount("/docs/parts", seen(StaticFiles(directory=SWAGGER)), name="swagger")
-    app.mount("/static", seen(_VersionedFiles(directory=STATIC, check_dir=False)), name="static")
+    app.mount("/docs/parts", seen(CompressedFiles(directory=SWAGGER)), name="swagger")
+    app.mount("/static", seen(VersionedFiles(directory=STATIC, check_dir=False)), name="static")
     app.include_router(router)

@@ -132,7 +132,7 @@ def check_data(settings: Settings) -> Finding:
 
 def check_console() -> Finding:
     """Check whether the console's page is installed."""
-    from foveacam_server.console.pages import STATIC
+    from foveacam_server.console.static_files import STATIC
 
     if not (STATIC / "index.html").is_file():
         return problem("console", f"{STATIC} has no index.html", "install the program again")

@@ -71,11 +71,16 @@ class StdoutProgress:
         other = max(0, total - len(self._costs) * self._rounds)
         whole = self._rounds * sum(self._costs.values()) + other
         share = min(1.0, self._over / whole)
-        _write_message(ChildProgress(done=done, total=total, note=note, share=share))
+        report_progress(ChildProgress(done=done, total=total, note=note, share=share))
 
     def cancelled(self) -> bool:
         """Never cancel."""
         return False
+
+
+def report_progress(step: ChildProgress) -> None:
+    """Write a step to stdout."""
+    _write_message(step)
 
 
 def _write_message(message: BaseModel) -> None:

@@ -81,6 +81,8 @@ class Settings(BaseSettings):
     """Scene of the simulated rig: a shipped name, or the path of a scene file."""
     preset: str = "rig120"
     """Mirror dynamics of the simulated rig: `rig120` or `paper`."""
+    binning: Literal["1", "2", "rig"] = "1"
+    """Binning of looks and live views; `rig`: the rig's own `working_binning`."""
     replay: Path | None = None
     """A recording to play in the place of a rig."""
     replay_speed: float = Field(default=1.0, ge=0.25, le=4.0)
@@ -117,7 +119,7 @@ class Settings(BaseSettings):
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
     live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)
-    live_fovea_hz: float = Field(default=12.0, gt=0.0, le=60.0)
+    live_fovea_hz: float = Field(default=15.0, gt=0.0, le=60.0)
     """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
     viewer: bool = True
     """Whether the 3D pane (viser) runs."""

@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from foveacam_hardware.rig_config import SerialRigConfig, SimulatedRigConfig, load_rig_config
-from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.rig.hardware_thread.kernel_preparation import KernelProgress, prepare_kernels
 
 
 def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
@@ -47,11 +47,12 @@ def check_simulation(config: SimulatedRigConfig) -> None:
 
 
 def compile_renderer(console: Console) -> None:
-    """Prepare the renderer of the simulated rig, which takes a minute the first time."""
-    with collection_paused():
-        from foveacam_hardware.sim.render import warm_up
-
+    """Prepare the renderer of the simulated rig, which takes half a minute the first time."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress, collection_paused():
-        task = progress.add_task("preparing the simulated rig (first start: about a minute)")
-        warm_up(lambda done, total, _name: progress.update(task, completed=done, total=total))
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("preparing the simulated rig (first start: half a minute)", total=None)
+
+        def show(kernels: KernelProgress) -> None:
+            progress.update(task, completed=kernels.done, total=kernels.total)
+
+        prepare_kernels(show, cancelled=lambda: False)

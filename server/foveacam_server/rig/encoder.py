@@ -18,15 +18,17 @@ from foveacam_server.rig.view_state import ViewPicture
 QUALITY = 75
 """Measured: a grey 1440x1080 frame takes 3-4 ms and about 150 kB; PNG takes 64 ms and 2.3 MB."""
 
-Scale: TypeAlias = Literal[1, 2]
+Scale: TypeAlias = Literal[1, 2, 4]
+"""Pixels of the sensor along each side of a pixel of a picture."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EncodedPicture:
-    """A picture as JPEG; `jpeg` decodes to RGB, reduced by `scale`."""
+    """A picture as JPEG; `jpeg` decodes to RGB."""
 
     picture: ViewPicture
-    scale: Scale
+    scale: int
+    """Pixels of the sensor along each side of one of `jpeg`."""
     jpeg: bytes
 
 
@@ -47,10 +49,10 @@ def halve(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.resize(even, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def encode_jpeg(image: Image, *, scale: Scale = 1, bits: int = 8, quality: int = QUALITY) -> bytes:
-    """Return `image`, (h, w) grey or (h, w, 3) RGB, as JPEG, full size or exactly halved."""
+def encode_jpeg(image: Image, *, reduction: Scale = 1, bits: int = 8, quality: int = QUALITY) -> bytes:
+    """Return `image`, (h, w) grey or (h, w, 3) RGB, as JPEG, full size or exactly halved once or twice."""
     pixels = eight_bit(image, bits=bits)
-    if scale == 2:
+    for _ in range(reduction.bit_length() - 1):
         pixels = halve(pixels)
     if pixels.ndim == 3:
         pixels = np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR), dtype=np.uint8)
@@ -68,7 +70,11 @@ def encode_png(picture: NDArray[np.uint8]) -> bytes:
 
 
 class JpegStore:
-    """The newest JPEG of each view and size, shared by all clients of this event loop."""
+    """The newest JPEG of each view and size, shared by all clients of this event loop.
+
+    Sizes are kept by the reduction of the camera's picture: those that are larger than a binned picture share
+    the encoding of the whole of it.
+    """
 
     def __init__(self, hub: FrameHub, *, executor: Executor) -> None:
         self._hub = hub
@@ -78,34 +84,45 @@ class JpegStore:
 
     @property
     def encodes(self) -> dict[tuple[str, Scale], int]:
-        """Number of pictures that were encoded, by view and size."""
+        """Number of pictures that were encoded, by view and reduction."""
         return dict(self._encodes)
 
     async def newest(self, view: str, scale: Scale) -> EncodedPicture | None:
-        """Return the newest picture of `view` as JPEG; None before the first picture."""
+        """Return the newest picture of `view` as JPEG, at `scale` or at its own where that is coarser.
+
+        None before the first picture.
+        """
         picture = self._hub.newest(view)
         if picture is None:
             return None
-        held = self._newest.get((view, scale))
+        reduction = _reduction(scale, picture)
+        held = self._newest.get((view, reduction))
         if held is None or held[0] is not picture:
-            held = (picture, self._begin(picture, scale))
-            self._newest[(view, scale)] = held
+            held = (picture, self._begin(picture, reduction))
+            self._newest[(view, reduction)] = held
         # Shielded: a client that leaves must not cancel what others wait for
         return await asyncio.shield(held[1])
 
-    def _begin(self, picture: ViewPicture, scale: Scale) -> "asyncio.Future[EncodedPicture]":
-        key = (picture.view, scale)
+    def _begin(self, picture: ViewPicture, reduction: Scale) -> "asyncio.Future[EncodedPicture]":
+        key = (picture.view, reduction)
         self._encodes[key] = self._encodes.get(key, 0) + 1
         count_flow(view_part(picture.view), ENCODER, "pictures")
-        future = asyncio.get_running_loop().run_in_executor(self._executor, _encode, picture, scale)
+        future = asyncio.get_running_loop().run_in_executor(self._executor, _encode, picture, reduction)
         future.add_done_callback(_retrieve)
         return future
 
 
-def _encode(picture: ViewPicture, scale: Scale) -> EncodedPicture:
+def _reduction(scale: Scale, picture: ViewPicture) -> Scale:
+    """Return how much a picture is reduced to have `scale`, or the next coarser scale that it can have."""
+    if scale <= picture.binning:
+        return 1
+    return 4 if scale // picture.binning >= 4 else 2
+
+
+def _encode(picture: ViewPicture, reduction: Scale) -> EncodedPicture:
     with timings.ENCODE.time():
-        jpeg = encode_jpeg(picture.image, scale=scale, bits=picture.bits)
-    return EncodedPicture(picture=picture, scale=scale, jpeg=jpeg)
+        jpeg = encode_jpeg(picture.image, reduction=reduction, bits=picture.bits)
+    return EncodedPicture(picture=picture, scale=reduction * picture.binning, jpeg=jpeg)
 
 
 def _retrieve(future: "asyncio.Future[EncodedPicture]") -> None:

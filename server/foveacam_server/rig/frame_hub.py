@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Clock, Frame, Image, InvalidInput
+from foveacam_hardware.contract import Binning, Clock, Frame, Image, InvalidInput
 from foveacam_server.foundation.watching.flows import count_flow, this_part, view_part
 from foveacam_server.rig.schema import OverlayDocument
 from foveacam_server.rig.view_state import VIEWS, ViewPicture, ViewSpec, ViewState, ViewStatus
@@ -62,6 +62,7 @@ class FrameHub:
         seq: int | None = None,
         bits: int = 8,
         meta: OverlayDocument | None = None,
+        binning: Binning = 1,
     ) -> None:
         """Make `image` the newest of `view`; from any thread, never waiting for a viewer.
 
@@ -83,6 +84,7 @@ class FrameHub:
                 t_ns=t_ns,
                 meta=meta,
                 number=state.published + 1,
+                binning=binning,
             )
             news = state.add(picture, now_ns=self._clock.now_ns())
             loops = {watch.loop for watch in self._watches if view in watch.views} if news else set()
@@ -96,7 +98,13 @@ class FrameHub:
     def publish_frame(self, frame: Frame, *, meta: OverlayDocument | None = None) -> None:
         """Publish a camera frame to the view named by its role."""
         self.publish(
-            frame.role.value, frame.image, t_ns=frame.t_ns, seq=frame.seq, bits=frame.bits, meta=meta
+            frame.role.value,
+            frame.image,
+            t_ns=frame.t_ns,
+            seq=frame.seq,
+            bits=frame.bits,
+            meta=meta,
+            binning=frame.binning,
         )
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
@@ -117,10 +125,12 @@ class FrameHub:
         with self._lock:
             now_ns = self._clock.now_ns()
             newest = state.newest
+            scale = 1 if newest is None else newest.binning
             return ViewStatus(
                 spec=state.spec,
-                width=state.spec.width if newest is None else int(newest.image.shape[1]),
-                height=state.spec.height if newest is None else int(newest.image.shape[0]),
+                width=state.spec.width if newest is None else scale * int(newest.image.shape[1]),
+                height=state.spec.height if newest is None else scale * int(newest.image.shape[0]),
+                picture_scale=scale,
                 rate_hz=state.rate_hz(now_ns),
                 age_ms=None if newest is None else (now_ns - newest.t_ns) / 1e6,
                 frozen_since_ms=state.frozen_since_ms(now_ns),

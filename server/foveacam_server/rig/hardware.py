@@ -10,13 +10,24 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import TypeVar
 
-from foveacam_hardware.contract import PARKED, Clock, Frame, Head, NotConnected, Sighting, StereoVolts
+from foveacam_hardware.contract import (
+    PARKED,
+    Binning,
+    Clock,
+    Frame,
+    Head,
+    NotConnected,
+    Sighting,
+    StereoVolts,
+)
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.watching.flows import HARDWARE
 from foveacam_server.rig import refusals
 from foveacam_server.rig.device_reconnector import WIDE, DeviceReconnector, MirrorLinkMonitor
 from foveacam_server.rig.hand_steering import HandSteering
-from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead
+from foveacam_server.rig.hardware_commands import CommandQueue, ExclusiveHead, answer_of
+from foveacam_server.rig.hardware_thread.binning import RigBinning
+from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation
 from foveacam_server.rig.hardware_thread.move_guard import ExclusiveUse, MoveGuard
 from foveacam_server.rig.hardware_thread.moves import RigMoves, without_failing
 from foveacam_server.rig.hardware_thread.opening_steps import RigOpening
@@ -32,6 +43,8 @@ T = TypeVar("T")
 REOPENED_S = 60.0
 """Longest that somebody waits for another rig to open; its devices that are missing take seconds each."""
 REOPEN_POLL_S = 0.1
+SWITCHED_S = 10.0
+"""Longest that cameras take to change their binning: stop, set, start."""
 
 
 class HardwareThread:
@@ -47,24 +60,29 @@ class HardwareThread:
         overlay: OverlayOf,
         limits: LiveRates,
         keeper: CameraKeeper | None = None,
+        prepare: Preparation | None = None,
         blocked_ns: Callable[[], int] = never_blocked,
     ) -> None:
-        """`blocked_ns`: as for `HandSteering`."""
+        """`prepare`: as for `RigOpening`; `blocked_ns`: as for `HandSteering`."""
+        self._closing = threading.Event()
         self._live = LiveViews(sink=sink, clock=clock, limits=limits, overlay=overlay)
         self.recent_wide = self._live.recent_wide
         """The wide frames that viewers may see at the moment."""
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
         """Pings their controller and switches their supply rail."""
-        self.opening = RigOpening(opener, self._reconnector, clock=clock)
+        self.opening = RigOpening(
+            opener, self._reconnector, clock=clock, prepare=prepare, cancelled=self._closing.is_set
+        )
         """Opens the rig step by step."""
         self.commands = CommandQueue()
         """What waits for the thread, and how long it has had nothing to do."""
         self.use = ExclusiveUse()
         """Which job has the rig; who follows targets gives it away when another wants it."""
+        self.binning = RigBinning()
+        """Which binning the cameras have: the rig's own, a session's or a recording's."""
         self._rig: AssembledRig | None = None
         self._opened = threading.Event()
-        self._closing = threading.Event()
         self._reopening = threading.Event()
         self._moves = RigMoves(
             live=self._live, reconnector=self._reconnector, in_session=lambda: self.use.holder is not None
@@ -199,15 +217,35 @@ class HardwareThread:
         cancelled: Callable[[], bool],
         one_eyed: bool = False,
         gives_way: bool = False,
+        binning: Binning | None = None,
     ) -> Iterator[Head]:
         """Give one job the rig exclusively: live looks pause, the job's own looks feed the views.
 
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
-        be missing. `gives_way`: it ends soon when `use.wanted`.
+        be missing. `gives_way`: it ends soon when `use.wanted`. `binning`: of its frames, by default the
+        rig's working binning; the cameras are switched before its first look and back after its end. Raise
+        what a camera refuses a binning with that was asked for.
         """
-        with self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way):
+        with (
+            self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way),
+            self.binning.session(binning),
+        ):
             self.hand.make_way(f"{holder} uses the rig")
+            if binning is not None:
+                self._switch()
             yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
+
+    @contextmanager
+    def recorded_at(self, binning: Binning) -> Iterator[None]:
+        """Give frames of one binning while a recording runs, whatever sessions ask meanwhile."""
+        with self.binning.recorded(binning):
+            self._switch()
+            yield
+
+    def _switch(self) -> None:
+        """Have the cameras switched to the binning that is wanted, and wait for it."""
+        if self._rig is not None:
+            answer_of(self.submit(self.binning.apply), asked="the binning", within_s=SWITCHED_S)
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 
@@ -268,12 +306,14 @@ class HardwareThread:
     def _run_cycle(self, rig: AssembledRig) -> None:
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
         command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
+        self.binning.keep(rig)  # what was asked for while it waited
         if command is not None:
+            self._live.note_use()
             command.run(rig)
         elif looks and self._live.look_due():
-            without_failing("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
+            self._run_live("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
         if wide and self._live.wide_due():
-            without_failing("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
+            self._run_live("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
         self.mirrors.ping_if_due(rig)
         if self._reconnector.cameras_lost(rig):
             self._moves.park(rig)
@@ -281,6 +321,10 @@ class HardwareThread:
             self._reconnect(rig)
         if self._reading.is_due():
             self.refresh(rig)
+
+    def _run_live(self, what: str, work: Callable[[], object]) -> None:
+        if not without_failing(what, work):
+            self._live.note_use()  # so that the next ones come soon, and tell whether a device is lost
 
     def _looks_allowed(self, rig: AssembledRig) -> bool:
         idle = not self._moves.halted and self.use.holder is None and self.mirrors.rail_wanted

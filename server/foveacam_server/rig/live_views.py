@@ -15,7 +15,12 @@ SESSION_WIDE_HZ = 4.0
 """Rate of wide frames while a job runs; its looks deliver further ones."""
 IDLE_WIDE_HZ = 2.0
 IDLE_FOVEA_HZ = 1.0
-"""Rates without a viewer: snapshots stay fresh and a lost device is noticed, at little cost."""
+"""Rates without a viewer: a lost device is noticed soon, at little cost."""
+QUIET_AFTER_NS = 20_000_000_000
+QUIET_WIDE_HZ = 0.2
+QUIET_FOVEA_HZ = 0.02
+"""Rates once nobody has looked or used the rig for `QUIET_AFTER_NS`: a picture of a simulated rig is computed
+for nobody otherwise."""
 EVERY_WIDE_HZ = 120.0
 EVERY_FOVEA_HZ = 1000.0
 """Limits during a recording: looks follow each other at once, and the wide camera's frames between them are
@@ -23,6 +28,8 @@ all read."""
 LIVE_AGE_MS = 500.0
 """Largest age of a live wide frame; after it a new one is awaited, as the camera may have stalled."""
 LONGEST_WAIT_S = 0.1
+LONGEST_QUIET_WAIT_S = 0.25
+"""So long at most nobody asks whether a viewer has come."""
 RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
 """Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
 
@@ -35,7 +42,7 @@ class LiveRates:
     """Upper limits of the live views, Hz."""
 
     wide_hz: float = 15.0
-    fovea_hz: float = 12.0
+    fovea_hz: float = 15.0
 
 
 class RecentFrames:
@@ -78,8 +85,10 @@ class LiveViews:
         self._clock = clock
         self._limits = limits
         self._overlay = overlay
-        self._wide_due_ns = 0
-        self._look_due_ns = 0
+        self._wide_began_ns: int | None = None
+        self._look_began_ns: int | None = None
+        self._in_session = False
+        self._used_ns = clock.now_ns()
 
     def show_sighting(self, sighting: Sighting, *, in_session: bool) -> None:
         """Publish the frames of one look; its wide frame counts as a live one.
@@ -95,24 +104,22 @@ class LiveViews:
             if frame.role is not sighting.missing:
                 self._show(frame)
 
+    def note_use(self) -> None:
+        """Take note that somebody uses the rig, or that it must be watched closely."""
+        self._used_ns = self._clock.now_ns()
+
     def wide_due(self) -> bool:
         """Return whether a wide frame is due."""
-        return self._clock.now_ns() >= self._wide_due_ns
+        return self._clock.now_ns() >= self._wide_due_ns()
 
     def look_due(self) -> bool:
         """Return whether a look for the live fovea views is due."""
-        return self._clock.now_ns() >= self._look_due_ns
+        return self._clock.now_ns() >= self._look_due_ns()
 
     def start_wide_period(self, *, in_session: bool) -> None:
         """Start a period of the wide view."""
-        rate_hz = self._limits.wide_hz
-        if self._sink.wants_every(Role.WIDE.value):
-            rate_hz = EVERY_WIDE_HZ
-        elif not self._sink.watched(Role.WIDE.value):
-            rate_hz = min(rate_hz, IDLE_WIDE_HZ)
-        if in_session:
-            rate_hz = min(rate_hz, SESSION_WIDE_HZ)
-        self._wide_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
+        self._in_session = in_session
+        self._wide_began_ns = self._clock.now_ns()
 
     def show_wide(
         self, rig: AssembledRig, *, gaze: StereoVolts | None, max_age_ms: float = LIVE_AGE_MS
@@ -127,19 +134,45 @@ class LiveViews:
 
     def start_look_period(self) -> None:
         """Start a period of the live fovea views."""
-        rate_hz = self._limits.fovea_hz
-        if self._for_a_fovea(self._sink.wants_every):
-            rate_hz = EVERY_FOVEA_HZ
-        elif not self._for_a_fovea(self._sink.watched):
-            rate_hz = min(rate_hz, IDLE_FOVEA_HZ)
-        self._look_due_ns = self._clock.now_ns() + round(1e9 / rate_hz)
+        self._look_began_ns = self._clock.now_ns()
 
     def wait_s(self, *, wide: bool, looks: bool) -> float:
         """Return the time until a wide frame or a look is due, of those that are enabled."""
         now_ns = self._clock.now_ns()
-        wanted = [(self._wide_due_ns, wide), (self._look_due_ns, looks)]
+        wanted = [(self._wide_due_ns(), wide), (self._look_due_ns(), looks)]
         waits_s = [(due_ns - now_ns) / 1e9 for due_ns, is_wanted in wanted if is_wanted]
-        return max(0.0, min([*waits_s, LONGEST_WAIT_S]))
+        return max(0.0, min([*waits_s, LONGEST_QUIET_WAIT_S if self.quiet else LONGEST_WAIT_S]))
+
+    def _wide_due_ns(self) -> int:
+        """Return when a wide frame is due by what is wanted now: a viewer who comes need not wait."""
+        view = Role.WIDE.value
+        rate_hz = self._limits.wide_hz
+        if self._sink.wants_every(view):
+            rate_hz = EVERY_WIDE_HZ
+        elif not self._watched(view):
+            rate_hz = min(rate_hz, QUIET_WIDE_HZ if self.quiet else IDLE_WIDE_HZ)
+        if self._in_session:
+            rate_hz = min(rate_hz, SESSION_WIDE_HZ)
+        return 0 if self._wide_began_ns is None else self._wide_began_ns + round(1e9 / rate_hz)
+
+    def _look_due_ns(self) -> int:
+        rate_hz = self._limits.fovea_hz
+        if self._for_a_fovea(self._sink.wants_every):
+            rate_hz = EVERY_FOVEA_HZ
+        elif not self._for_a_fovea(self._watched):
+            rate_hz = min(rate_hz, QUIET_FOVEA_HZ if self.quiet else IDLE_FOVEA_HZ)
+        return 0 if self._look_began_ns is None else self._look_began_ns + round(1e9 / rate_hz)
+
+    @property
+    def quiet(self) -> bool:
+        """Whether nobody has looked or used the rig for long."""
+        return self._clock.now_ns() - self._used_ns >= QUIET_AFTER_NS
+
+    def _watched(self, view: str) -> bool:
+        watched = self._sink.watched(view)
+        if watched:
+            self.note_use()
+        return watched
 
     def _for_a_fovea(self, asks: Callable[[str], bool]) -> bool:
         return asks(Role.LEFT.value) or asks(Role.RIGHT.value)

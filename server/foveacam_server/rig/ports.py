@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Clock, Frame, MarkerPrint, RailPlace, Station
+from foveacam_hardware.contract import Binning, Clock, Frame, MarkerPrint, RailPlace, Station
 from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.models.calibration import Calibration
@@ -56,6 +56,8 @@ class AssembledRig(CaptureRig, Protocol):
     """
 
     settle_us: int
+    working_binning: Binning
+    """Of looks, live views and all sessions that choose no other."""
 
     @property
     def replayed(self) -> bool:

@@ -48,6 +48,7 @@ class PlayedCamera:
             volts=pose.volts,
             exposure_ns=pose.exposure_ns,
             frame_id=pose.frame_id,
+            binning=found.binning,
         )
 
     def volts(self, index: int) -> MirrorVolts | None:

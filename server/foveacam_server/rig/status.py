@@ -151,7 +151,7 @@ class FrameRate:
         if frame.seq == self.last_seq:
             return False
         self.last_seq = frame.seq
-        self.height, self.width = int(frame.image.shape[0]), int(frame.image.shape[1])
+        self.height, self.width = (frame.binning * int(side) for side in frame.image.shape[:2])
         if self.newest_t_ns is not None:
             self.gaps_ns.add(frame.t_ns - self.newest_t_ns, t_ns=frame.t_ns)
         self.recent_t_ns.append(frame.t_ns)

@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from collections.abc import AsyncGenerator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Protocol
 
 from foveacam_hardware.contract import InvalidInput
@@ -24,6 +25,8 @@ MAX_CLIENTS, CLIENTS_EACH = 64, 16
 MAX_MJPEG, MJPEG_EACH = 32, 2
 """A browser opens six connections a host: six MJPEG images block every request, the stop included."""
 STATS_INTERVAL_S = 1.0
+OLD_MS, FRESH_WITHIN_S = 1500.0, 1.0
+"""A snapshot older than this waits for the next picture, so long at most."""
 _ENCODER_THREADS = 2
 
 
@@ -85,6 +88,22 @@ class LiveStreams:
         dropped = 0 if before is None else picture.number - before.number - 1
         self.dropped[picture.view] += dropped
         count_flow(ENCODER, VIEWERS, "pictures", dropped=dropped, size_bytes=size_bytes)
+
+    async def snapshot(self, view: str, scale: Scale) -> EncodedPicture | None:
+        """Return the newest picture of a view, or the next one where that is old; None before the first.
+
+        Cameras deliver few pictures while nobody looks.
+        """
+        age_ms = self.hub.status(view).age_ms
+        if age_ms is not None and age_ms > OLD_MS:
+            fresh = asyncio.Event()
+            watch = self.hub.watch(frozenset({view}), lambda _view: fresh.set())
+            try:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(fresh.wait(), FRESH_WITHIN_S)
+            finally:
+                watch.close()
+        return await self.jpegs.newest(view, scale)
 
     async def pictures(self, view: str, scale: Scale) -> AsyncGenerator[EncodedPicture]:
         """Yield each newest picture of `view`, until the server ends."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Image
+from foveacam_hardware.contract import Binning, Image
 from foveacam_server.rig.schema import OverlayDocument
 
 RATE_WINDOW_NS = 2_000_000_000
@@ -102,6 +102,8 @@ class ViewPicture:
     """The overlay that the page draws; None for none."""
     number: int = 0
     """The hub's count of the view's pictures."""
+    binning: Binning = 1
+    """Pixels of the sensor along each side of a pixel of `image`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +112,10 @@ class ViewStatus:
 
     spec: ViewSpec
     width: int
+    """Of the sensor for a camera's view, however it is binned; else of the picture."""
     height: int
+    picture_scale: int
+    """Pixels that `width` counts for one of the picture at full size."""
     rate_hz: float
     age_ms: float | None
     """Since the middle of the newest picture's exposure; None before the first."""

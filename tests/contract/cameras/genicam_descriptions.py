@@ -10,6 +10,7 @@ from foveacam_hardware.drivers.cameras.aravis.library import LIBRARY
 
 EXPOSURE_AUTO_AT, RATE_BY_HAND_AT, RESULTING_AT = 0x1F00, 0x1F04, 0x1F08
 """Where nothing else of the fake camera is."""
+BINNING_MODES_AT = (0x1F10, 0x1F14)
 OFF, CONTINUOUS, ONCE = 0, 1, 2
 """The values of ExposureAuto, as chosen here."""
 _END = "</RegisterDescription>"
@@ -28,6 +29,12 @@ _AUTOMATIC = """
 <Converter Name="AcquisitionResultingFrameRate" NameSpace="Standard">
 <FormulaTo>FROM</FormulaTo><FormulaFrom>TO</FormulaFrom><pValue>ResultingRegister</pValue></Converter>
 """
+
+
+_BINNING_MODE = """
+<Enumeration Name="{axis}Mode" NameSpace="Standard">{entries}<pValue>{axis}ModeRegister</pValue></Enumeration>
+"""
+_ENTRY = '<EnumEntry Name="{name}" NameSpace="Standard"><Value>{value}</Value></EnumEntry>'
 
 
 def fake_cameras_own() -> str:
@@ -53,3 +60,16 @@ def with_automatic_modes() -> str:
     )
     added = "".join(_REGISTER.format(name=name, address=address) for name, address in registers)
     return fake_cameras_own().replace(_END, added + _AUTOMATIC + _END)
+
+
+def with_binning_modes(*names: str) -> str:
+    """Return the description of a camera that bins in these modes, of which the first is in force.
+
+    It delivers as many pixels as Width and Height say, whatever its binning.
+    """
+    entries = "".join(_ENTRY.format(name=name, value=value) for value, name in enumerate(names))
+    added = ""
+    for axis, address in zip(("BinningHorizontal", "BinningVertical"), BINNING_MODES_AT, strict=True):
+        added += _REGISTER.format(name=f"{axis}ModeRegister", address=address)
+        added += _BINNING_MODE.format(axis=axis, entries=entries)
+    return fake_cameras_own().replace(_END, added + _END)

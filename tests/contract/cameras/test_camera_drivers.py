@@ -101,6 +101,25 @@ def test_frames_carry_their_time_number_and_format(streaming: Camera) -> None:
     assert streaming.link.phase in (CameraPhase.STREAMING, CameraPhase.DEGRADED)
 
 
+def test_binning_is_switched_while_it_streams_and_every_frame_states_its_own(streaming: Camera) -> None:
+    seen = [streaming.read(timeout_ms=PATIENCE_MS)]
+    for binning in (2, 1):
+        taken = streaming.configure(replace(streaming.settings, binning=binning))
+        seen.append(streaming.read(timeout_ms=PATIENCE_MS))
+        assert taken.binning == streaming.settings.binning == binning
+
+    height, width = seen[0].image.shape[:2]
+    assert streaming.ranges.binnings == (1, 2)
+    assert [frame.binning for frame in seen] == [1, 2, 1]
+    assert [frame.image.shape[:2] for frame in seen] == [
+        (height, width), (height // 2, width // 2), (height, width)
+    ]  # fmt: skip
+    assert [frame.image.shape[2:] for frame in seen] == 3 * [seen[0].image.shape[2:]]
+    assert seen[0].seq < seen[1].seq < seen[2].seq
+    assert seen[0].t_ns < seen[1].t_ns < seen[2].t_ns
+    assert {frame.epoch for frame in seen} == {1}
+
+
 def test_frames_keep_the_rate(streaming: Camera) -> None:
     """Neither doubled nor halved; a camera without a clock is timed by arrivals, which come in bursts.
 

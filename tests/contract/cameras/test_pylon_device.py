@@ -401,3 +401,57 @@ def test_every_error_is_the_contract_s() -> None:
     for call in (device.start, device.stop, device.ranges, device.underruns, device.software_trigger):
         with pytest.raises(FoveaError):
             call()
+
+
+BINNED = replace(SLOW, binning=2)
+
+
+def region(device: PylonDevice) -> tuple[int, ...]:
+    names = ("OffsetX", "OffsetY", "Width", "Height")
+    return tuple(int(getattr(emulator(device), name).GetValue()) for name in names)
+
+
+@pytest.fixture
+def even_device() -> Iterator[PylonDevice]:
+    """A device whose region begins at even pixels of its sensor of 1024x1040."""
+    device = PylonDevice(SERIAL, clock=MonotonicClock(), options=PylonOptions(width=360, height=272))
+    device.open()
+    yield device
+    device.close()
+
+
+def test_the_camera_averages_the_same_part_of_its_sensor_by_itself(even_device: PylonDevice) -> None:
+    even_device.configure(SLOW)
+    whole = region(even_device)
+    taken = even_device.configure(BINNED)
+    half = region(even_device)
+    even_device.start()
+    shape = picture(even_device).shape
+    even_device.stop()
+    back = even_device.configure(SLOW)
+
+    assert (taken.binning, back.binning) == (2, 1)
+    assert half == tuple(size // 2 for size in whole)
+    assert shape == (136, 180)
+    assert emulator(even_device).BinningHorizontalMode.GetValue() == "Average"
+    assert emulator(even_device).BinningVerticalMode.GetValue() == "Average"
+    assert region(even_device) == whole
+
+
+@pytest.mark.parametrize("pixel_format", [PixelFormat.BAYER_RG8, PixelFormat.RGB8])
+def test_colours_are_left_to_the_host(even_device: PylonDevice, pixel_format: PixelFormat) -> None:
+    even_device.configure(BINNED)
+    taken = even_device.configure(replace(BINNED, pixel_format=pixel_format))
+
+    assert taken.binning == 1
+    assert region(even_device)[2:] == (360, 272)
+
+
+def test_a_region_that_begins_at_an_odd_pixel_is_left_to_the_host() -> None:
+    device = PylonDevice(SERIAL, clock=MonotonicClock(), options=PylonOptions(width=362, offset_x=1))
+    device.open()
+    try:
+        assert device.configure(BINNED).binning == 1
+        assert region(device)[::2] == (1, 362)
+    finally:
+        device.close()

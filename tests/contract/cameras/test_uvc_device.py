@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, MonotonicClock, NotConnected, OutOfRange
 from foveacam_hardware.drivers.cameras.device import GrabStatus
+from foveacam_hardware.drivers.cameras.host_binning import average_2x2
 from foveacam_hardware.drivers.cameras.opencv.device import OpenCvDevice
 
 AS_IT_IS = CameraSettings(exposure_ns=0, frame_rate_hz=0.0)
@@ -32,13 +33,28 @@ class FakeUvc:
         self.refuses: set[int] = set()
         self.unplugged = False
         self.released = False
+        self.scene: NDArray[np.uint8] | None = None
+        """What it sees at 640x480; None: nothing but grey."""
+        self.halves_by = "mean"
+        """What it makes its half size of: "mean", "crop", or "skip" (every second pixel)."""
 
     def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
         return not self.released
 
     def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
         self.pictures.acquire(timeout=10.0)
-        return (False, None) if self.unplugged else (True, np.full((480, 640, 3), 50, dtype=np.uint8))
+        if self.unplugged:
+            return False, None
+        return True, np.full((480, 640, 3), 50, dtype=np.uint8) if self.scene is None else self._picture(
+            self.scene
+        )
+
+    def _picture(self, scene: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        if self.props[cv2.CAP_PROP_FRAME_WIDTH] == 640.0:
+            return scene
+        if self.halves_by == "crop":
+            return scene[120:360, 160:480]
+        return scene[::2, ::2] if self.halves_by == "skip" else np.asarray(average_2x2(scene), dtype=np.uint8)
 
     def get(self, prop: int, /) -> float:
         return self.props.get(prop, -1.0)
@@ -138,4 +154,43 @@ def test_an_unplugged_uvc_camera_is_lost_in_words() -> None:
     camera.pictures.release(1)
     with pytest.raises(NotConnected, match="no pictures any more; plug it in"):
         device.grab(timeout_ms=2000.0)
+    device.close()
+
+
+def textured() -> NDArray[np.uint8]:
+    rng = np.random.default_rng(2)
+    fine = cv2.GaussianBlur(rng.normal(128.0, 250.0, (480, 640, 3)).astype(np.float32), (0, 0), 2.0)
+    return np.clip(fine, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("halves_by", "contrast", "binning"),
+    [("mean", True, 2), ("crop", True, 1), ("skip", True, 1), ("mean", False, 1)],
+)
+def test_half_the_size_is_used_where_it_shows_that_it_is_the_mean(
+    halves_by: str, contrast: bool, binning: int
+) -> None:
+    camera, device = uvc()
+    camera.halves_by = halves_by
+    camera.scene = textured() if contrast else np.full((480, 640, 3), 50, dtype=np.uint8)
+    for _ in range(4):
+        camera.pictures.release()
+    taken = device.configure(replace(AS_IT_IS, binning=2))
+    again = device.configure(replace(AS_IT_IS, binning=2))
+
+    assert taken.binning == again.binning == binning
+    assert camera.props[cv2.CAP_PROP_FRAME_WIDTH] == 640.0 / binning
+    assert device.configure(AS_IT_IS).binning == 1
+    assert camera.props[cv2.CAP_PROP_FRAME_WIDTH] == 640.0
+    device.close()
+
+
+def test_a_camera_without_half_its_size_is_averaged_by_the_host() -> None:
+    camera, device = uvc()
+    camera.refuses = {cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT}
+    for _ in range(2):
+        camera.pictures.release()
+
+    assert device.configure(replace(AS_IT_IS, binning=2)).binning == 1
+    assert camera.props[cv2.CAP_PROP_FRAME_WIDTH] == 640.0
     device.close()

@@ -1,7 +1,8 @@
 """Shapes, poses and snapshots of the scene; how kernels are compiled and warmed up."""
 
+import errno
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from foveacam_hardware.sim.render import (
     Mesh,
     NoiseSurface,
     PlainSurface,
+    Projection,
     Quad,
+    Renderer,
     Scene,
     column,
     flat,
@@ -22,6 +25,8 @@ from foveacam_hardware.sim.render import (
     statue,
     warm_up,
 )
+from foveacam_hardware.sim.render.compilation import kernel_steps
+from foveacam_hardware.sim.render.tiles import render_tiles
 
 
 def volume_m3(mesh: Mesh) -> float:
@@ -128,19 +133,72 @@ def test_warming_up_reports_every_step() -> None:
     assert steps[-1] == (len(steps) - 1, len(steps) - 1, "ready")
 
 
+def double(x: float) -> float:
+    return 2.0 * x
+
+
 def test_a_kernel_works_where_no_cache_can_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[bool] = []
+    def refuse(_function: object) -> None:
+        raise RuntimeError("cannot cache function: no locator available")
 
-    def njit(*, cache: bool = False, **_: object) -> Callable[[Any], Any]:  # as numba's, untyped
-        asked.append(cache)
-        if cache:
-            raise RuntimeError("cannot cache function: no locator available")
-        return lambda function: function
+    monkeypatch.setattr(jit, "_KernelCache", refuse)
+    doubled = jit.kernel(double)
 
-    monkeypatch.setattr(jit, "njit", njit)
+    assert doubled(1.5) == 3.0
+    assert jit.cache_trouble(doubled) == "no folder for compiled kernels can be written"
+    assert not jit.is_cached(doubled)
 
-    assert jit.kernel(lambda x: x + 1)(1) == 2
-    assert asked == [True, False]
+
+def test_a_kernel_works_on_a_full_disk_and_says_why_it_is_not_stored(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def fill_disk(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
+    doubled = jit.kernel(double)
+    monkeypatch.setattr(doubled._cache._cache_file, "save", fill_disk)
+
+    assert doubled(1.5) == 3.0
+    assert "No space left on device" in str(jit.cache_trouble(doubled))
+    assert not jit.is_cached(doubled)
+
+
+def test_a_stored_kernel_is_known_before_it_is_loaded(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
+    doubled, again = jit.kernel(double), jit.kernel(double)
+    seen: list[str] = []
+
+    with jit.compiling_watched(seen.append):
+        assert doubled(1.5) == 3.0
+        assert again(2.0) == 4.0  # loaded, not compiled
+
+    assert seen == [f"{__name__}.double"]
+    assert jit.is_cached(again) and jit.cache_trouble(again) is None
+
+
+def test_the_parts_of_a_kernel_are_known_before_it_is_compiled() -> None:
+    names = {name.rpartition(".")[2] for name in jit.kernels_within(render_tiles)}
+
+    assert {"render_tiles", "shade_runs", "shade_noise", "fetch_long", "fill", "gather_marks"} <= names
+    assert "set_up" not in names
+
+
+def test_each_step_compiles_for_the_types_that_frames_have() -> None:
+    warm_up()
+    before = {step.name: len(step.kernel.signatures) for step in kernel_steps()}
+    scene = Scene()
+    for k in range(3):
+        scene.add(Box(width_m=0.5, height_m=0.5, depth_m=0.5), NoiseSurface(), place((0.4 * k, 0, 3)), f"{k}")
+    M = np.array([[200.0, 0.0, 99.5], [0.0, 200.0, 79.5], [0.0, 0.0, 1.0]])
+    with Renderer(scene, threads=1) as renderer:
+        for channels in (1, 3):
+            renderer.radiance(Projection(M=M, C=np.zeros(3), width=200, height=160), channels=channels)
+
+    assert {step.name: len(step.kernel.signatures) for step in kernel_steps()} == before
+    assert all(before.values())
 
 
 def test_cached_kernels_lapse_when_any_module_of_their_folder_changes(

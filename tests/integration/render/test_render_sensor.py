@@ -36,6 +36,29 @@ def test_read_noise_adds_its_own_variance() -> None:
     assert variance(40.0) - variance(0.0) == pytest.approx((40.0 * 4095 / 10_700) ** 2, rel=0.03)
 
 
+@pytest.mark.parametrize("read_noise_e", [0.0, 40.0])
+def test_a_binned_pixel_has_a_quarter_of_the_variance_and_the_mean_of_one(read_noise_e: float) -> None:
+    single = SensorExposure(read_noise_e=read_noise_e, bits=12)
+    binned = SensorExposure(read_noise_e=read_noise_e, bits=12, binning=2)
+    one, four = (expose(grey(0.4), exposure, KEY).astype(np.float64) for exposure in (single, binned))
+    electrons = 0.4 * 10_700.0
+    expected = (electrons + read_noise_e**2) / 4.0 * (4095 / 10_700) ** 2 + 1.0 / 12.0
+
+    assert four.mean() == pytest.approx(one.mean(), abs=0.2)
+    assert four.var() == pytest.approx(expected, rel=0.02)
+    assert one.var() / four.var() == pytest.approx(4.0, rel=0.03)
+
+
+def test_a_lens_blurs_a_binned_picture_by_half_as_many_pixels() -> None:
+    point = np.zeros((41, 41), np.float32)
+    point[20, 20] = 1.0
+    exposure = SensorExposure(psf_sigma_px=1.4, bits=12, binning=2, full_well_e=1e12)
+    spot = expose(point, exposure, KEY).astype(np.float64)
+    x = np.arange(41) - 20.0
+
+    assert np.sqrt((spot.sum(axis=0) * x**2).sum() / spot.sum()) == pytest.approx(0.7, abs=0.02)
+
+
 def test_the_mean_is_that_of_the_light() -> None:
     exposure = SensorExposure(exposure_s=0.004, reference_s=0.01, gain=1.5, bits=12)
 

@@ -145,7 +145,7 @@ def open_console(tabs: Tabs) -> Iterator[OpenConsole]:
         opened.append((name, console))
         if prepare is not None:
             prepare(console.page)
-        console.page.goto(url)
+        console.load(url)
         return console
 
     yield open_

@@ -65,11 +65,16 @@ class Console:
         """Wait until the expression holds. The page forbids eval, which Playwright's own wait needs."""
         wait_for(self.page, lambda: bool(self.page.evaluate(expression)), f"the page never had: {expression}")
 
+    def load(self, url: str) -> None:
+        """Load a page, and wait for the console's panels, which come after its first picture."""
+        self.page.goto(url)
+        self.wait_until("!document.getElementById('console') || Boolean(window.foveacam)")
+
     def wait_for_frames(self, *views: str) -> None:
         """Wait until each of the views has shown a new frame from now on."""
         before = self.frames()
         for view in views:
-            self.wait_until(f"(foveacam.frames()['{view}'] ?? 0) > {before.get(view, 0)}")
+            self.wait_until(f"(window.foveacam?.frames()['{view}'] ?? 0) > {before.get(view, 0)}")
 
     def frames(self) -> dict[str, int]:
         return dict(self.page.evaluate("window.foveacam ? foveacam.frames() : {}"))
@@ -216,7 +221,7 @@ class SharedPages:
         base, _, part = url.partition("#")
         if base not in self.opened:
             self.opened[base] = _, console = self.tabs.open_tab(url, PLAIN, {"viewport": DESKTOP})
-            console.page.goto(url)
+            console.load(url)
             return console
         console = self.opened[base][1]
         console.page.evaluate(LEAVE)

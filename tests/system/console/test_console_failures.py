@@ -30,7 +30,7 @@ def test_stop_answers_within_a_second_with_many_viewers_open(
     first = open_console(server.url)
     viewers = [first, *(console_of(first.page.context.new_page()) for _ in range(VIEWERS - 1))]
     for viewer in viewers[1:]:
-        viewer.page.goto(server.url)
+        viewer.load(server.url)
     for viewer in viewers:
         viewer.wait_for_frames("wide")
     page = first.page

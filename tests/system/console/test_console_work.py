@@ -188,7 +188,7 @@ def test_page_without_webgl_says_so_and_works(
     try:
         with contexts(plain, {"scene": True}, {}) as context:
             console = console_of(context.new_page())
-            console.page.goto(server.url)
+            console.load(server.url)
             console.page.get_by_text("this browser has no WebGL").wait_for()
             console.wait_for_frames("wide", "left", "right")
             console.fixate(*TEXTURED_PX)

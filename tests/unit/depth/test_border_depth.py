@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tests.unit.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.verge.matching.row_spectra import LookRows
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import survey_f_px
 from foveacam_pipeline.verge.surroundings.border_depth import RIM_PX, BorderPlace, border_patch
@@ -85,7 +86,7 @@ def _place(scene: Scene, *, rim_px: int = RIM_PX) -> BorderPlace:
     return BorderPlace(patch, inverse_z_per_m=GRID_PER_M, baseline_m=BASELINE_M, f_px=F_PX)
 
 
-def _look(scene: Scene, *, at_per_m: float, half_px: int = 160) -> ReducedLook:
+def _look(scene: Scene, *, at_per_m: float, half_px: int = 160) -> LookRows:
     """Return what both foveae show when they verge on the place at a depth."""
     eyes = []
     for side in (1.0, -1.0):
@@ -94,7 +95,7 @@ def _look(scene: Scene, *, at_per_m: float, half_px: int = 160) -> ReducedLook:
         rows, columns = np.mgrid[-60:61, 0 : 2 * half_px + 1].astype(np.float64)
         image = scene((columns + u0_px) / F_PX, rows / F_PX, shift).astype(np.float32)
         eyes.append(ReducedEye(image=image, seen=np.ones_like(image), u0_px=u0_px, v0_px=-60.0))
-    return ReducedLook(left=eyes[0], right=eyes[1], f_px=F_PX)
+    return LookRows.of(ReducedLook(left=eyes[0], right=eyes[1], f_px=F_PX))
 
 
 def test_an_edge_of_the_region_is_told_from_one_of_something_nearer_by_what_lies_beyond() -> None:

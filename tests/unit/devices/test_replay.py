@@ -1,5 +1,6 @@
 """A recording in the place of a rig, in virtual time."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -144,3 +145,31 @@ def test_the_recording_is_closed_with_its_rig() -> None:
     playing(recorded=recorded).close()
 
     assert recorded.closed
+
+
+def test_a_recording_at_binning_1_is_played_at_2_as_means() -> None:
+    rig = playing()
+    whole = rig.left.read()
+    taken = rig.left.configure(replace(rig.left.settings, binning=2))
+    half = rig.left.read()
+
+    assert rig.working_binning == 1
+    assert taken == rig.left.settings
+    assert [(frame.binning, frame.image.shape) for frame in (whole, half)] == [(1, (6, 8)), (2, (3, 4))]
+    assert (half.seq, int(half.image[0, 0])) == (whole.seq + 1, 1)
+
+
+def test_a_recording_at_binning_2_is_not_played_at_1() -> None:
+    rig = playing(recorded=MemoryRecording(binnings=(2,)))
+    with pytest.raises(InvalidInput, match="camera left: asked for binning 1, and it has 2; use 2"):
+        rig.left.configure(replace(rig.left.settings, binning=1))
+
+    assert rig.working_binning == 2
+    assert (rig.left.settings.binning, rig.left.read().binning) == (2, 2)
+
+
+def test_frames_of_a_recording_that_changes_its_binning_state_their_own() -> None:
+    frames = list(playing(recorded=MemoryRecording(binnings=(1, 2, 1))).left.frames(3))
+
+    assert [frame.binning for frame in frames] == [1, 2, 1]
+    assert [frame.image.shape for frame in frames] == [(6, 8), (3, 4), (6, 8)]

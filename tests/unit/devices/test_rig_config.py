@@ -127,6 +127,8 @@ def test_the_example_of_the_simulated_rig_states_the_defaults() -> None:
         ('kind = "simulated"\nseed = "1"', ["seed", "'1'"]),
         ('kind = "metal"', ["kind", "'simulated'", "'serial'"]),
         ("scene = 1", ["kind"]),
+        ('kind = "simulated"\nworking_binning = 4', ["working_binning", "1 or 2", "4"]),
+        (CAMERAS + "binning = 2", ["cameras.right.binning", "not permitted"]),
         (SERIAL + "low_pas_hz = 120", ["mirrors.low_pas_hz", "not permitted"]),
         (SERIAL + "max_v = 500", ["mirrors.max_v", "180", "500"]),
         (
@@ -253,3 +255,13 @@ def test_markers_as_printed_reach_the_rig_in_metres(tmp_path: Path) -> None:
     assert rig.markers.side_m == pytest.approx(0.04)
     assert rig.markers.spacing_m == pytest.approx(0.09)
     assert (rig.markers.wide_id, rig.markers.left_id, rig.markers.right_id) == (0, 7, 2)
+
+
+def test_one_binning_is_that_of_all_cameras_of_a_rig(tmp_path: Path) -> None:
+    simulated = load_rig_config(written(tmp_path, 'kind = "simulated"'))
+    hardware = load_rig_config(written(tmp_path, CAMERAS))
+    chosen = load_rig_config(written(tmp_path, "working_binning = 2\n" + CAMERAS))
+
+    assert [found.working_binning for found in (simulated, hardware, chosen)] == [2, 1, 2]
+    with open_rig(chosen) as rig:
+        assert rig.working_binning == 2

@@ -10,7 +10,7 @@ import pytest
 from fastapi import FastAPI
 from tests.local_server import serving
 
-from foveacam_server.console import pages
+from foveacam_server.console import pages, static_files
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,9 @@ def test_a_page_is_asked_for_each_time_and_what_it_loads_once(browser: httpx.Cli
     assert answer.headers["Cache-Control"] == "no-cache"
     loaded = re.findall(r'(?:src|href)="(/static/[^"]+)"', answer.text)
     assert len(loaded) >= 4
+    current = static_files.version()
     for address in loaded:
-        assert address.startswith(f"/static/{pages.version()}/")
+        assert address.startswith(f"/static/{current}/")
         file = browser.get(address)
         assert file.status_code == 200
         assert "immutable" in file.headers["Cache-Control"]
@@ -43,18 +44,18 @@ def test_without_the_version_or_by_another_one_a_file_is_asked_for_again(
 
 
 def test_no_version_leads_out_of_the_folder(browser: httpx.Client) -> None:
-    assert browser.get(f"/static/{pages.version()}/%2e%2e/%2e%2e/__init__.py").status_code == 404
-    assert browser.get(f"/static/{pages.version()}/js/nothing.js").status_code == 404
+    assert browser.get(f"/static/{static_files.version()}/%2e%2e/%2e%2e/__init__.py").status_code == 404
+    assert browser.get(f"/static/{static_files.version()}/js/nothing.js").status_code == 404
 
 
 def test_the_version_changes_with_any_file(tmp_path: Path) -> None:
     file = tmp_path / "js" / "one.js"
     file.parent.mkdir()
     file.write_text("1")
-    before = pages.version(tmp_path)
-    assert pages.version(tmp_path) == before
+    before = static_files.version(tmp_path)
+    assert static_files.version(tmp_path) == before
     os.utime(file, ns=(1, 1))
-    changed = pages.version(tmp_path)
+    changed = static_files.version(tmp_path)
     assert changed != before
     (tmp_path / "two.css").write_text("")
-    assert pages.version(tmp_path) not in (before, changed)
+    assert static_files.version(tmp_path) not in (before, changed)

@@ -57,6 +57,12 @@ def test_a_line_that_was_changed_is_named(tmp_path: Path, check: DriftCheck) -> 
         history.records()
 
 
+def test_a_folder_in_the_place_of_the_history_is_told(tmp_path: Path) -> None:
+    (tmp_path / FILE).mkdir()
+    with pytest.raises(InvalidInput, match=f"{FILE} cannot be read.*move it away"):
+        DriftHistory(tmp_path).records()
+
+
 def test_the_trend_adds_what_corrections_have_taken_out(tmp_path: Path, check: DriftCheck) -> None:
     history = DriftHistory(tmp_path)
     history.add(check, created_utc=FIRST, new_calibration_id="corrected")

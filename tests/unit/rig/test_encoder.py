@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import VirtualClock
-from foveacam_server.rig.encoder import EncodedPicture, JpegStore, eight_bit, encode_jpeg, halve
+from foveacam_server.rig.encoder import EncodedPicture, JpegStore, Scale, eight_bit, encode_jpeg, halve
 from foveacam_server.rig.frame_hub import FrameHub
 
 
@@ -63,6 +63,42 @@ def test_one_encode_serves_any_number_of_askers(executor: ThreadPoolExecutor) ->
     encoded, encodes = asyncio.run(scenario())
     assert all(one is encoded[0] for one in encoded)
     assert encodes == {("wide", 1): 1, ("wide", 2): 1}
+
+
+@pytest.mark.parametrize(("scale", "found", "shape"), [(1, 2, (24, 32)), (2, 2, (24, 32)), (4, 4, (12, 16))])
+def test_a_binned_picture_is_at_most_as_large_as_it_is(
+    executor: ThreadPoolExecutor, scale: Scale, found: int, shape: tuple[int, int]
+) -> None:
+    hub = FrameHub(clock=VirtualClock())
+    hub.publish("wide", np.zeros((24, 32), dtype=np.uint8), t_ns=1, binning=2)
+
+    async def scenario() -> tuple[EncodedPicture | None, int]:
+        store = JpegStore(hub, executor=executor)
+        encoded = await store.newest("wide", scale)
+        await asyncio.gather(store.newest("wide", 1), store.newest("wide", 2))
+        return encoded, sum(store.encodes.values())
+
+    encoded, encodes = asyncio.run(scenario())
+    assert encoded is not None
+    assert encoded.scale == found
+    picture = cv2.imdecode(np.frombuffer(encoded.jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert picture is not None
+    assert picture.shape == shape
+    assert encodes == (1 if found == 2 else 2)  # scales 1 and 2 share one encoding
+    status = hub.status("wide")
+    assert (status.width, status.height, status.picture_scale) == (64, 48, 2)
+
+
+def test_a_quarter_is_the_mean_of_sixteen_pixels() -> None:
+    rng = np.random.default_rng(4)
+    blocks = rng.integers(40, 200, (9, 12))
+    picture = np.kron(blocks, np.ones((4, 4), dtype=np.int64)).astype(np.uint8)
+    picture[::2, ::2] += 8
+    picture[1::2, 1::2] -= 8
+    jpeg = encode_jpeg(picture, reduction=4, quality=100)
+    decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert decoded is not None
+    np.testing.assert_allclose(decoded, blocks, atol=2.0)  # of JPEG at its best quality
 
 
 def test_a_new_picture_is_encoded_anew(executor: ThreadPoolExecutor) -> None:

@@ -9,6 +9,10 @@ from foveacam_hardware.contract import PARKED, VirtualClock
 from foveacam_server.rig.live_views import (
     IDLE_FOVEA_HZ,
     IDLE_WIDE_HZ,
+    LONGEST_WAIT_S,
+    QUIET_AFTER_NS,
+    QUIET_FOVEA_HZ,
+    QUIET_WIDE_HZ,
     RECENT_APART_NS,
     RECENT_FRAMES,
     SESSION_WIDE_HZ,
@@ -33,6 +37,41 @@ def test_views_are_due_as_often_as_allowed_and_more_seldom_while_nobody_looks(
 ) -> None:
     assert due_after_s(watching, limit_hz, wide=True) == pytest.approx(1.0 / wide_hz, abs=1e-3)
     assert due_after_s(watching, limit_hz, wide=False) == pytest.approx(1.0 / fovea_hz, abs=1e-3)
+
+
+@pytest.mark.parametrize(("wide", "rate_hz"), [(True, QUIET_WIDE_HZ), (False, QUIET_FOVEA_HZ)])
+def test_views_are_hardly_ever_due_once_nobody_has_looked_or_used_the_rig_for_long(
+    wide: bool, rate_hz: float
+) -> None:
+    clock, views = quiet_views(Pictures(watching=set()))
+    assert not (views.wide_due() or views.look_due())
+    clock.sleep_until_ns(clock.now_ns() + round(0.99e9 / rate_hz))
+    assert not (views.wide_due() if wide else views.look_due())
+    clock.sleep_until_ns(clock.now_ns() + round(0.02e9 / rate_hz))
+    assert views.wide_due() if wide else views.look_due()
+    assert views.wait_s(wide=wide, looks=not wide) == 0.0
+
+
+def test_a_viewer_who_comes_to_a_quiet_rig_gets_pictures_at_once_and_use_ends_the_quiet() -> None:
+    sink = Pictures(watching=set())
+    clock, views = quiet_views(sink)
+    clock.sleep_until_ns(clock.now_ns() + 600_000_000)
+    assert not views.wide_due()
+    sink.watching = {"wide"}
+    assert views.wide_due() and not views.look_due()
+    sink.watching = set()
+    assert views.wide_due()  # as after any use: 0.5 s, not 5 s
+    assert views.wait_s(wide=False, looks=True) == LONGEST_WAIT_S
+
+
+def quiet_views(sink: Pictures) -> tuple[VirtualClock, LiveViews]:
+    """Return views whose rig nobody has used for long, at the beginning of a period of both."""
+    clock = VirtualClock()
+    views = LiveViews(sink=sink, clock=clock, limits=LiveRates(), overlay=lambda _: None)
+    clock.sleep_until_ns(clock.now_ns() + QUIET_AFTER_NS)
+    views.start_wide_period(in_session=False)
+    views.start_look_period()
+    return clock, views
 
 
 def test_a_job_that_brings_looks_of_its_own_leaves_few_wide_frames_to_the_views() -> None:

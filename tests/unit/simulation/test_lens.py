@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foveacam_hardware.sim.optics import WIDE_HEIGHT, WIDE_WIDTH, WideLens, ray_table
+from foveacam_hardware.sim.optics import WIDE_HEIGHT, WIDE_WIDTH, WideLens, wide_projections
 
 LENS = WideLens()
 GRID = np.array([(x, y) for x in np.linspace(0, 1439, 13) for y in np.linspace(0, 1079, 11)])
@@ -38,8 +38,8 @@ def test_the_field_of_view_is_that_of_the_paper() -> None:
 
 
 def test_the_table_of_the_renderer_holds_the_same_lens() -> None:
-    table = ray_table(LENS)
-
+    table = wide_projections(LENS)[1].rays
+    assert table is not None
     assert (table.height, table.width) == (WIDE_HEIGHT, WIDE_WIDTH)
     for x, y in ((0, 0), (100, 900), (1439, 1079)):
         pixel = np.array([x, y])

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.track.correlation_filter import CorrelationFilterTracker
-from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox
+from foveacam_pipeline.track.image_tracker import ImageTracker, TrackBox, TrackerKind
 from foveacam_pipeline.track.template_tracker import WIDENING_MISSES, TemplateTracker
+from foveacam_pipeline.track.trackers import start_tracker
 
 SIZE = (480, 640)
 START = TrackBox(x_px=200.0, y_px=240.0, width_px=48, height_px=48)
@@ -105,3 +106,18 @@ def test_a_slowly_changing_thing_is_followed_by_the_renewed_template() -> None:
         scores.append(match.score)
     first = cv2.matchTemplate(THING.astype(np.float32), mixed.astype(np.float32), cv2.TM_CCOEFF_NORMED)[0, 0]
     assert scores[-1] > float(first)
+
+
+def test_a_binned_image_is_followed_in_pixels_of_the_sensor_even_when_its_binning_changes() -> None:
+    full = texture(5, 400)
+    half = full.reshape(200, 2, 200, 2).mean(axis=(1, 3)).astype(np.uint8)
+    box = TrackBox(x_px=150.0, y_px=220.0, width_px=60, height_px=60)
+    tracker = start_tracker(TrackerKind.TEMPLATE, half, box, binning=2)
+    for image in (half, full):
+        match = tracker.update(image, (152.0, 219.0))
+        assert match is not None
+        assert (match.x_px, match.y_px) == pytest.approx((150.0, 220.0), abs=0.3)
+    with pytest.raises(OutOfRange, match=r"61 x 61 px about \(390, 220\) .* image of 400 x 400 px"):
+        start_tracker(
+            TrackerKind.TEMPLATE, half, TrackBox(x_px=390.0, y_px=220.0, width_px=60, height_px=60), binning=2
+        )

@@ -41,6 +41,12 @@ def true_distance_m(fixation: Fixation, z_m: float) -> float:
     return z_m * math.hypot(1.0, math.tan(fixation.target_ax_rad), math.tan(fixation.target_ay_rad))
 
 
+def _least_turn_px(fixation: Fixation) -> float:
+    """Return how far the eyes turned at least from look to look, fovea px: less would show the same."""
+    gazes = np.array([[s.left_ax_rad, s.left_ay_rad, s.right_ax_rad, s.right_ay_rad] for s in fixation.steps])
+    return CALIBRATION.fovea_f_px * float(np.abs(np.diff(gazes, axis=0)).max(axis=1).min())
+
+
 @pytest.mark.parametrize("z_m", [1.6, 2.4, 5.0, 10.0, 28.0])
 def test_a_textured_click_verges_at_its_distance(z_m: float) -> None:
     fixation = fix(PlaneHead(z_m=z_m, texture=NOISE))
@@ -138,6 +144,7 @@ def test_a_pattern_that_changes_too_slowly_tells_no_distance() -> None:
     fixation = fix(PlaneHead(z_m=6.0, texture=grid, calibration=MEASURED))
     assert fixation.state is FixationState.NO_TEXTURE, fixation.reason
     assert "tells no distance" in fixation.reason
+    assert _least_turn_px(fixation) > 2.0
 
 
 @pytest.mark.parametrize(("eye", "calibration"), [(Role.LEFT, CALIBRATION), (Role.RIGHT, MEASURED)])
@@ -154,6 +161,7 @@ def test_a_target_hidden_from_one_eye_is_measured_by_the_other_and_the_wide_came
     assert [role for role, view in views.items() if view is not None and not view.sees_target] == [eye]
     assert fixation.target_offset is None
     assert head.clock.now_ns() < 1_000_000_000  # nothing moves: nobody is waited for
+    assert _least_turn_px(fixation) > 1.0
 
 
 KNOCKS_DEG: list[tuple[tuple[float, float], tuple[float, float]]] = [

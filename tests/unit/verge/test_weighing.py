@@ -14,8 +14,7 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     plausible,
     weighted,
 )
-from foveacam_pipeline.verge.surroundings.infer import InferredDepth
-from foveacam_pipeline.verge.surroundings.stated_depth import spread_per_m
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
 
 
 def _match(

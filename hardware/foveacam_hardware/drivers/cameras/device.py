@@ -55,7 +55,11 @@ class CameraDevice(Protocol):
         ...
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Apply the settings while stopped; return those in force, read back from the camera."""
+        """Apply the settings while stopped; return those in force, read back from the camera.
+
+        The binning returned is the device's own: 1 where it cannot average pixels, or not those of the region
+        that it reads. The host then averages them.
+        """
         ...
 
     def start(self) -> None:

@@ -6,13 +6,16 @@ Every call into the vendor's library goes through `call`, with a deadline. Frame
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from foveacam_hardware.contract import (
+    Binning,
     CameraPhase,
+    CameraRanges,
     CameraSettings,
     Clock,
+    DeviceFault,
     DeviceInfo,
     FoveaError,
     NotConnected,
@@ -32,6 +35,7 @@ T = TypeVar("T")
 READ_BACK_NS = 1_000_000_000
 """Period of reading the settings back from a camera with an automatic mode."""
 NEVER_NS = 1 << 63
+BINNINGS: tuple[Binning, ...] = (1, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +81,8 @@ class HeldDevice:
         )
         self._attempt_ns = 0
         self._read_back_ns = NEVER_NS
+        self.host_averages = False
+        """Whether the host averages 2x2 pixels of each frame, which the device cannot."""
         self.asked_ns = 0
         """When the device was last asked for a sign of life."""
 
@@ -97,8 +103,7 @@ class HeldDevice:
         device = self.device = self._factory()
         try:
             self.info = self.call("open", device.open, within_ns=self._timeouts.open_ns)
-            ranges = self._shared.ranges = self.call("tell its ranges", device.ranges)
-            refuse_outside(self.settings, ranges, first=True)
+            refuse_outside(self.settings, self._read_ranges(device), first=True)
             self.configure(self.settings)
             self.times = ExposureTimes(readout_ns=self._plan.readout_ns)
             self.read_clock(device, self._clock.now_ns())
@@ -109,8 +114,16 @@ class HeldDevice:
 
     def configure(self, settings: CameraSettings) -> None:
         """Apply settings to the stopped device; remember those in force."""
-        device = self.require_open("configure")
-        self.settings = self.call("configure", lambda: device.configure(settings))
+        device, before = self.require_open("configure"), self.settings.binning
+        taken = self.call("configure", lambda: device.configure(settings))
+        if taken.binning > settings.binning:
+            raise DeviceFault(
+                f"asked for binning {settings.binning}, and it stays at {taken.binning}; power it off and on"
+            )
+        if settings.binning != before:
+            self._read_ranges(device)
+        self.host_averages = taken.binning < settings.binning
+        self.settings = replace(taken, binning=settings.binning)
         self._plan_read_back(device)
 
     def lose(self, reason: str) -> None:
@@ -159,11 +172,16 @@ class HeldDevice:
         """Read the settings in force from the camera and return them."""
         device = self.require_open("tell its settings")
         if isinstance(device, TellsItsSettings):
-            self.settings = self.call(
-                "tell its settings", device.read_settings, within_ns=self._timeouts.alive_ns
-            )
+            read = self.call("tell its settings", device.read_settings, within_ns=self._timeouts.alive_ns)
+            self.settings = replace(read, binning=self.settings.binning)
         self._plan_read_back(device)
         return self.settings
+
+    def _read_ranges(self, device: CameraDevice) -> CameraRanges:
+        """Read the accepted values of every setting; the host bins where the device does not."""
+        ranges = self.call("tell its ranges", device.ranges)
+        self._shared.ranges = replace(ranges, binnings=BINNINGS)
+        return self._shared.ranges
 
     def _plan_read_back(self, device: CameraDevice) -> None:
         readable = self.settings.automatic and isinstance(device, TellsItsSettings)

@@ -2,7 +2,14 @@
 
 import math
 
-from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, OutOfRange, ValueRange
+from foveacam_hardware.contract import (
+    AutoMode,
+    CameraRanges,
+    CameraSettings,
+    InvalidInput,
+    OutOfRange,
+    ValueRange,
+)
 
 SLACK = 1e-9
 """Relative tolerance of a range's ends, which result from unit conversions."""
@@ -30,6 +37,18 @@ def refuse_outside(settings: CameraSettings, ranges: CameraRanges, *, first: boo
         allowed = ", ".join(ranges.pixel_formats) or "none"
         raise OutOfRange(f"pixel format {settings.pixel_format} is not one of its own; use {allowed}")
     refuse_modes(settings, ranges, first=first)
+
+
+def refuse_binning(who: str, settings: CameraSettings, ranges: CameraRanges) -> None:
+    """Raise `InvalidInput` for a binning that neither the camera nor the host can provide."""
+    if settings.binning not in ranges.binnings:
+        allowed = " or ".join(map(str, ranges.binnings))
+        raise InvalidInput(
+            f"{who}: asked for binning {settings.binning}, and it has {allowed}; use {allowed}",
+            asked=f"binning {settings.binning}",
+            found=f"binning {allowed}",
+            remedy=f"use binning {allowed}",
+        )
 
 
 def refuse_modes(settings: CameraSettings, ranges: CameraRanges, *, first: bool = False) -> None:

@@ -4,6 +4,7 @@ from foveacam_hardware.contract import CameraSettings, Frame, Role, TriggerSourc
 from foveacam_hardware.drivers.cameras.device import Grab
 from foveacam_hardware.drivers.cameras.frame_checks import BufferAction, FrameChecks
 from foveacam_hardware.drivers.cameras.frame_times import ExposureTimes
+from foveacam_hardware.drivers.cameras.host_binning import average_2x2
 from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogTimeouts
 
@@ -28,9 +29,11 @@ class CameraRun:
         timeouts: WatchdogTimeouts,
         first_seq: int,
         now_ns: int,
+        host_averages: bool = False,
     ) -> None:
         self._role = role
         self._settings = settings
+        self._host_averages = host_averages
         self._shared = shared
         self._times = times
         self._epoch = shared.state.link.epoch
@@ -87,13 +90,14 @@ class CameraRun:
         if grab.t_host_ns - t_ns - exposure_ns // 2 > self._late_ns:
             self._shared.count(late=1)
         return Frame(
-            image=image,
+            image=average_2x2(image) if self._host_averages else image,
             role=self._role,
             seq=verdict.seq,
             t_ns=t_ns,
             exposure_ns=exposure_ns,
             bits=grab.bits,
             epoch=self._epoch,
+            binning=self._settings.binning,
         )
 
     def expire_triggers(self, now_ns: int) -> None:

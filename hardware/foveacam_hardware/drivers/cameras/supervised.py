@@ -29,7 +29,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.cameras.device import CameraDevice
 from foveacam_hardware.drivers.cameras.held_device import CameraPlan
-from foveacam_hardware.drivers.cameras.ranges import refuse_outside
+from foveacam_hardware.drivers.cameras.ranges import refuse_binning, refuse_outside
 from foveacam_hardware.drivers.cameras.shared_state import CameraSharedState
 from foveacam_hardware.drivers.cameras.vendor_calls import CallAbandoned, VendorCall
 from foveacam_hardware.drivers.cameras.worker import CameraCommand, CameraWorker
@@ -140,6 +140,7 @@ class SupervisedCamera:
     def configure(self, settings: CameraSettings) -> CameraSettings:
         """Apply the settings; return those in force."""
         self._require_open("configure", self.link)
+        refuse_binning(f"camera {self._role}", settings, self._shared.ranges)
         try:
             refuse_outside(settings, self._shared.ranges)
         except OutOfRange as refused:

@@ -287,6 +287,7 @@ class CameraWorker:
             timeouts=self._timeouts,
             first_seq=self._next_seq,
             now_ns=now_ns,
+            host_averages=self._held.host_averages,
         )
         self._shared.go(CameraPhase.STREAMING, now_ns=now_ns)
 

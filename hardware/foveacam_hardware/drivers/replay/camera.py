@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 
 from foveacam_hardware.contract import (
     CameraCounters,
@@ -22,7 +23,8 @@ from foveacam_hardware.contract import (
     Timeout,
     ValueRange,
 )
-from foveacam_hardware.drivers.cameras.ranges import refuse_outside
+from foveacam_hardware.drivers.cameras.host_binning import average_2x2
+from foveacam_hardware.drivers.cameras.ranges import refuse_binning, refuse_outside
 from foveacam_hardware.drivers.replay.source import RecordedCamera
 from foveacam_hardware.drivers.replay.timeline import PlaybackTimeline
 
@@ -35,7 +37,8 @@ ENDED = "the recording is at its end; play it again, or in a loop"
 class ReplayCamera:
     """One camera of a recording as the contract's Camera; any thread may read, each frame goes to one reader.
 
-    Times are the clock's; images, volts and exposures are the recorded ones. Nothing can be set.
+    Times are the clock's; images, volts and exposures are the recorded ones. Nothing can be set but binning 2
+    of what was recorded at 1. A frame states its own binning, also where the recording changes it.
     """
 
     def __init__(
@@ -48,6 +51,7 @@ class ReplayCamera:
         self._lock = threading.RLock()
         self._times_ns = recorded.t_ns
         self._settings = _settings_of(recorded, speed=timeline.speed)
+        self._recorded_binning = self._settings.binning
         self._connected = self._started = False
         self._epoch = 0
         self._next = 0
@@ -91,6 +95,7 @@ class ReplayCamera:
             frame_rate_hz=ValueRange(low=now.frame_rate_hz, high=now.frame_rate_hz),
             black_level=ValueRange(low=now.black_level, high=now.black_level),
             pixel_formats=(now.pixel_format,),
+            binnings=(1, 2) if self._recorded_binning == 1 else (2,),
         )
 
     @property
@@ -116,8 +121,9 @@ class ReplayCamera:
         self._connected = False
 
     def configure(self, settings: CameraSettings) -> CameraSettings:
-        """Accept the recorded settings; raise `OutOfRange` for any others."""
+        """Accept the recorded settings and binning 2; raise `OutOfRange` or `InvalidInput` for others."""
         self._require_connected("configure")
+        refuse_binning(f"camera {self._role}", settings, self.ranges)
         try:
             refuse_outside(settings, self.ranges)
         except OutOfRange as error:
@@ -127,6 +133,10 @@ class ReplayCamera:
                 f"camera {self._role}: asked to wait for a trigger, but it plays a recording;"
                 " let it run freely"
             )
+        with self._lock:
+            if settings.binning != self._settings.binning:
+                self._settings = replace(self._settings, binning=settings.binning)
+                self._last = None
         return self._settings
 
     def start(self) -> None:
@@ -206,8 +216,9 @@ class ReplayCamera:
         self._next = number + 1
         self._delivered += 1
         exposure_ns = recorded.exposure_ns
+        averages = recorded.binning < self._settings.binning
         self._last = Frame(
-            image=recorded.image,
+            image=average_2x2(recorded.image) if averages else recorded.image,
             role=self._role,
             seq=number,
             t_ns=self._moment_ns(number) or 0,
@@ -216,6 +227,7 @@ class ReplayCamera:
             volts=recorded.volts,
             frame_id=recorded.frame_id,
             epoch=self._epoch,
+            binning=self._settings.binning if averages else recorded.binning,
         )
         return self._last
 
@@ -255,6 +267,7 @@ def _settings_of(recorded: RecordedCamera, *, speed: float) -> CameraSettings:
         exposure_ns=first.exposure_ns or 0,
         frame_rate_hz=rate_hz * speed,
         pixel_format=_format_of(first.image),
+        binning=first.binning,
     )
 
 

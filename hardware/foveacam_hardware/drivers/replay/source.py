@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceInfo, Image, MirrorVolts, Role
+from foveacam_hardware.contract import Binning, DeviceInfo, Image, MirrorVolts, Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,6 +22,7 @@ class RecordedExposure:
     volts: MirrorVolts | None = None
     exposure_ns: int | None = None
     frame_id: int | None = None
+    binning: Binning = 1
 
 
 class RecordedCamera(Protocol):

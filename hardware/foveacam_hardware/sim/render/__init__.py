@@ -1,5 +1,6 @@
 """The tile rasteriser: radiance, depth and object numbers in a camera's image, and the image sensor."""
 
+from foveacam_hardware.sim.render.compilation import warm_up
 from foveacam_hardware.sim.render.materials import (
     BitmapSurface,
     CellSurface,
@@ -9,7 +10,7 @@ from foveacam_hardware.sim.render.materials import (
     PlainSurface,
 )
 from foveacam_hardware.sim.render.projection import Projection, RayTable
-from foveacam_hardware.sim.render.renderer import Radiance, Renderer, warm_up
+from foveacam_hardware.sim.render.renderer import Radiance, Renderer
 from foveacam_hardware.sim.render.scene import Lighting, Scene
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.render.shapes import (

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W
 
 F64 = NDArray[np.float64]
@@ -32,7 +32,7 @@ class PixelBatch(NamedTuple):
     weight: F32  # sum over mapping axes, of the weights or, for noise, of their squares
 
 
-@kernel
+@part
 def new_batch() -> PixelBatch:
     """Allocate the working memory."""
     n = CAPACITY
@@ -48,7 +48,7 @@ def new_batch() -> PixelBatch:
     )
 
 
-@inlined
+@part
 def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: PixelBatch) -> int:
     """Fill the batch row by row from a tile without its border; return the number of runs."""
     first, faces, to_x, to_y = batch.first, batch.face, batch.x, batch.y
@@ -69,7 +69,7 @@ def gather(x: F64, y: F64, face: I32, width: int, height: int, batch: PixelBatch
     return runs
 
 
-@inlined
+@part
 def interpolate(batch: PixelBatch, runs: int, q: F64, light: F64) -> None:
     """Fill the ray parameters and the light of all runs that show a face."""
     face, first, x, y, t, lit = batch.face, batch.first, batch.x, batch.y, batch.t, batch.light
@@ -85,7 +85,7 @@ def interpolate(batch: PixelBatch, runs: int, q: F64, light: F64) -> None:
             lit[i] = np.float32((l0 * x[i] + l1 * y[i] + l2) * along)
 
 
-@inlined
+@part
 def shade_sky(batch: PixelBatch, runs: int, Minv: F64) -> None:
     """Fill the shade of all runs that show no face: 0 at the horizon, 1 from 40° up."""
     face, first, x, y, shade = batch.face, batch.first, batch.x, batch.y, batch.shade

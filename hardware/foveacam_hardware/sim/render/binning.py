@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import kernel
+from foveacam_hardware.jit import kernel, part
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, VisibleFaces
 
 F64 = NDArray[np.float64]
@@ -20,7 +20,7 @@ class TileBins(NamedTuple):
     items: I32
 
 
-@kernel
+@part
 def _outside(edges: F64, x0: float, x1: float, y0: float, y1: float) -> bool:
     """Return whether a rectangle lies wholly outside one of four edges."""
     for i in range(4):
@@ -30,7 +30,7 @@ def _outside(edges: F64, x0: float, x1: float, y0: float, y1: float) -> bool:
     return False
 
 
-@kernel
+@part
 def _visit(
     prims: VisibleFaces, count: int, view: KernelView, bins: TileBins, footprint: NDArray[np.bool_]
 ) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch
 from foveacam_hardware.sim.render.items import FROM_U, FROM_V, LookupItems, U, V
 from foveacam_hardware.sim.render.materials import CELLS, MaterialTables
@@ -16,7 +16,7 @@ PARTS = 4
 """A rotated footprint is covered by this many boxes along each of its sides."""
 
 
-@kernel
+@part
 def _integral(x: float, y: float, columns: int, rows: int, sums: F64) -> float:
     """Integrate the cells over 0..x, 0..y (cells); the outside of the bitmap counts as 0."""
     x, y = min(max(x, 0.0), float(columns)), min(max(y, 0.0), float(rows))
@@ -29,7 +29,7 @@ def _integral(x: float, y: float, columns: int, rows: int, sums: F64) -> float:
     return float(top + fy * (low - top))
 
 
-@kernel
+@part
 def _mean(
     x: float, y: float, hx: float, hy: float, columns: int, rows: int, outside: float, sums: F64
 ) -> float:
@@ -47,7 +47,7 @@ def _mean(
     return float(min(1.0, max(0.0, (total + outside * (area - wide * high)) / area)))
 
 
-@kernel
+@part
 def _turned_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: float, sums: F64) -> float:
     """Return the mean over the parallelogram spanned by (J0, J2) and (J1, J3) about (x, y)."""
     hx, hy = 0.5 * (abs(J[0]) + abs(J[1])) / PARTS, 0.5 * (abs(J[2]) + abs(J[3])) / PARTS
@@ -60,7 +60,7 @@ def _turned_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: 
     return float(total / (PARTS * PARTS))
 
 
-@kernel
+@part
 def _cell_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: float, table: F64) -> float:
     """Return the mean over a footprint about (x, y): one cell, one box, or a parallelogram."""
     wide, high = abs(J[0]) + abs(J[1]), abs(J[2]) + abs(J[3])
@@ -76,7 +76,7 @@ def _cell_mean(x: float, y: float, J: Four, columns: int, rows: int, outside: fl
     return float(_turned_mean(x, y, J, columns, rows, outside, table))
 
 
-@kernel
+@part
 def _footprint(t: float, u: float, v: float, rows: tuple[float, ...], plane: tuple[float, float]) -> Four:
     """Return cells of u per pixel along x and y, then of v; (u, v) is relative to the camera."""
     return (
@@ -87,7 +87,7 @@ def _footprint(t: float, u: float, v: float, rows: tuple[float, ...], plane: tup
     )
 
 
-@inlined
+@part
 def shade_cells(
     batch: PixelBatch,
     items: LookupItems,

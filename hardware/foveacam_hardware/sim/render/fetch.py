@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import kernel
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.noise import TILE, TILE_BITS
 
 F32 = NDArray[np.float32]
@@ -29,7 +29,7 @@ class TexelSpan(NamedTuple):
     bits: np.int32  # log2 of its width
 
 
-@kernel
+@part
 def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: int) -> TexelSpan:
     """Return the span at texel (u, v) of level 0, with `grid` texels of it per metre, in another level."""
     size, scale = float(TILE), 1.0 / (1 << level)
@@ -47,7 +47,7 @@ def lookup(u: float, v: float, grid: tuple[float, float, float, float], level: i
     )
 
 
-@kernel
+@part
 def fetch_short(
     at: TexelSpan, u: float, v: float, w: float, du: F32, dv: F32, a: int, b: int, noise: F32, out: F32
 ) -> None:
@@ -70,7 +70,7 @@ def fetch_short(
         out[i] += weight * (p + y * (q - p))
 
 
-@kernel
+@part
 def fetch_long(
     at: TexelSpan,
     u: float,

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch
 from foveacam_hardware.sim.render.materials import BITMAP, NOISE, PLAIN, MaterialTables
 from foveacam_hardware.sim.render.setup import ObjectTable, VisibleFaces
@@ -42,7 +42,7 @@ class LookupItems(NamedTuple):
     part_y: F32
 
 
-@kernel
+@part
 def new_items() -> LookupItems:
     """Allocate the working memory."""
     n = 3 * CAPACITY
@@ -63,13 +63,13 @@ def new_items() -> LookupItems:
     )
 
 
-@kernel
+@part
 def _axes(blend: int, side: int) -> tuple[int, int]:
     """Return the range of axes along which a face is mapped."""
     return (0, 3) if blend else (side >> 1, (side >> 1) + 1)
 
 
-@inlined
+@part
 def _weighs(weights: F64, f: int, axis: int) -> bool:
     """Return whether a face shows the material that is mapped along an axis."""
     w0, w1, w2 = weights[f, axis, 0], weights[f, axis, 1], weights[f, axis, 2]
@@ -77,7 +77,7 @@ def _weighs(weights: F64, f: int, axis: int) -> bool:
     return found
 
 
-@inlined
+@part
 def _have_alike_footprints(where: F64, m: int, ux: float, uy: float, vx: float, vy: float) -> bool:
     gap = abs(ux - where[m, JUX]) + abs(uy - where[m, JUY])
     gap += abs(vx - where[m, JVX]) + abs(vy - where[m, JVY])
@@ -85,7 +85,7 @@ def _have_alike_footprints(where: F64, m: int, ux: float, uy: float, vx: float, 
     return alike
 
 
-@inlined
+@part
 def find_items(
     batch: PixelBatch,
     runs: int,
@@ -144,7 +144,7 @@ def find_items(
     return n
 
 
-@inlined
+@part
 def add_up(
     batch: PixelBatch, runs: int, prims: VisibleFaces, tables: MaterialTables, items: LookupItems
 ) -> None:

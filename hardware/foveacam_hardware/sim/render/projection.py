@@ -6,7 +6,7 @@ axis.
 """
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,9 @@ F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 SAME_SURFACE = 2e-3
 """Two depths within this part of each other are the same surface."""
+HALF_FROM_WHOLE_PX = np.array([[0.5, 0.0, -0.25], [0.0, 0.5, -0.25], [0.0, 0.0, 1.0]])
+"""Homogeneous pixels of a picture whose pixels are means of 2x2, from those of the whole picture."""
+HALF_FROM_WHOLE_PX.flags.writeable = False
 
 
 def _array(value: ArrayLike, name: str, shape: tuple[int, ...]) -> F64:
@@ -60,6 +63,14 @@ class RayTable:
         self.width, self.height = width, height
         self.digest = hashlib.blake2b(self.shift_px.tobytes(), digest_size=16).digest()
 
+    def halved(self) -> "RayTable":
+        """Return the table of pixels that are each the mean of 2x2 of this one's."""
+        width, height = self.width // 2, self.height // 2
+        blocks = self.shift_px[: 2 * height, : 2 * width].reshape(height, 2, width, 2, 2)
+        shift_px = 0.5 * blocks.mean(axis=(1, 3), dtype=np.float64)
+        x, y = np.meshgrid(np.arange(width), np.arange(height))
+        return RayTable(np.stack([x, y], axis=-1) + shift_px)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Projection:
@@ -75,6 +86,8 @@ class Projection:
     rays: RayTable | None = None
     axis: F64 = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     """Unit vector along which depth is measured."""
+    halvings: int = 0
+    """How often `halved` was applied: its pixels are means of 2x2 of the camera's."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "M", _array(self.M, "projection M", (3, 3)))
@@ -101,8 +114,22 @@ class Projection:
     def key(self) -> bytes:
         """A key of the projection's content: equal keys render equal images."""
         rays = b"" if self.rays is None else self.rays.digest
-        size = f"{self.width}x{self.height}".encode()
+        size = f"{self.width}x{self.height}/{self.halvings}".encode()
         return self.M.tobytes() + self.C.tobytes() + self.axis.tobytes() + size + rays
+
+    def halved(self) -> "Projection":
+        """Return the projection to pixels that are each the mean of 2x2 of this one's: x = 2 x_b + 0.5.
+
+        An odd last column or row is left out.
+        """
+        return replace(
+            self,
+            M=HALF_FROM_WHOLE_PX @ self.M,
+            width=self.width // 2,
+            height=self.height // 2,
+            rays=None if self.rays is None else self.rays.halved(),
+            halvings=self.halvings + 1,
+        )
 
     def undistort(self, pixels: ArrayLike) -> F64:
         """Return undistorted pixels of (n, 2) image pixels (bilinear in the ray table)."""

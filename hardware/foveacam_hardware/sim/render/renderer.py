@@ -7,7 +7,7 @@ renderer; kernels never submit to it.
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from types import TracebackType
@@ -18,33 +18,25 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
 from foveacam_hardware.sim.render.binning import sort_into_tiles, tile_shifts
-from foveacam_hardware.sim.render.materials import LUMA, NoiseSurface
-from foveacam_hardware.sim.render.noise import noise_levels
+from foveacam_hardware.sim.render.frame_inputs import kernel_view, object_table, tile_inputs
 from foveacam_hardware.sim.render.projection import Projection, RayTable, disparity_of
 from foveacam_hardware.sim.render.scene import Scene, SceneSnapshot
-from foveacam_hardware.sim.render.sensor import SensorExposure, expose
 from foveacam_hardware.sim.render.setup import (
     TILE_H,
     TILE_W,
-    KernelView,
-    ObjectTable,
     empty_corners,
     empty_prims,
     set_up,
 )
-from foveacam_hardware.sim.render.shapes import Quad, place
+from foveacam_hardware.sim.render.shade import CUT_HALVED_PX, CUT_PX
 from foveacam_hardware.sim.render.tiles import TileInputs, TileOutputs, render_tiles
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 Bool = NDArray[np.bool_]
-NEAR_M = 0.02
-"""Nothing nearer to the projection centre is drawn."""
 CACHED_FRAMES = 8
 CACHED_LENSES = 4
-Progress = Callable[[int, int, str], None]
-"""Called with the steps done, their total, and the name of the next step."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -91,25 +83,6 @@ class _CachedFrame:
             radiance, depth, ids = self.target
             self.target = TileOutputs(radiance.copy(), depth.copy(), ids.copy())
             self.lent = False
-
-
-def _objects(snapshot: SceneSnapshot, projection: Projection, Minv: F64) -> ObjectTable:
-    R, T = snapshot.poses[:, :3, :3], snapshot.poses[:, :3, 3]
-    away = T - projection.C
-    return ObjectTable(
-        np.einsum("nji,jk->nik", R, Minv),
-        -np.einsum("nji,nj->ni", R, away),
-        np.einsum("nji,j->ni", R, snapshot.lamp),
-        np.einsum("ij,njk->nik", projection.M, R),
-        np.einsum("ij,nj->ni", projection.M, away),
-    )
-
-
-def _in_channels(snapshot: SceneSnapshot, channels: int) -> tuple[F64, F64]:
-    """Return the colours (n, 2, c) and the sky (2, c) in the frame's channels."""
-    if channels == 3:
-        return snapshot.tables.colors, snapshot.sky
-    return (snapshot.tables.colors @ LUMA)[..., None], (snapshot.sky @ LUMA)[..., None]
 
 
 class Renderer:
@@ -218,32 +191,15 @@ class Renderer:
         self, snapshot: SceneSnapshot, projection: Projection, channels: int
     ) -> tuple[TileInputs, Bool]:
         """Set a frame up; return also which tiles may show each object, (objects, tiles)."""
-        view = self._view(projection)
-        objects = _objects(snapshot, projection, view.Minv)
+        view = kernel_view(projection, *self._lens(projection.rays, projection.width, projection.height))
+        objects = object_table(snapshot, projection, view)
         prims = empty_prims(len(snapshot.geometry.faces))
         corners = empty_corners(len(snapshot.geometry.vertices))
         count = set_up(snapshot.geometry, objects, snapshot.ambient, view, corners, prims)
         footprint = np.zeros((len(snapshot.poses), len(view.tile_shift) - 1), bool)
         bins = sort_into_tiles(prims, count, view, footprint)
-        colors, sky = _in_channels(snapshot, channels)
-        tables = snapshot.tables._replace(colors=colors)
-        stage = TileInputs(view, objects, prims, bins, tables, snapshot.geometry.smooth, sky, LUMA)
-        return stage, footprint
-
-    def _view(self, projection: Projection) -> KernelView:
-        Minv: F64 = np.asarray(np.linalg.inv(projection.M), dtype=np.float64)
-        shift, tile_shift = self._lens(projection.rays, projection.width, projection.height)
-        return KernelView(
-            projection.M.copy(),  # writable, as all the others: kernels are compiled for either
-            Minv,
-            projection.C.copy(),
-            np.asarray(projection.axis @ Minv, dtype=np.float64),
-            1.0 / (NEAR_M * float(np.linalg.norm(projection.M[2]))),
-            projection.width,
-            projection.height,
-            shift,
-            tile_shift,
-        )
+        cut_px = CUT_PX if projection.halvings == 0 else CUT_HALVED_PX
+        return tile_inputs(snapshot, view, objects, prims, bins, channels=channels, cut_px=cut_px), footprint
 
     def _lens(self, rays: RayTable | None, width: int, height: int) -> tuple[F32, F64]:
         key = (b"" if rays is None else rays.digest, width, height)
@@ -274,33 +230,3 @@ def _tiles_of(x: int, y: int, w: int, h: int, width: int) -> NDArray[np.int64]:
     rows = np.arange(y // TILE_H, (y + h - 1) // TILE_H + 1)
     tiles: NDArray[np.int64] = (rows[:, None] * -(-width // TILE_W) + columns).ravel().astype(np.int64)
     return tiles
-
-
-def _report_nothing(done: int, total: int, name: str) -> None:
-    """Report nothing."""
-
-
-def _warm_renderer() -> None:
-    scene = Scene()
-    scene.add(Quad(width_m=1.0, height_m=1.0), NoiseSurface(), place((0.0, 0.0, 2.0)), "panel")
-    M = np.array([[100.0, 0.0, 31.5], [0.0, 100.0, 23.5], [0.0, 0.0, 1.0]])
-    with Renderer(scene, threads=1) as renderer:
-        renderer.radiance(Projection(M=M, C=np.zeros(3), width=64, height=48))
-
-
-def _warm_sensor() -> None:
-    for bits in (8, 12):
-        expose(np.zeros((4, 64), np.float32), SensorExposure(bits=bits), (0, 0, 0))
-
-
-def warm_up(progress: Progress = _report_nothing) -> None:
-    """Compile every kernel, or load it from the cache on disk, before the first frame is requested."""
-    steps: list[tuple[str, Callable[[], object]]] = [
-        ("noise tile", noise_levels),
-        ("renderer", _warm_renderer),
-        ("sensor", _warm_sensor),
-    ]
-    for done, (name, step) in enumerate(steps):
-        progress(done, len(steps), name)
-        step()
-    progress(len(steps), len(steps), "ready")

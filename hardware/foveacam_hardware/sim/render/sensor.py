@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
-from foveacam_hardware.jit import kernel
+from foveacam_hardware.contract.values import Binning
+from foveacam_hardware.jit import kernel, part
 
 F32 = NDArray[np.float32]
+Gains = tuple[float, float, float, float, float]
 
 TABLE_BITS = 20
 MAX_ROW = 1 << 16
 """Longest row, in values: the table repeats as many at its end."""
 MAX_RADIUS = 16
+NARROW_PX = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -31,7 +34,9 @@ class SensorExposure:
         gain: amplification before the converter, 1 = a full well is full scale.
         full_well_e, read_noise_e: electrons (IMX273: 10 700 and 2.5).
         bits: 8, 10 or 12.
-        psf_sigma_px: blur of the lens, a Gaussian; 0 = none.
+        psf_sigma_px: blur of the lens, a Gaussian, pixels of the sensor; 0 = none.
+        binning: pixels of the sensor along each side of a pixel, which is their mean: its variance is theirs
+            divided by their number, before it is rounded to `bits`.
     """
 
     exposure_s: float = 0.01
@@ -41,6 +46,7 @@ class SensorExposure:
     read_noise_e: float = 2.5
     bits: int = 8
     psf_sigma_px: float = 0.0
+    binning: Binning = 1
 
     def __post_init__(self) -> None:
         for name in ("exposure_s", "reference_s", "gain", "full_well_e"):
@@ -69,7 +75,14 @@ def _normals() -> F32:
 
 @lru_cache(maxsize=16)
 def psf_taps(sigma_px: float) -> F32:
-    """Return the Gaussian from its middle outwards, (radius + 1,), both wings adding up to 1."""
+    """Return the Gaussian from its middle outwards, (radius + 1,), both wings adding up to 1.
+
+    Samples of one narrower than `NARROW_PX` would miss its variance; it becomes three taps that have it.
+    """
+    if 0 < sigma_px < NARROW_PX:
+        three: F32 = np.array([1.0 - sigma_px**2, 0.5 * sigma_px**2], np.float32)
+        three.flags.writeable = False
+        return three
     radius = int(np.ceil(3.2 * sigma_px)) if sigma_px > 0 else 0
     taps = np.exp(-0.5 * (np.arange(radius + 1) / max(sigma_px, 1e-9)) ** 2)
     taps /= taps[0] + 2 * taps[1:].sum()
@@ -78,7 +91,7 @@ def psf_taps(sigma_px: float) -> F32:
     return narrow
 
 
-@kernel
+@part
 def _mixed(a: np.uint64, b: int) -> np.uint64:
     """Return a hash of two 64-bit numbers (the finaliser of SplitMix64)."""
     h = np.uint64(a) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(b)
@@ -87,7 +100,7 @@ def _mixed(a: np.uint64, b: int) -> np.uint64:
     return h ^ (h >> np.uint64(31))
 
 
-@kernel
+@part
 def _blur_down(radiance: F32, y: int, taps: F32, row: F32) -> None:
     """Fill row with the vertical blur of image row y, the edge rows repeated."""
     last, n = radiance.shape[0] - 1, row.shape[0]
@@ -100,7 +113,7 @@ def _blur_down(radiance: F32, y: int, taps: F32, row: F32) -> None:
             row[i] += w * (up[i] + down[i])
 
 
-@kernel
+@part
 def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
     """Fill row with the horizontal blur of a row padded by MAX_RADIUS pixels on both sides."""
     first, n = MAX_RADIUS * channels, row.shape[0]
@@ -119,27 +132,26 @@ def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
             row[i] += w * (a[i] + b[i])
 
 
-@kernel
-def _count(
-    row: F32, normals: F32, gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16]
-) -> None:
+@part
+def _count(row: F32, normals: F32, gains: Gains, top: int, out: NDArray[np.uint16]) -> None:
     """Fill out with counts: electrons with noise, limited by the well and the converter.
 
-    gains: electrons of a full well, per radiance 1, of read noise; counts per electron.
+    gains: electrons of a full well, per radiance 1, of read noise; counts per electron; noise of a pixel over
+    that of one of the sensor's.
     """
     well, light = np.float32(gains[0]), np.float32(gains[1])
-    read, scale = np.float32(gains[2]), np.float32(gains[3])
+    read, scale, part = np.float32(gains[2]), np.float32(gains[3]), np.float32(gains[4])
     half, zero, limit = np.float32(0.5), np.float32(0.0), np.float32(top)
     for i in range(row.shape[0]):
         electrons = min(max(row[i] * light, zero), well)
-        counts = (electrons + np.sqrt(electrons + read * read) * normals[i]) * scale + half
+        counts = (electrons + part * np.sqrt(electrons + read * read) * normals[i]) * scale + half
         out[i] = np.uint16(np.int32(min(max(counts, zero), limit)))
 
 
 @kernel
-def _expose(
+def expose_rows(
     radiance: F32, channels: int, taps: F32, normals: F32, key: np.uint64,
-    gains: tuple[float, float, float, float], top: int, out: NDArray[np.uint16],
+    gains: Gains, top: int, out: NDArray[np.uint16],
 ) -> None:  # fmt: skip
     """Expose rows of interleaved channels, (h, w · channels); gains as for _count."""
     n = radiance.shape[1]
@@ -156,8 +168,8 @@ def _expose(
 def _frame_key(key: tuple[int, int, int]) -> int:
     """Hash (seed, camera, frame number) to 64 bits."""
     h = 0x243F6A8885A308D3
-    for part in key:
-        h ^= part & 0xFFFFFFFFFFFFFFFF
+    for number in key:
+        h ^= number & 0xFFFFFFFFFFFFFFFF
         h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 & 0xFFFFFFFFFFFFFFFF
         h = (h ^ (h >> 27)) * 0x94D049BB133111EB & 0xFFFFFFFFFFFFFFFF
         h ^= h >> 31
@@ -185,8 +197,10 @@ def expose(
         exposure.full_well_e * exposure.exposure_s / exposure.reference_s,
         exposure.read_noise_e,
         exposure.gain * top / exposure.full_well_e,
+        1.0 / exposure.binning,
     )
     key64 = np.uint64(_frame_key(key))
-    _expose(rows, channels, psf_taps(exposure.psf_sigma_px), _normals(), key64, gains, top, counts)
+    taps = psf_taps(exposure.psf_sigma_px / exposure.binning)
+    expose_rows(rows, channels, taps, _normals(), key64, gains, top, counts)
     image = counts.reshape(radiance.shape)
     return image.astype(np.uint8) if exposure.bits == 8 else image

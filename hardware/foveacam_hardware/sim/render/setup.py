@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import kernel
+from foveacam_hardware.jit import kernel, part
 from foveacam_hardware.sim.render.scene import SceneGeometry
 
 F64 = NDArray[np.float64]
@@ -91,7 +91,7 @@ def empty_corners(vertices: int) -> ProjectedVertices:
     return ProjectedVertices(np.empty((vertices, 3)), np.empty(vertices), np.empty((vertices, 3)))
 
 
-@kernel
+@part
 def _in_view(corners: F64, P: F64, b: F64, view: KernelView) -> bool:
     """Return whether a box, given by its corners (8, 3) in object coordinates, may be in the image."""
     span = view.tile_shift[-1]
@@ -109,7 +109,7 @@ def _in_view(corners: F64, P: F64, b: F64, view: KernelView) -> bool:
     return not (left or right or above or below or behind)
 
 
-@kernel
+@part
 def _transform(
     geometry: SceneGeometry,
     objects: ObjectTable,
@@ -146,7 +146,7 @@ def _transform(
     return in_view
 
 
-@kernel
+@part
 def _bounds(p: F64, faces: I32, f: int, w_near: float) -> tuple[float, float, float, float]:
     """Return least and greatest x, then y, of a face beyond the near plane; an empty range when none is."""
     x0 = y0 = 1e18
@@ -165,7 +165,7 @@ def _bounds(p: F64, faces: I32, f: int, w_near: float) -> tuple[float, float, fl
     return x0, x1, y0, y1
 
 
-@kernel
+@part
 def _edges(p: F64, faces: I32, f: int, out: F64, n: int) -> float:
     """Fill out[n] (4, 3) with edge functions, positive inside; return the determinant of three corners."""
     count = 4 if faces[f, 3] >= 0 else 3
@@ -185,7 +185,7 @@ def _edges(p: F64, faces: I32, f: int, out: F64, n: int) -> float:
     return float(abs(det))
 
 
-@kernel
+@part
 def _place(
     geometry: SceneGeometry,
     objects: ObjectTable,
@@ -227,7 +227,7 @@ def _place(
     return n
 
 
-@kernel
+@part
 def _light_smooth(
     n: int, det: float, geometry: SceneGeometry, corners: ProjectedVertices, prims: VisibleFaces
 ) -> None:
@@ -249,7 +249,7 @@ def _light_smooth(
     prims.blend[n] = 0 if only else bits
 
 
-@kernel
+@part
 def _light_flat(
     n: int, normal: F64, o: F64, vertex: F64, lamp: F64, ambient: float, prims: VisibleFaces
 ) -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import cached_part, kernel, part
 from foveacam_hardware.sim.render.batch import CAPACITY, PixelBatch, gather, interpolate, new_batch, shade_sky
 from foveacam_hardware.sim.render.binning import TileBins
 from foveacam_hardware.sim.render.cells import shade_cells
@@ -41,6 +41,7 @@ class TileInputs(NamedTuple):
     smooth: I32
     sky: F64  # (2, channels)
     luma: F64  # (3,)
+    cut_px: float  # shortest wavelength of noise that is drawn
 
 
 class TileOutputs(NamedTuple):
@@ -51,20 +52,48 @@ class TileOutputs(NamedTuple):
     ids: I32  # (h, w) object, −1 where nothing is hit
 
 
-@inlined
-def _shade(batch: PixelBatch, runs: int, items: LookupItems, stage: TileInputs, colour: F32) -> None:
+@cached_part
+def find_runs(
+    tile: TileMemory,
+    index: int,
+    x0: int,
+    y0: int,
+    width: int,
+    height: int,
+    stage: TileInputs,
+    batch: PixelBatch,
+) -> int:
+    """Find what each pixel of a tile shows, and fill the batch with it; return the number of runs."""
+    load_rays(tile, x0, y0, stage.camera)
+    fill(tile, index, x0, y0, stage.camera, stage.prims, stage.bins)
+    runs: int = gather(tile.x, tile.y, tile.face, width, height, batch)
+    return runs
+
+
+@cached_part
+def find_marks(
+    tile: TileMemory, index: int, x0: int, y0: int, width: int, height: int, stage: TileInputs
+) -> int:
+    """Find the pixels of a tile that lie on an edge, and what their samples show; return their number."""
+    marks: int = mark_edges(tile, height, width, stage.prims, stage.smooth)
+    sample_edges(tile, marks, index, x0, y0, stage.camera, stage.prims, stage.bins)
+    return marks
+
+
+@cached_part
+def shade_runs(batch: PixelBatch, runs: int, items: LookupItems, stage: TileInputs, colour: F32) -> None:
     """Fill colour (CAPACITY, channels) for all runs of the batch."""
     interpolate(batch, runs, stage.prims.q, stage.prims.light)
     shade_sky(batch, runs, stage.camera.Minv)
     count = find_items(batch, runs, stage.prims, stage.objects, stage.tables, items)
-    shade_noise(items, count, stage.smooth, stage.tables)
+    shade_noise(items, count, stage.smooth, stage.tables, stage.cut_px)
     shade_cells(batch, items, count, stage.prims, stage.objects, stage.tables)
     shade_bitmap(items, count, stage.tables)
     add_up(batch, runs, stage.prims, stage.tables, items)
     paint(batch, runs, stage.prims.obj, stage.tables, stage.sky, stage.luma, colour)
 
 
-@inlined
+@part
 def _store(
     batch: PixelBatch,
     runs: int,
@@ -101,13 +130,12 @@ def _store(
                 depth[row, i + shift] = np.float32(np.inf)
 
 
-@inlined
-def _gather_marks(
+@cached_part
+def gather_marks(
     tile: TileMemory,
     mark: int,
     marks: int,
-    prims: VisibleFaces,
-    smooth: I32,
+    stage: TileInputs,
     batch: PixelBatch,
     weight: F32,
     start: I32,
@@ -118,7 +146,8 @@ def _gather_marks(
     continuous faces of a smooth object become one.
     """
     faces, columns, rows, tx, ty = tile.sample_face, tile.mark, tile.mark_row, tile.x, tile.y
-    sample_q, q, obj, centre = tile.sample_q, prims.q, prims.obj, tile.face
+    sample_q, q, obj, centre = tile.sample_q, stage.prims.q, stage.prims.obj, tile.face
+    smooth = stage.smooth
     first, face, x, y = batch.first, batch.face, batch.x, batch.y
     runs = 0
     while mark < marks and runs + SAMPLES <= CAPACITY:
@@ -156,7 +185,7 @@ def _gather_marks(
     return runs, mark
 
 
-@inlined
+@part
 def _resolve(
     tile: TileMemory,
     begin: int,
@@ -183,13 +212,7 @@ def _resolve(
 @kernel
 def render_tiles(tiles: NDArray[np.int64], stage: TileInputs, target: TileOutputs) -> None:
     """Render the tiles of the given numbers (row by row from the top left): all pixels, then the edges."""
-    camera, prims, bins, smooth, radiance = (
-        stage.camera,
-        stage.prims,
-        stage.bins,
-        stage.smooth,
-        target.radiance,
-    )
+    camera, radiance = stage.camera, target.radiance
     columns = (camera.width + TILE_W - 1) // TILE_W
     tile, batch, items = new_tile(), new_batch(), new_items()
     colour = np.zeros((CAPACITY, radiance.shape[2]), np.float32)
@@ -197,19 +220,13 @@ def render_tiles(tiles: NDArray[np.int64], stage: TileInputs, target: TileOutput
     for index in tiles:
         x0, y0 = (index % columns) * TILE_W, (index // columns) * TILE_H
         width, height = min(TILE_W, camera.width - x0), min(TILE_H, camera.height - y0)
-        load_rays(tile, x0, y0, camera)
-        fill(tile, index, x0, y0, camera, prims, bins)
-        runs = gather(tile.x, tile.y, tile.face, width, height, batch)
-        begin, end, marks = -1, 0, 0
-        while True:
-            _shade(batch, runs, items, stage, colour)
-            if begin < 0:
-                _store(batch, runs, x0, y0, width, height, stage, colour, target)
-                marks = mark_edges(tile, height, width, prims, smooth)
-                sample_edges(tile, marks, index, x0, y0, camera, prims, bins)
-            else:
-                _resolve(tile, begin, end, x0, y0, colour, weight, start, radiance)
-            if end >= marks:
-                break
+        runs = find_runs(tile, index, x0, y0, width, height, stage, batch)
+        shade_runs(batch, runs, items, stage, colour)
+        _store(batch, runs, x0, y0, width, height, stage, colour, target)
+        marks = find_marks(tile, index, x0, y0, width, height, stage)
+        begin = 0 * marks  # of the type of `marks`, so that what takes it is compiled once
+        while begin < marks:
+            runs, end = gather_marks(tile, begin, marks, stage, batch, weight, start)
+            shade_runs(batch, runs, items, stage, colour)
+            _resolve(tile, begin, end, x0, y0, colour, weight, start, radiance)
             begin = end
-            runs, end = _gather_marks(tile, begin, marks, prims, smooth, batch, weight, start)

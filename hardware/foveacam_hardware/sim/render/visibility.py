@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.jit import inlined, kernel
+from foveacam_hardware.jit import part
 from foveacam_hardware.sim.render.binning import TileBins
 from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, VisibleFaces
 
@@ -41,7 +41,7 @@ class TileMemory(NamedTuple):
     lowest: F64  # (TILE_H · TILE_W,) least q of each mark's samples
 
 
-@kernel
+@part
 def new_tile() -> TileMemory:
     """Allocate the working memory."""
     shape, marks = (ROWS, COLUMNS), TILE_W * TILE_H
@@ -59,7 +59,7 @@ def new_tile() -> TileMemory:
     )
 
 
-@inlined
+@part
 def load_rays(tile: TileMemory, x0: int, y0: int, view: KernelView) -> None:
     """Fill the undistorted pixels of the tile that begins at image pixel (x0, y0)."""
     for r in range(ROWS):
@@ -76,7 +76,7 @@ def load_rays(tile: TileMemory, x0: int, y0: int, view: KernelView) -> None:
             tile.y[r, c] += s[1]
 
 
-@kernel
+@part
 def _pixel_range(
     low: float, high: float, first: int, size: int, shift0: float, shift1: float
 ) -> tuple[int, int]:
@@ -86,7 +86,7 @@ def _pixel_range(
     return (int(a), int(b) + 1) if a <= b else (0, 0)
 
 
-@inlined
+@part
 def fill(
     tile: TileMemory, index: int, x0: int, y0: int, view: KernelView, prims: VisibleFaces, bins: TileBins
 ) -> None:
@@ -120,7 +120,7 @@ def fill(
                 face[r, c] = np.int32(n) if seen else face[r, c]
 
 
-@inlined
+@part
 def mark_edges(tile: TileMemory, height: int, width: int, prims: VisibleFaces, smooth: I32) -> int:
     """List the pixels that are not continuous with all four neighbours, row by row; return their number."""
     face, x, y, q, mark, mark_row, start = (
@@ -159,14 +159,14 @@ def mark_edges(tile: TileMemory, height: int, width: int, prims: VisibleFaces, s
     return count
 
 
-@kernel
+@part
 def _across(a: float, b: float, c: float, x: float, y: float, step: Step) -> Step:
     """Return a·x + b·y + c at a pixel, its change per pixel along x and y, and its greatest value there."""
     here, dx, dy = a * x + b * y + c, a * step[0] + b * step[2], a * step[1] + b * step[3]
     return here, dx, dy, here + 0.5 * (abs(dx) + abs(dy))
 
 
-@kernel
+@part
 def _test_samples(
     q: F64, face: I32, m: int, n: int, near: Step, edges: tuple[Step, Step, Step, Step], q_max: float
 ) -> float:
@@ -191,7 +191,7 @@ def _test_samples(
     return float(least)
 
 
-@inlined
+@part
 def sample_edges(
     tile: TileMemory,
     count: int,

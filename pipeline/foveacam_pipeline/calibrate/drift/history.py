@@ -15,6 +15,7 @@ from pydantic import TypeAdapter
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.drift.values import DriftCheck
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.models.content import content_id, plain
 from foveacam_pipeline.verge.aim import EYES
 
@@ -85,10 +86,22 @@ class DriftHistory:
         return record
 
     def records(self) -> list[DriftRecord]:
-        """Return all checks, oldest first; a truncated line is left out."""
+        """Return all checks, oldest first; a truncated line is left out.
+
+        Raise InvalidInput where the file cannot be read.
+        """
         if not self._path.exists():
             return []
-        lines = enumerate(self._path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1)
+        try:
+            text = self._path.read_text(encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise InvalidInput(
+                f"{self._path} cannot be read: {error.strerror}; restore the file or move it away",
+                asked="the history of drift checks",
+                found=f"{self._path}: {error.strerror}",
+                remedy="restore the file or move it away",
+            ) from error
+        lines = enumerate(text.splitlines(), start=1)
         found = (self._parsed(line, number) for number, line in lines if line)
         return [record for record in found if record is not None]
 
@@ -156,10 +169,8 @@ def drift_trend(records: Sequence[DriftRecord]) -> DriftTrend:
 
 def trend_picture(records: Sequence[DriftRecord]) -> bytes:
     """Return a PNG of the trend; filled dots are checks that were applied."""
-    from matplotlib.figure import Figure  # loads for seconds
-
     trend = drift_trend(records)
-    figure = Figure(figsize=(10.0, 7.0), dpi=_DPI, layout="constrained")
+    figure = new_figure((10.0, 7.0), dpi=_DPI)
     rows = figure.subplots(3, 1, sharex=True)
     for row, (axes, label) in enumerate(zip(rows, TREND_LABELS, strict=True)):
         for role in EYES:

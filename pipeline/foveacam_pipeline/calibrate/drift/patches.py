@@ -12,10 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_hardware.contract import Binning, InvalidInput, Role
 from foveacam_pipeline.calibrate.drift.values import DriftSettings
 from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
 from foveacam_pipeline.calibrate.sweep.markers import find_markers
+from foveacam_pipeline.geometry.binning import enlarge, picture_px
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
@@ -62,7 +63,10 @@ class DriftPatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DistinctnessMap:
-    """The wide view, (h, w) uint8 `gray`, and its texture energy, (h, w) float32, 0 where it is unusable."""
+    """The wide view, `gray`, (h, w) uint8 and binned or not, and its texture energy at the sensor's size.
+
+    `energy`: (height, width) float32, 0 where it is unusable.
+    """
 
     gray: NDArray[np.uint8]
     energy: NDArray[np.float32]
@@ -75,8 +79,11 @@ class DistinctnessMap:
         settings: DriftSettings,
     ) -> "DistinctnessMap":
         """Rate the second of two wide pictures; what moved between them or is out of reach is unusable."""
-        energy = _texture(grays[1], settings)
-        energy[_moving(*grays, reach_px=settings.template_half_px)] = 0.0
+        binning = calibration.wide.binning_of(grays[1].shape)
+        size = (calibration.wide.width, calibration.wide.height)
+        energy = np.asarray(cv2.resize(_texture(grays[1], settings, binning), size), dtype=np.float32)
+        moving = _moving(*grays, reach_px=settings.template_half_px, binning=binning)
+        energy[cv2.resize(moving.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0] = 0.0
         energy[~_reached(calibration, settings)] = 0.0
         return cls(gray=grays[1], energy=energy)
 
@@ -84,7 +91,7 @@ class DistinctnessMap:
         """Return the most textured pixels of a box, (2,) px each, best first and spaced apart."""
         guard = settings.template_half_px + 2
         low = [max(guard, round(box[k])) for k in (0, 1)]
-        high = [min(side - guard, round(box[k + 2])) for k, side in enumerate(self.gray.shape[::-1])]
+        high = [min(side - guard, round(box[k + 2])) for k, side in enumerate(self.energy.shape[::-1])]
         if high[0] <= low[0] or high[1] <= low[1]:
             return []
         part = self.energy[low[1] : high[1], low[0] : high[0]].copy()
@@ -99,10 +106,10 @@ class DistinctnessMap:
         return found
 
     def cut_patch(self, wide: Intrinsics, pixel: NDArray[np.float64], settings: DriftSettings) -> WidePatch:
-        """Return the patch about a pixel, (2,) px."""
+        """Return the patch about a pixel, (2,) px of the sensor."""
         half = settings.template_half_px
         target = np.tan(wide.angles_rad(pixel[None])[0])
-        noise = noise_level(self.gray, at_px=pixel)
+        noise = noise_level(self.gray, at_px=picture_px(pixel, wide.binning_of(self.gray.shape)))
         return cut_template(self.gray, wide, target, half_px=(half, half), noise=noise)
 
 
@@ -121,21 +128,21 @@ def select_patches(
     return [part[k] for k in range(PATCHES_PER_PART) for part in chosen if k < len(part)]
 
 
-def _texture(gray: NDArray[np.uint8], settings: DriftSettings) -> NDArray[np.float32]:
+def _texture(gray: NDArray[np.uint8], settings: DriftSettings, binning: Binning) -> NDArray[np.float32]:
     """Return the (h, w) float32 texture energy along the worst direction at each pixel.
 
-    It is the smaller eigenvalue of the structure tensor of the normalised picture.
+    It is the smaller eigenvalue of the structure tensor of the normalised picture, per sensor px.
     """
-    image = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), 1.0)
+    image = cv2.GaussianBlur(gray.astype(np.float32), (0, 0), 1.0 / binning)
     evened = even(
         np.asarray(image, dtype=np.float32),
-        shading_px=SHADING_PX,
-        contrast_px=CONTRAST_PX,
+        shading_px=SHADING_PX / binning,
+        contrast_px=CONTRAST_PX / binning,
         least=MIN_CONTRAST,
     )
-    across = cv2.Scharr(evened, cv2.CV_32F, 1, 0, scale=1 / 32)
-    down = cv2.Scharr(evened, cv2.CV_32F, 0, 1, scale=1 / 32)
-    sigma = settings.template_half_px / 2.0
+    across = cv2.Scharr(evened, cv2.CV_32F, 1, 0, scale=1 / 32 / binning)
+    down = cv2.Scharr(evened, cv2.CV_32F, 0, 1, scale=1 / 32 / binning)
+    sigma = settings.template_half_px / 2.0 / binning
     xx, yy, xy = (
         cv2.GaussianBlur(cv2.multiply(a, b), (0, 0), sigma)
         for a, b in ((across, across), (down, down), (across, down))
@@ -143,11 +150,14 @@ def _texture(gray: NDArray[np.uint8], settings: DriftSettings) -> NDArray[np.flo
     return np.asarray((xx + yy) / 2.0 - np.sqrt((xx - yy) ** 2 / 4.0 + xy**2), dtype=np.float32)
 
 
-def _moving(first: NDArray[np.uint8], second: NDArray[np.uint8], *, reach_px: int) -> NDArray[np.bool_]:
-    """Return the (h, w) bool mask of pixels within reach of a change between two pictures."""
-    change = cv2.absdiff(cv2.blur(first, (5, 5)), cv2.blur(second, (5, 5)))
+def _moving(
+    first: NDArray[np.uint8], second: NDArray[np.uint8], *, reach_px: int, binning: Binning
+) -> NDArray[np.bool_]:
+    """Return the (h, w) bool mask of pixels within reach, sensor px, of a change between two pictures."""
+    averaged = (5, 5) if binning == 1 else (3, 3)
+    change = cv2.absdiff(cv2.blur(first, averaged), cv2.blur(second, averaged))
     moved = (change > MOTION_LEVELS).astype(np.uint8)
-    side = 2 * reach_px + 1
+    side = 2 * (reach_px // binning) + 1
     return np.asarray(cv2.dilate(moved, np.ones((side, side), dtype=np.uint8)) > 0)
 
 
@@ -196,7 +206,8 @@ def _marker_patches(
     layout = settings.layout
     if layout is None:
         return []
-    views = find_markers(field.gray, side_m=layout.side_m, only=layout.ids)
+    picture = enlarge(field.gray, binning=calibration.wide.binning_of(field.gray.shape))
+    views = find_markers(picture, side_m=layout.side_m, only=layout.ids)
     try:
         pose = locate_target(views, layout, calibration.wide)
     except InvalidInput:
@@ -245,7 +256,8 @@ def draw_patches(
     gray: NDArray[np.uint8], calibration: Calibration, queue: list[DriftPatch], done: set[int]
 ) -> NDArray[np.uint8]:
     """Return the wide view with a frame around the first candidate of each part, (h, w, 3) uint8 RGB."""
-    view = cv2.cvtColor(gray, cv2.COLOR_GRAY2RGB)
+    picture = enlarge(gray, binning=calibration.wide.binning_of(gray.shape))
+    view = cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB)
     drawn: set[int] = set()
     for candidate in queue:
         if candidate.part in drawn:

@@ -2,14 +2,15 @@
 
 from collections.abc import Callable
 
+import cv2
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role, Sighting
 from foveacam_pipeline.calibrate.fit.check import CheckResult
 from foveacam_pipeline.calibrate.fit.fit_pictures import png
 from foveacam_pipeline.calibrate.fit.fovea_in_wide import footprint_window, fovea_in_wide
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.pictures import anaglyph
@@ -34,7 +35,7 @@ def check_pictures(result: CheckResult, calibration: Calibration) -> dict[str, C
 
 def epipolar_picture(result: CheckResult, calibration: Calibration) -> bytes:
     """Return a PNG of the row differences of the rectified eyes over the field, fovea px."""
-    figure = Figure(figsize=(11.0, 5.2), dpi=_DPI, layout="constrained")
+    figure = new_figure((11.0, 5.2), dpi=_DPI)
     field, within = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     rows = np.array([match.rows_px for match in result.rows])
     gazes = np.rad2deg([match.gaze_rad for match in result.rows]).reshape(-1, 2)
@@ -85,7 +86,7 @@ def epipolar_picture(result: CheckResult, calibration: Calibration) -> bytes:
 def overlay_picture(result: CheckResult, calibration: Calibration) -> bytes:
     """Return a PNG of all foveae drawn into the wide view, and of one of them in tiles with it, enlarged."""
     sighting = _farthest_look(result)
-    figure = Figure(figsize=(13.0, 5.6), dpi=_DPI, layout="constrained")
+    figure = new_figure((13.0, 5.6), dpi=_DPI)
     whole, near = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     whole.imshow(result.mosaic)
     whole.set_title("foveae laid into the wide view by the fitted models", fontsize=10)
@@ -116,10 +117,8 @@ def anaglyph_picture(sighting: Sighting, calibration: Calibration, *, rectified:
     else:
         left, right = gray(to_uint8(sighting.left)), gray(to_uint8(sighting.right))
         picture = np.stack([left, right, right], axis=2)[::2, ::2]
-    height, width = picture.shape[:2]
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
-    figure.figimage(picture)
-    return png(figure)
+    _, encoded = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    return encoded.tobytes()
 
 
 def _farthest_look(result: CheckResult) -> Sighting:

@@ -314,11 +314,11 @@ class _RunModel:
         member = after.astype(np.float64)[:, None]
         columns = motion_columns(eye.angles_rad, eye.depth_m, turns=member, rolls=member)[:, PIVOT_UNKNOWNS:]
         own = columns - self.spans @ (self.spans.T @ columns)
-        inverse = np.linalg.pinv(own.T @ own, rcond=_RANK)
-        turn = inverse @ (own.T @ self.left)
+        solve = np.linalg.pinv(own, rcond=math.sqrt(_RANK))  # own.T @ own would keep half of the digits
+        turn = solve @ self.left
         now = float(np.sum((self.left - own @ turn) ** 2))
         sigma = max(GAZE_NOISE_RAD, math.sqrt(now / self.free))
-        sigmas = np.abs(turn[:2]) / np.maximum(sigma * np.sqrt(np.diag(inverse)[:2]), _SMALLEST_RAD)
+        sigmas = np.abs(turn[:2]) / np.maximum(sigma * np.linalg.norm(solve[:2], axis=1), _SMALLEST_RAD)
         surest = int(sigmas.argmax())
         return _KnockStep(
             run=run,

@@ -3,19 +3,22 @@
 import io
 from collections.abc import Callable
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily, MirrorScore
 from foveacam_pipeline.calibrate.fit.samples import S_PER_MIN, DriftRun, MountDrift
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _DPI = 110
 _ARROW_DEG = 0.5
@@ -52,7 +55,7 @@ def quiver_picture(result: FitResult, role: Role) -> bytes:
     inliers = (mirror.weights > 0.5).all(axis=1)
     rms_px = float(np.sqrt(np.mean(np.sum(missed[inliers] ** 2, axis=1))))
     scale = _ARROW_DEG / max(rms_px, 1e-9)
-    figure = Figure(figsize=(7.6, 7.0), dpi=_DPI, layout="constrained")
+    figure = new_figure((7.6, 7.0), dpi=_DPI)
     axes = figure.subplots()
     station = result.measured.nodes[role][:, 0]
     for k, parallax in enumerate(result.parallax):
@@ -82,7 +85,7 @@ def quiver_picture(result: FitResult, role: Role) -> bytes:
 
 def models_picture(result: FitResult) -> bytes:
     """Return a PNG of the leave-one-out errors of every model of both mirrors and of every rectification."""
-    figure = Figure(figsize=(11.5, 4.6), dpi=_DPI, layout="constrained")
+    figure = new_figure((11.5, 4.6), dpi=_DPI)
     mirrors, fields = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     f_px = result.calibration.fovea_f_px
     for role, colour in ((Role.LEFT, BLUE), (Role.RIGHT, RED)):
@@ -109,7 +112,7 @@ def models_picture(result: FitResult) -> bytes:
     fields.set(title="rectification: corners of a pose left out", xlabel="order of the polynomial")
     fields.set_ylabel("fovea px rms")
     for axes in (mirrors, fields):
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.xaxis.get_major_locator().set_params(integer=True)
         axes.set_yscale("log")
         axes.grid(visible=True, which="both", alpha=0.25)
         axes.legend(fontsize=8)
@@ -122,7 +125,7 @@ def warp_picture(calibration: Calibration, role: Role) -> bytes:
     mirror = calibration.eye(role).mirror
     line = np.linspace(-_RIM, _RIM, _WARP_SIDE)
     gazes = mirror.angles_of(np.array([(x, y) for y in line for x in line]) * np.array(mirror.max_v))
-    figure = Figure(figsize=(9.0, 7.6), dpi=_DPI, layout="constrained")
+    figure = new_figure((9.0, 7.6), dpi=_DPI)
     axes = figure.subplots()
     grids = [_grid(calibration, role, (ax_rad, ay_rad)) for ax_rad, ay_rad in gazes.tolist()]
     raw, rectified = (np.concatenate(lines) for lines in zip(*grids, strict=True))
@@ -155,13 +158,13 @@ def _grid(
     return np.concatenate(raw), np.concatenate(rectified)
 
 
-def _mark(axes: Axes, scores: list[MirrorScore], errors: list[float], colour: str) -> None:
+def _mark(axes: "Axes", scores: list[MirrorScore], errors: list[float], colour: str) -> None:
     for score, error in zip(scores, errors, strict=True):
         if score.chosen:
             axes.plot(score.order, error, "o", color=colour, markersize=11, mfc="none")
 
 
-def _field_axes(axes: Axes, title: str) -> None:
+def _field_axes(axes: "Axes", title: str) -> None:
     axes.set(xlabel="ax, deg (right)", ylabel="ay, deg (down)", title=title)
     axes.title.set_fontsize(10)
     axes.set_aspect("equal")
@@ -170,20 +173,20 @@ def _field_axes(axes: Axes, title: str) -> None:
     axes.grid(visible=True, alpha=0.25)
 
 
-def png(figure: Figure) -> bytes:
+def png(figure: "Figure") -> bytes:
     """Return a figure as PNG."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", facecolor="white")
     return buffer.getvalue()
 
 
-def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> Figure:
+def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> "Figure":
     """Return the figure of each eye's gaze against its end, fovea px, over the minutes.
 
     Runs are drawn one after the other without the time between them, because their clocks may differ. The
     distance of a run's end from the last run's end is written above it.
     """
-    figure = Figure(figsize=(9.6, 3.8), dpi=_DPI, layout="constrained")
+    figure = new_figure((9.6, 3.8), dpi=_DPI)
     panels = figure.subplots(1, len(drift), sharey=True, squeeze=False)[0]
     for axes, (role, mount) in zip(panels, drift.items(), strict=True):
         _draw_drift(axes, mount, f_px=f_px)
@@ -194,7 +197,7 @@ def drift_figure(drift: dict[Role, MountDrift], *, f_px: float) -> Figure:
     return figure
 
 
-def _draw_drift(axes: Axes, mount: MountDrift, *, f_px: float) -> None:
+def _draw_drift(axes: "Axes", mount: MountDrift, *, f_px: float) -> None:
     """Draw all runs; the last one ends at zero."""
     axes.axhline(0.0, color="0.6", linewidth=0.7)
     axes.margins(y=0.15)  # room for the text above
@@ -206,7 +209,7 @@ def _draw_drift(axes: Axes, mount: MountDrift, *, f_px: float) -> None:
             _draw_gap(axes, end_min + gap_min / 2.0, knocked=before.knocked)
 
 
-def _draw_gap(axes: Axes, at_min: float, *, knocked: bool) -> None:
+def _draw_gap(axes: "Axes", at_min: float, *, knocked: bool) -> None:
     """Draw the line between two runs: a gap in time, or a knock."""
     colour, style = (KNOCK, "-") if knocked else ("0.8", ":")
     axes.axvline(at_min, color=colour, linewidth=0.7, linestyle=style)
@@ -224,7 +227,7 @@ def _draw_gap(axes: Axes, at_min: float, *, knocked: bool) -> None:
         )
 
 
-def _draw_drift_run(axes: Axes, run: DriftRun, *, end_min: float, f_px: float, named: bool) -> None:
+def _draw_drift_run(axes: "Axes", run: DriftRun, *, end_min: float, f_px: float, named: bool) -> None:
     """Draw one run; `named`: with its lines in the legend."""
     minutes = end_min + (run.knots_s - run.knots_s[-1]) / S_PER_MIN
     gaze = f_px * np.column_stack([run.turn_rad[:, 1], -run.turn_rad[:, 0]])

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role, StereoVolts
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.geometry.verging import eye_angles, point_from_direction
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
@@ -20,7 +21,6 @@ from foveacam_pipeline.models.footprint import fovea_points_rays
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
 NODES = 13
 """Directions along each side of the common field."""
 _MARGIN_RAD = math.radians(0.05)
@@ -227,9 +227,7 @@ def _wide_difference(a: Calibration, b: Calibration) -> tuple[NDArray[np.float64
 
 def comparison_picture(comparison: CalibrationComparison) -> bytes:
     """Return a PNG: arrows for both eyes, row mismatch over the field, arrows over the wide image."""
-    from matplotlib.figure import Figure  # loads for seconds
-
-    figure = Figure(figsize=(11.0, 8.6), dpi=_DPI, layout="constrained")
+    figure = new_figure((11.0, 8.6), dpi=_DPI)
     axes = figure.subplots(2, 2)
     at = np.rad2deg(comparison.directions_rad)
     _draw_arrows(axes[0, 0], at, comparison.gaze_left_px, title="left gaze, fovea px")

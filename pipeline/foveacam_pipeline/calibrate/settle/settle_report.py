@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, StepTrace
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.models.content import plain
 from foveacam_pipeline.storage.disk import write_file
 
@@ -61,9 +62,7 @@ def load_settle(path: Path) -> SettleReport:
 
 def settle_picture(report: SettleReport) -> bytes:
     """Return a PNG of all four axes: with the filter in normal use, logarithmic, and with it wide open."""
-    from matplotlib.figure import Figure  # loads for seconds
-
-    figure = Figure(figsize=(11.0, 7.6), dpi=_DPI, layout="constrained")
+    figure = new_figure((11.0, 7.6), dpi=_DPI)
     above, below = figure.subplots(2, 1)
     for found in report.axes:
         _draw_settling(above, found)

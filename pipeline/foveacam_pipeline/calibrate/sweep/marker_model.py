@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from foveacam_pipeline.calibrate.robust_least_squares import terms_covariance
 from foveacam_pipeline.calibrate.sweep.marker_code import CELLS
 from foveacam_pipeline.geometry.polynomial import least_squares
 
@@ -226,12 +227,7 @@ class _Problem:
 
     def _sigma_px(self, state: Rows, jacobian: Rows, noise: float) -> float:
         """Return the rms standard error of the outer corners' coordinates."""
-        scale = np.linalg.norm(jacobian, axis=0)
-        scale[scale == 0.0] = 1.0
-        normal = (jacobian.T @ jacobian) / np.outer(scale, scale)
-        covariance = np.linalg.pinv(normal, hermitian=True)[:BLUR_INDEX, :BLUR_INDEX] / np.outer(
-            scale[:BLUR_INDEX], scale[:BLUR_INDEX]
-        )
+        covariance = terms_covariance(jacobian)[:BLUR_INDEX, :BLUR_INDEX]
         moved = self._outer_slopes(state)
         return noise * float(np.sqrt(np.mean(np.einsum("ik,kl,il->i", moved, covariance, moved))))
 

@@ -4,17 +4,17 @@ import io
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from foveacam_pipeline.calibrate.wide.board_pose import TILTS, pose_of_view
 from foveacam_pipeline.calibrate.wide.coverage import COLUMNS, ROWS, coverage_of
 from foveacam_pipeline.calibrate.wide.fit_wide import WideFit
 from foveacam_pipeline.calibrate.wide.lens_accuracy import GRID
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
+from foveacam_pipeline.diagrams import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _ARROW = 0.04
 """Length of a typical residual in a picture, over the image's width."""
@@ -26,7 +26,7 @@ def coverage_picture(samples: WideSamples, fit: WideFit | None = None) -> bytes:
     views = [sample.view for sample in samples]
     cover = coverage_of(views, lens)
     width, height = samples.size
-    figure = Figure(figsize=(11.0, 4.4), layout="constrained")
+    figure = new_figure((11.0, 4.4))
     image, tilts = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
     _frame(image, width, height)
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
@@ -50,7 +50,7 @@ def coverage_picture(samples: WideSamples, fit: WideFit | None = None) -> bytes:
 def residuals_picture(samples: WideSamples, fit: WideFit) -> bytes:
     """Return a PNG of the enlarged residuals of all corners, the rms of every view, and the accuracy."""
     width, height = samples.size
-    figure = Figure(figsize=(13.0, 4.2), layout="constrained")
+    figure = new_figure((13.0, 4.2))
     arrows, bars, sure = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.3))
     _frame(arrows, width, height)
     corners = np.concatenate([view.corners_px for view in fit.views])
@@ -82,8 +82,7 @@ def _frame(axes: "Axes", width: int, height: int) -> None:
     axes.set_aspect("equal")
 
 
-def _png(figure: Figure) -> bytes:
+def _png(figure: "Figure") -> bytes:
     buffer = io.BytesIO()
-    FigureCanvasAgg(figure)
     figure.savefig(buffer, format="png", dpi=110)
     return buffer.getvalue()

@@ -13,6 +13,7 @@ COLUMNS = (
     "point", "scan", "column", "row", "role", "bracket", "stack", "file", "sha256", "size_bytes",
     "width", "height", "channels", "bits", "seq", "epoch", "t_ns", "exposure_ns", "x_v", "y_v",
     "gaze_ax_rad", "gaze_ay_rad", "aim_ax_rad", "aim_ay_rad", "distance_m", "rail_m", "pan_rad", "tilt_rad",
+    "binning",
 )  # fmt: skip
 
 
@@ -38,6 +39,7 @@ def _row(record: PointRecord, frame: FrameRecord) -> list[object]:
         frame.file, frame.sha256, frame.size_bytes, frame.width, frame.height, frame.channels, frame.bits,
         frame.seq, frame.epoch, frame.t_ns, frame.exposure_ns, *_pair(frame.volts_v), *_pair(frame.gaze_rad),
         *_pair(place.aim_rad), place.distance_m, place.rail_m, place.pan_rad, place.tilt_rad,
+        frame.binning,
     ]  # fmt: skip
 
 

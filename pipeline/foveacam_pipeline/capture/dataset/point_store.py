@@ -124,6 +124,7 @@ class PointStore:
             exposure_ns=frame.exposure_ns,
             volts_v=None if volts is None else (volts.x_v, volts.y_v),
             gaze_rad=self._gaze_rad(shot),
+            binning=frame.binning,
         )
 
     def _gaze_rad(self, shot: Shot) -> tuple[float, float] | None:

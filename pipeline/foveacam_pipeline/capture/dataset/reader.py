@@ -171,6 +171,7 @@ class DatasetPoint:
             bits=record.bits,
             volts=volts,
             epoch=record.epoch,
+            binning=record.binning,
         )
 
     def _missing(self, role: Role, bracket: int, more: str) -> InvalidInput:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from foveacam_hardware.contract import Frame, InvalidInput, Role
+from foveacam_hardware.contract import Binning, Frame, InvalidInput, Role
 
 
 class DatasetState(StrEnum):
@@ -84,6 +84,8 @@ class FrameRecord:
     exposure_ns: int
     volts_v: tuple[float, float] | None
     gaze_rad: tuple[float, float] | None
+    binning: Binning = 1
+    """1 in datasets of before there was any."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

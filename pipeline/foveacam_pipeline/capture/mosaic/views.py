@@ -12,6 +12,7 @@ from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.capture.mosaic.chart import CELL, Chart
 from foveacam_pipeline.capture.mosaic.look import EyeLook, box_of
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
+from foveacam_pipeline.geometry.binning import enlarge
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.rectify import EDGE_PX, crossing_z_m, to_uint8
 
@@ -77,11 +78,11 @@ class ViewPictureCache:
         return self._settings.eye
 
     def picture(self, view: MosaicView) -> Picture:
-        """Return (h, w) or (h, w, 3) RGB uint8, as the camera delivered it."""
+        """Return (h, w) or (h, w, 3) RGB uint8, as the camera delivered it, at the size of its sensor."""
         index = view.point.index
         if index not in self._cache:
             frame = view.point.stacked(self._settings.eye, bracket=self._settings.bracket)
-            self._cache[index] = to_uint8(frame)
+            self._cache[index] = enlarge(to_uint8(frame), binning=frame.binning)
             if len(self._cache) > CACHED_PICTURES:
                 self._cache.popitem(last=False)
         self._cache.move_to_end(index)

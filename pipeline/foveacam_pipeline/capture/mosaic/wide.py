@@ -20,6 +20,7 @@ from foveacam_pipeline.capture.mosaic.views import (
     warp_view,
 )
 from foveacam_pipeline.geometry.angles import angles_from_tan
+from foveacam_pipeline.geometry.binning import enlarge
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.match import gray
@@ -68,7 +69,8 @@ def wide_view_of(
     coloured = pictures.picture(first).ndim == 3
     for point in sorted(scan, key=lambda point: abs(point.index - scan[len(scan) // 2].index)):
         if any(frame.role is Role.WIDE for frame in point.frames):
-            picture = to_uint8(point.frame(Role.WIDE))
+            frame = point.frame(Role.WIDE)
+            picture = enlarge(to_uint8(frame), binning=frame.binning)
             return WideView(
                 picture=rgb(picture) if coloured else gray(picture),
                 calibration=calibration,

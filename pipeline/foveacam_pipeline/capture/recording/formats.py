@@ -3,9 +3,7 @@
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-import av
-
-from foveacam_hardware.contract import InvalidInput
+from foveacam_hardware.contract import InvalidInput, install_command
 
 
 class MovieCodec(StrEnum):
@@ -76,9 +74,7 @@ class ExportFormat:
     @property
     def missing(self) -> str:
         """Why this machine cannot write it; empty when it can."""
-        if self.encoder is None or has_encoder(self.encoder.name):
-            return ""
-        return f"FFmpeg has no encoder {self.encoder.name} on this machine"
+        return "" if self.encoder is None else missing_encoder(self.encoder.name)
 
 
 def _film(name: str, title: str, codec: MovieCodec) -> ExportFormat:
@@ -104,13 +100,17 @@ FORMATS = {
 }
 
 
-def has_encoder(name: str) -> bool:
-    """Return whether FFmpeg, as it is installed here, has an encoder."""
+def missing_encoder(name: str) -> str:
+    """Return why FFmpeg, as it is installed here, cannot encode; empty where it can."""
+    try:
+        import av  # of an extra
+    except ImportError:
+        return f"films need PyAV, which is not installed: {install_command('films')}"
     try:
         av.codec.Codec(name, "w")
     except av.codec.codec.UnknownCodecError:
-        return False
-    return True
+        return f"FFmpeg has no encoder {name} on this machine"
+    return ""
 
 
 def format_named(name: str) -> ExportFormat:

@@ -58,7 +58,8 @@ def observation_of(
 
 def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibration) -> Frame:
     height, width = frame.image.shape[:2]
-    wanted = calibration.fovea_width, calibration.fovea_height
+    own = calibration.binned(frame.binning)
+    wanted = own.fovea_width, own.fovea_height
     if (width, height) != wanted:
         raise InvalidInput(
             f"recording {recording.path.name}: {frame.stream} is {width} x {height} px, its calibration is of"
@@ -74,4 +75,5 @@ def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibratio
         exposure_ns=frame.pose.exposure_ns or 0,
         bits=frame.bits,
         volts=frame.pose.volts,
+        binning=frame.binning,
     )

@@ -49,7 +49,7 @@ def pose_at(
 
 def raw_frame(frame: Frame, *, calibration: Calibration | None = None, packed: bool = False) -> RawFrame:
     """Return what is recorded of a frame; `packed`: grey of twelve bits in three bytes for two pixels."""
-    form = stream_format(frame.image, bits=frame.bits, packed=packed)
+    form = replace(stream_format(frame.image, bits=frame.bits, packed=packed), binning=frame.binning)
     pose = pose_at(frame.role, frame.volts, exposure_ns=frame.exposure_ns, calibration=calibration)
     return RawFrame(
         payload=payload_of(frame.image, form),

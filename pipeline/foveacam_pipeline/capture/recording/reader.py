@@ -275,6 +275,7 @@ class Recording:
             raw=raw,
             bits=stream.form.bits,
             pose=self._pose(stream.name, seq, number),
+            binning=stream.form.binning,
         )
 
     def _message(self, entry: MessageLocation) -> tuple[int, memoryview]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Image, InvalidInput, MirrorVolts, Role
+from foveacam_hardware.contract import Binning, Image, InvalidInput, MirrorVolts, Role
 
 SUFFIX, OLD_SUFFIX = ".fcap", ".fovea"
 PROFILE = "fovea"
@@ -30,7 +30,8 @@ class StreamFormat:
     """The storage format of the frames of one stream.
 
     `pixel_format`: GenICam's name. `dtype`: U8 or U16; U8 with a name that ends in 12p is packed. `bits`:
-    significant bits of a pixel. `compressed`: every message is one zlib stream.
+    significant bits of a pixel. `compressed`: every message is one zlib stream. `binning`: of the camera; a
+    stream has one, and frames of another are refused as those of another size are.
     """
 
     pixel_format: str
@@ -40,6 +41,7 @@ class StreamFormat:
     channels: int
     bits: int
     compressed: bool = False
+    binning: Binning = 1
 
     @property
     def packed(self) -> bool:
@@ -72,6 +74,7 @@ class StreamFormat:
             "pixelFormat": self.pixel_format + (ZLIB_SUFFIX if self.compressed else ""),
             "significantBits": str(self.bits),
             "stride": str(self.row_bytes),
+            **({} if self.binning == 1 else {"binning": str(self.binning)}),
         }
 
     @classmethod
@@ -85,6 +88,7 @@ class StreamFormat:
             channels = shape[2] if len(shape) == 3 else 1
             whole = 8 * ITEM_BYTES[dtype]
             bits = int(found.get("significantBits") or whole)
+            binning: Binning = 2 if int(found.get("binning", 1)) == 2 else 1
         except (KeyError, ValueError, TypeError) as error:
             raise InvalidInput(
                 f"{what}: its format cannot be read ({type(error).__name__}: {error}); it is no stream of"
@@ -100,6 +104,7 @@ class StreamFormat:
             channels=channels,
             bits=bits,
             compressed=name != plain_name,
+            binning=binning,
         )
 
 
@@ -128,7 +133,8 @@ class FramePose:
     """The volts, gaze and exposure of one frame; None where unknown.
 
     `volts_source`: `fin-averaged` (over the exposure), `history-interpolated` or `live-snapshot`.
-    `angles_rad`: (ax, ay) of the gaze. `wide_from_fovea`: (3, 3), raw fovea px to undistorted wide px.
+    `angles_rad`: (ax, ay) of the gaze. `wide_from_fovea`: (3, 3), fovea px to undistorted wide px, of
+    the sensors.
     """
 
     frame_id: int | None = None
@@ -174,11 +180,12 @@ class RecordedFrame:
     raw: Image
     bits: int
     pose: FramePose = NO_POSE
+    binning: Binning = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackedBox:
-    """A tracked box: `bbox_px` is (x, y, width, height) in the wide image.
+    """A tracked box: `bbox_px` is (x, y, width, height) in the wide image, px of its sensor.
 
     `frames`: the number of the frame in which it was found, for every stream that has one.
     """

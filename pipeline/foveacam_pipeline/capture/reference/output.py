@@ -7,11 +7,9 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from foveacam_pipeline.capture.dataset.reference_folder import (
     REFERENCE,
@@ -31,7 +29,11 @@ from foveacam_pipeline.capture.reference.values import (
     ReferenceSample,
     WideBaselineReference,
 )
+from foveacam_pipeline.diagrams import new_figure
 from foveacam_pipeline.storage.disk import disk_errors, sync_folder, write_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DPI = 120
 SHORT, LONG = "#d95f02", "#1f77b4"
@@ -80,7 +82,7 @@ def rows_text(rows: Sequence[ReferenceSample]) -> str:
 
 def comparison_pictures(reference: WideBaselineReference) -> dict[str, bytes]:
     """Return the comparison as a figure in SVG and PNG, by file suffix."""
-    figure = Figure(figsize=(11.0, 5.2), dpi=DPI, layout="constrained")
+    figure = new_figure((11.0, 5.2), dpi=DPI)
     sizes, relative = figure.subplots(1, 2)
     found = reference.figures.comparison
     depth, short, sigma = columns(reference.rows, "reference_m", "short_m", "sigma_m")
@@ -96,7 +98,7 @@ def comparison_pictures(reference: WideBaselineReference) -> dict[str, bytes]:
 
 
 def _draw_errors(
-    axes: Axes,
+    axes: "Axes",
     depth: Floats,
     short: Floats,
     sigma: Floats,
@@ -134,7 +136,7 @@ def _draw_errors(
 
 
 def _draw_relative_errors(
-    axes: Axes, depth: Floats, short: Floats, sigma: Floats, *, found: BaselineComparison
+    axes: "Axes", depth: Floats, short: Floats, sigma: Floats, *, found: BaselineComparison
 ) -> None:
     percent = 100.0 * (short / depth - 1.0)
     good = np.abs(percent) < 100.0 * WRONG
@@ -158,7 +160,9 @@ def _draw_relative_errors(
     axes.legend(fontsize=8, loc="upper left")
 
 
-def _format_axes(axes: Axes) -> None:
+def _format_axes(axes: "Axes") -> None:
+    from matplotlib.ticker import NullFormatter, ScalarFormatter
+
     axes.set_xlabel("depth Z, m")
     axes.xaxis.set_major_formatter(ScalarFormatter())
     low, high = axes.get_xlim()

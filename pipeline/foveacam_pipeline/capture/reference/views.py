@@ -12,6 +12,7 @@ from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.rail_stops import EYES, RailStop
 from foveacam_pipeline.capture.reference.values import Floats, ReferenceSettings
+from foveacam_pipeline.geometry.binning import enlarge
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -87,7 +88,8 @@ class GreyPictureCache:
         """Return (h, w) uint8. Raise InvalidInput for a missing or damaged frame."""
         key = view.number, factor
         if key not in self._cache:
-            whole = gray(to_uint8(view.point.stacked(view.role, bracket=self._bracket)))
+            frame = view.point.stacked(view.role, bracket=self._bracket)
+            whole = enlarge(gray(to_uint8(frame)), binning=frame.binning)
             self._cache[key] = whole if factor == 1 else _downscale(whole, factor)
             if len(self._cache) > CACHED_PICTURES:
                 self._cache.popitem(last=False)

@@ -12,7 +12,8 @@ from foveacam_pipeline.verge.aim import Gazes, clamp_gazes, gazes_under, volts_f
 from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.looking.passing_detector import PassingDetector, wait_until_still
-from foveacam_pipeline.verge.matching.survey import ReducedLook, reduce_look
+from foveacam_pipeline.verge.matching.row_spectra import LookRows
+from foveacam_pipeline.verge.matching.survey import ReducedLook, even_look, shrink_look
 from foveacam_pipeline.verge.matching.target_offset import TargetOffset
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import Basis, FixationState, VergePhase, VergeStep
@@ -52,13 +53,27 @@ class Observation:
     phase: VergePhase
     gazes: Gazes
     sighting: Sighting
+    _shrunk: dict[float, ReducedLook] = field(default_factory=dict, init=False, repr=False)
     _reduced: dict[float, ReducedLook] = field(default_factory=dict, init=False, repr=False)
+    _rows: dict[float, LookRows] = field(default_factory=dict, init=False, repr=False)
+
+    def shrunk(self, calibration: Calibration, *, f_px: float) -> ReducedLook:
+        """Return both foveae at survey scale, brightness and contrast as they are, worked out once a look."""
+        if f_px not in self._shrunk:
+            self._shrunk[f_px] = shrink_look(self.sighting, calibration, f_px=f_px)
+        return self._shrunk[f_px]
 
     def reduced(self, calibration: Calibration, *, f_px: float) -> ReducedLook:
-        """Return both foveae at survey scale, worked out once a look."""
+        """Return both foveae at survey scale, evened out, worked out once a look."""
         if f_px not in self._reduced:
-            self._reduced[f_px] = reduce_look(self.sighting, calibration, f_px=f_px)
+            self._reduced[f_px] = even_look(self.shrunk(calibration, f_px=f_px))
         return self._reduced[f_px]
+
+    def rows(self, calibration: Calibration, *, f_px: float) -> LookRows:
+        """Return the spectra of the rows of `shrunk`, worked out once a look."""
+        if f_px not in self._rows:
+            self._rows[f_px] = LookRows.of(self.shrunk(calibration, f_px=f_px))
+        return self._rows[f_px]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Clock, Frame
+from foveacam_hardware.contract import Binning, Clock, Frame
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -35,23 +35,29 @@ class PassingDetector:
 
     def __init__(self, wide: Intrinsics, target: NDArray[np.float64]) -> None:
         """`target`: (2,) tangents from the rig's origin."""
-        self._at_px = np.asarray(wide.pixels(np.arctan(target)[None])[0], dtype=np.float64)
+        self._wide, self._target = wide, target
 
     def differ(self, one: Frame, other: Frame) -> bool:
-        """Return whether something moved there between two wide frames."""
+        """Return whether something moved there between two wide frames; False for unlike binnings."""
+        if one.binning != other.binning:
+            return False
         images = [gray(to_uint8(frame)) for frame in (one, other)]
-        noise = noise_level(images[0], at_px=self._at_px)
-        before, after = (cv2.GaussianBlur(self._strip(image), (0, 0), BLUR_SIGMA_PX) for image in images)
-        blurred_noise = math.sqrt(2.0) * noise / (2.0 * math.sqrt(math.pi) * BLUR_SIGMA_PX)
+        at_px = self._wide.of_picture(images[0].shape).pixels(np.arctan(self._target)[None])[0]
+        noise, sigma_px = noise_level(images[0], at_px=at_px), BLUR_SIGMA_PX / one.binning
+        strips = (_strip(image, at_px, one.binning) for image in images)
+        before, after = (cv2.GaussianBlur(strip, (0, 0), sigma_px) for strip in strips)
+        blurred_noise = math.sqrt(2.0) * noise / (2.0 * math.sqrt(math.pi) * sigma_px)
         change = np.abs(after - before)
         return float(np.mean(change > LEAST_CHANGE * blurred_noise)) > MOVED_SHARE
 
-    def _strip(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
-        x, y = np.rint(self._at_px).astype(int).tolist()
-        half_x, half_y = STRIP_PX
-        rows = slice(max(0, y - half_y), y + half_y + 1)
-        columns = slice(max(0, x - half_x), x + half_x + 1)
-        return np.asarray(image[rows, columns], dtype=np.float32)
+
+def _strip(image: NDArray[np.uint8], at_px: NDArray[np.float64], binning: Binning) -> NDArray[np.float32]:
+    """Return the strip of an image about one of its pixels, (2,)."""
+    x, y = np.rint(at_px).astype(int).tolist()
+    half_x, half_y = (half // binning for half in STRIP_PX)
+    rows = slice(max(0, y - half_y), y + half_y + 1)
+    columns = slice(max(0, x - half_x), x + half_x + 1)
+    return np.asarray(image[rows, columns], dtype=np.float32)
 
 
 def wait_until_still(around: PassingDetector, wide: Callable[[], Frame], clock: Clock) -> None:

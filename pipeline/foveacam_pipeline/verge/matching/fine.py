@@ -1,4 +1,7 @@
-"""Left against right at the point itself: correlation for the whole pixel, least squares for the rest."""
+"""Left against right at the point itself: correlation for the whole pixel, least squares for the rest.
+
+Sizes and results are in pixels of the sensor; binned pictures are compared in windows of as many degrees.
+"""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role, Sighting
+from foveacam_hardware.contract import Binning, Role, Sighting
+from foveacam_pipeline.geometry.binning import common_binning
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement, doubled
 from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
@@ -20,7 +24,7 @@ from foveacam_pipeline.verge.matching.least_squares import SubpixelPosition, lea
 from foveacam_pipeline.verge.matching.wide_patch import peak
 
 WIDER = MatchWindow(half_px=64, weight_sigma_px=28.0)
-"""Its weights are three wide px wide: as well as anybody can click."""
+"""Its weights are three wide px wide: as well as anybody can click. Sensor px, as all sizes here."""
 NARROWER = MatchWindow(half_px=34, weight_sigma_px=14.0)
 BETWEEN = MatchWindow(half_px=48, weight_sigma_px=20.0)
 """Where grain runs along the rows and the narrower window holds too little that crosses it."""
@@ -39,7 +43,7 @@ FAR_REACH_PX = (72, 12)
 """The same where the wide view tells badly: a grain along the rows, a near edge."""
 MARGIN_PX = 20
 SPARE_PX = 8
-"""Beyond what a window shows, raw px: blur and interpolation reach so far."""
+"""Beyond what a window shows, px of the frame: blur and interpolation reach so far."""
 QUIET_SIGMA_PX = 1.5
 """As much as the optics blur anyway: takes the noise down to a fifth, the texture hardly. What then still
 differs between the eyes is structure: two surfaces in the window, or the wrong place."""
@@ -87,52 +91,65 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: MatchGuess) 
     grazing angle) or does not tell, narrower ones, upright and leaning.
     """
     z_m = guessed_depth_m(calibration, sighting, guess)
+    binning = common_binning(sighting.left, sighting.right)
     left_px, right_px = guess.left * calibration.fovea_f_px, guess.right * calibration.fovea_f_px
     expected_px = left_px - right_px
-    half = WIDER.half_px + MARGIN_PX
+    half = (WIDER.half_px + MARGIN_PX) // binning
     left = eye_patch(sighting, calibration, Role.LEFT, z_m, left_px, (half, half))
-    size = (half + guess.reach_px[0], half + guess.reach_px[1])
-    right = eye_patch(sighting, calibration, Role.RIGHT, z_m, right_px, size)
-    best = _best_placed(left, right, guess.reach_px, expected_px)
-    residual = expected_px - best.position_px
+    reach_px = guess.reach_px[0] // binning, guess.reach_px[1] // binning
+    right = eye_patch(
+        sighting, calibration, Role.RIGHT, z_m, right_px, (half + reach_px[0], half + reach_px[1])
+    )
+    pair = _Pair(
+        left=left, right=right, reach_px=reach_px, expected_px=expected_px / binning, binning=binning
+    )
+    best = _best_placed(pair)
+    residual = expected_px - binning * best.position_px
     return FineMatch(
         residual_x_px=float(residual[0]),
         residual_y_px=float(residual[1]),
         score=best.score,
-        sigma_x_px=best.sigma_px[0],
-        sigma_y_px=best.sigma_px[1],
-        contrast=min(_contrast(left), _contrast(right)),
+        sigma_x_px=binning * best.sigma_px[0],
+        sigma_y_px=binning * best.sigma_px[1],
+        contrast=min(_contrast(left, binning), _contrast(right, binning)),
         slope=(float(best.slope[0]), float(best.slope[1])),
     )
 
 
-def _best_placed(
-    left: InterpolatedPicture,
-    right: InterpolatedPicture,
-    reach_px: tuple[int, int],
-    expected_px: NDArray[np.float64],
-) -> SubpixelPosition:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Pair:
+    """Both eyes' pictures, how far to look, and the place at which the rows match; picture px."""
+
+    left: InterpolatedPicture
+    right: InterpolatedPicture
+    reach_px: tuple[int, int]
+    expected_px: NDArray[np.float64]
+    binning: Binning
+
+
+def _best_placed(pair: _Pair) -> SubpixelPosition:
     """Return the first match that fits and tells; else the first that fits; else the best of all."""
-    best = _placed(left, right, WIDER, reach_px, expected_px)
+    best, good_sigma_px = _placed(pair, WIDER), GOOD_SIGMA_PX / pair.binning
     for across in LEANS:
         if best.score >= GOOD_SCORE:
             break
-        leaning = _placed(left, right, NARROWER, reach_px, expected_px, across=across)
+        leaning = _placed(pair, NARROWER, across=across)
         best = max(best, leaning, key=lambda placed: placed.score)
-    if best.score < GOOD_SCORE or best.sigma_px[0] <= GOOD_SIGMA_PX:
+    if best.score < GOOD_SCORE or best.sigma_px[0] <= good_sigma_px:
         return best
     for window, across in product((NARROWER, BETWEEN), LEANS):
-        leaning = _placed(left, right, window, reach_px, expected_px, across=across)
+        leaning = _placed(pair, window, across=across)
         if leaning.score >= SURE_SCORE and leaning.sigma_px[0] < best.sigma_px[0]:
             best = leaning
-        if best.sigma_px[0] <= GOOD_SIGMA_PX:
+        if best.sigma_px[0] <= good_sigma_px:
             break
     return best
 
 
-def _contrast(picture: InterpolatedPicture) -> float:
+def _contrast(picture: InterpolatedPicture, binning: Binning) -> float:
     """Return the standard deviation of an evened-out patch close to the point."""
-    return float(picture.cut((NARROWER.half_px, NARROWER.half_px)).std())
+    half = NARROWER.half_px // binning
+    return float(picture.cut((half, half)).std())
 
 
 def guessed_depth_m(calibration: Calibration, sighting: Sighting, guess: MatchGuess) -> float:
@@ -150,22 +167,35 @@ def eye_patch(
     offset_px: NDArray[np.float64],
     half_px: tuple[int, int],
 ) -> InterpolatedPicture:
-    """Return one eye's surroundings of the point on its virtual plane, evened out."""
+    """Return one eye's surroundings of the point on its virtual plane, evened out, with the frame's pixels.
+
+    `offset_px`: (2,) of the point from the gaze, sensor px. `half_px`: half sides, px of the frame.
+    """
     frame = sighting.left if role is Role.LEFT else sighting.right
     height, width = frame.image.shape[:2]
-    plane = plane_from_raw(calibration, role, sighting.volts, depth_m=z_m)
+    own = calibration.binned(frame.binning)
+    plane = plane_from_raw(own, role, sighting.volts, depth_m=z_m)
     middle = plane @ np.array([(width - 1) / 2, (height - 1) / 2, 1.0])
-    u, v = (middle[:2] / middle[2] + offset_px).tolist()
+    u, v = (middle[:2] / middle[2] + offset_px / frame.binning).tolist()
     corner = np.array([[1.0, 0.0, half_px[0] - u], [0.0, 1.0, half_px[1] - v], [0.0, 0.0, 1.0]])
     size = (2 * half_px[0] + 1, 2 * half_px[1] + 1)
-    view = _read_plane(to_uint8(frame), corner @ plane, size)
+    view = _read_plane(to_uint8(frame), corner @ plane, size, quiet_sigma_px=QUIET_SIGMA_PX / frame.binning)
     return InterpolatedPicture.of(
-        even(view, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST)
+        even(
+            view,
+            shading_px=SHADING_PX / frame.binning,
+            contrast_px=CONTRAST_PX / frame.binning,
+            least=LEAST_CONTRAST,
+        )
     )
 
 
 def _read_plane(
-    image: NDArray[np.uint8], window_from_raw: NDArray[np.float64], size: tuple[int, int]
+    image: NDArray[np.uint8],
+    window_from_raw: NDArray[np.float64],
+    size: tuple[int, int],
+    *,
+    quiet_sigma_px: float,
 ) -> NDArray[np.float32]:
     """Return the window of (width, height), blurred a little; only what it shows is converted and blurred."""
     rim = np.array([[0.0, 0.0], [size[0], 0.0], [size[0], size[1]], [0.0, size[1]]])
@@ -175,7 +205,7 @@ def _read_plane(
     low = np.clip(np.floor(seen.min(axis=0)) - SPARE_PX, 0, most - 2 * SPARE_PX).astype(int)
     high = np.clip(np.ceil(seen.max(axis=0)) + SPARE_PX, low + 2 * SPARE_PX, most).astype(int)
     part = gray(np.ascontiguousarray(image[low[1] : high[1], low[0] : high[0]])).astype(np.float32)
-    quiet = np.asarray(cv2.GaussianBlur(part, (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
+    quiet = np.asarray(cv2.GaussianBlur(part, (0, 0), quiet_sigma_px), dtype=np.float32)
     raw_from_double = np.array([[0.5, 0.0, low[0]], [0.0, 0.5, low[1]], [0.0, 0.0, 1.0]])
     view = cv2.warpPerspective(
         doubled(quiet),
@@ -187,23 +217,18 @@ def _read_plane(
     return np.asarray(view, dtype=np.float32)
 
 
-def _placed(
-    left: InterpolatedPicture,
-    right: InterpolatedPicture,
-    window: MatchWindow,
-    reach_px: tuple[int, int],
-    expected_px: NDArray[np.float64],
-    *,
-    across: float = 0.0,
-) -> SubpixelPosition:
-    """Find the left window in the right eye, leaning by `across`; the place is right minus left, fovea px."""
+def _placed(pair: _Pair, of_sensor: MatchWindow, *, across: float = 0.0) -> SubpixelPosition:
+    """Find the left window in the right eye, leaning by `across`; the place is right minus left, frame px."""
+    window, reach_px = of_sensor.binned(pair.binning), pair.reach_px
     half = window.half_px
-    patch = left.cut((half, half))
-    field = right.cut((half + reach_px[0], half + reach_px[1]), WindowPlacement(xy=across))
+    patch = pair.left.cut((half, half))
+    field = pair.right.cut((half + reach_px[0], half + reach_px[1]), WindowPlacement(xy=across))
     scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
     scores -= ROW_PENALTY * rows[:, None] ** 2
     x, y, _ = peak(scores)
     down_px = y - reach_px[1]
     start = WindowPlacement(x_px=x - reach_px[0] + across * down_px, y_px=down_px, xy=across)
-    return least_squares(left, right, start, window=window, expected_px=expected_px)
+    return least_squares(
+        pair.left, pair.right, start, window=window, expected_px=pair.expected_px, binning=pair.binning
+    )

@@ -9,25 +9,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow, bell
 
 ROW_SIGMA_PX = 4.0
-"""How well the calibration knows that rows match; weighs nothing where there is texture."""
+"""How well the calibration knows that rows match, sensor px; weighs nothing where there is texture."""
 SLOPE_SIGMA = 0.5
 """Slopes of disparity to be expected, px a px; across the rows it is the baseline over the height above a
 level surface."""
 ELSEWHERE_PX = 10.0
+"""How far along the line a match is compared with others, sensor px."""
 LEAST_LEAD = 0.004
 """By so much, and by twice what noise took from it, a match must beat those so far along the line."""
 FLOOR_SIGMA_PX = 0.03
-"""Interpolation and evening out leave this much (deduced from rendered pairs)."""
+"""Interpolation and evening out leave this much (deduced from rendered pairs), sensor px; painted planes show
+errors of the same size at both binnings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SubpixelPosition:
-    """Right minus left place, (2,) fovea px; its error along x and y; weighted correlation there.
+    """Right minus left place, (2,) picture px; its error along x and y; weighted correlation there.
 
     `slope`: (2,) how much further right the place is per px along x and along y.
     """
@@ -45,9 +48,15 @@ def least_squares(
     *,
     window: MatchWindow,
     expected_px: NDArray[np.float64],
+    binning: Binning = 1,
 ) -> SubpixelPosition:
-    """Refine a start: right minus left place. `expected_px`: (2,) the place at which the rows match."""
-    prior = PositionPrior(y_px=float(expected_px[1]), y_sigma_px=ROW_SIGMA_PX, slope_sigma=SLOPE_SIGMA)
+    """Refine a start: right minus left place. `expected_px`: (2,) the place at which the rows match.
+
+    `binning`: of the pictures; all places are in their pixels.
+    """
+    prior = PositionPrior(
+        y_px=float(expected_px[1]), y_sigma_px=ROW_SIGMA_PX / binning, slope_sigma=SLOPE_SIGMA
+    )
     found = match_point(left, right, start, window=window, prior=prior)
     if found is None:
         unknown = (math.inf, math.inf)
@@ -57,9 +66,9 @@ def least_squares(
             sigma_px=unknown,
             score=0.0,
         )
-    sigma_x_px, sigma_y_px = (math.hypot(sigma, FLOOR_SIGMA_PX) for sigma in found.sigma_px)
+    sigma_x_px, sigma_y_px = (math.hypot(sigma, FLOOR_SIGMA_PX / binning) for sigma in found.sigma_px)
     if math.isfinite(sigma_x_px):
-        lead = found.score - _elsewhere(left, right, found.placement, window)
+        lead = found.score - _elsewhere(left, right, found.placement, window, ELSEWHERE_PX / binning)
         if lead < max(LEAST_LEAD, 2.0 * (1.0 - found.score)):
             sigma_x_px = math.inf
     return SubpixelPosition(
@@ -71,13 +80,17 @@ def least_squares(
 
 
 def _elsewhere(
-    left: InterpolatedPicture, right: InterpolatedPicture, place: WindowPlacement, window: MatchWindow
+    left: InterpolatedPicture,
+    right: InterpolatedPicture,
+    place: WindowPlacement,
+    window: MatchWindow,
+    apart_px: float,
 ) -> float:
     """Return the better score at either side along the line: an edge along the line fits there as well."""
     lens = bell(window)
     reference = lens.normalised(left.cut(lens.half))
     best = -1.0
-    for aside_px in (-ELSEWHERE_PX, ELSEWHERE_PX):
+    for aside_px in (-apart_px, apart_px):
         moved = lens.normalised(right.cut(lens.half, replace(place, x_px=place.x_px + aside_px)))
         if moved is not None and reference is not None:
             best = max(best, lens.mean(reference * moved))

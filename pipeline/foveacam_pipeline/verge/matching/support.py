@@ -5,12 +5,14 @@ other as matched and compared in windows of a wide pixel: where the point itself
 surface; where it is blank it belongs to the matched one only when that one surrounds it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from foveacam_hardware.contract import Binning
 
 ALIKE = 0.6
 """Local correlation from which on both pictures show the same."""
@@ -37,7 +39,7 @@ class MatchSupport(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SupportScale:
-    """Sizes in px of the pictures compared.
+    """Sizes in px of the pictures compared, or of the sensor that they bin.
 
     `window_sigma_px`: of the local comparison. `point_px`: radius that counts as the point itself.
     `around_px`: radius of its surroundings. `texture_std`: least local standard deviation of texture.
@@ -47,6 +49,15 @@ class SupportScale:
     point_px: float
     around_px: float
     texture_std: float
+
+    def binned(self, binning: Binning) -> "SupportScale":
+        """Return the sizes in px of a binned picture."""
+        return replace(
+            self,
+            window_sigma_px=self.window_sigma_px / binning,
+            point_px=self.point_px / binning,
+            around_px=self.around_px / binning,
+        )
 
 
 FOVEA_SCALE = SupportScale(window_sigma_px=4.5, point_px=7.0, around_px=48.0, texture_std=0.4)

@@ -1,5 +1,6 @@
 """Both foveae reduced by the zoom (about 9 times) to the scale at which the wide view is compared."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -7,15 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role, Sighting
+from foveacam_hardware.contract import Binning, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import EYES
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, evened
+from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, evened
 
 REDUCTION = 4
-"""Whole-number part of the zoom, averaged away before the warp."""
+"""Whole-number part of the zoom, averaged away before the warp, sensor px."""
 BLUR_SIGMA_PX = 1.0
 """The reduced foveae are sharper than the enlarged wide image; this brings them closer, survey px."""
 ROLLED_AWAY_PX = 12
@@ -67,9 +68,13 @@ def epipolar_looks(calibration: Calibration, template: WidePatch, nearest_m: flo
 
 def reduce_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
     """Bring both foveae to survey scale."""
-    z_m = crossing_z_m(calibration, sighting.volts)
-    left, right = (reduce_eye(sighting, calibration, role, f_px=f_px, depth_m=z_m) for role in EYES)
-    return ReducedLook(left=left, right=right, f_px=f_px)
+    return even_look(shrink_look(sighting, calibration, f_px=f_px))
+
+
+def even_look(look: ReducedLook) -> ReducedLook:
+    """Return a look at survey scale with brightness and contrast evened out."""
+    left, right = (replace(eye, image=evened(eye.image)) for eye in (look.left, look.right))
+    return ReducedLook(left=left, right=right, f_px=look.f_px)
 
 
 def reduce_eye(
@@ -85,8 +90,15 @@ def shrink_eye(
 ) -> ReducedEye:
     """Like `reduce_eye`, with brightness and contrast as they are."""
     frame = sighting.left if role is Role.LEFT else sighting.right
-    plane = plane_from_raw(calibration, role, sighting.volts, depth_m=depth_m)
-    return _shrunk(gray(to_uint8(frame)), plane, zoom=f_px / calibration.fovea_f_px)
+    own = calibration.binned(frame.binning)
+    plane = plane_from_raw(own, role, sighting.volts, depth_m=depth_m)
+    return _shrunk(
+        gray(to_uint8(frame)),
+        plane,
+        zoom=f_px / own.fovea_f_px,
+        reduction=REDUCTION // frame.binning,
+        blur_px=blur_sigma_px(sighting.wide.binning),
+    )
 
 
 def shrink_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
@@ -96,20 +108,30 @@ def shrink_look(sighting: Sighting, calibration: Calibration, *, f_px: float) ->
     return ReducedLook(left=left, right=right, f_px=f_px)
 
 
-def _shrunk(image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float) -> ReducedEye:
+def blur_sigma_px(wide: Binning) -> float:
+    """Return the blur that makes a reduced fovea as dull as the enlarged wide image, survey px.
+
+    The pixel of a binned wide image blurs by itself: a square of n wide px has the variance n² / 12.
+    """
+    return math.sqrt(BLUR_SIGMA_PX**2 + (wide**2 - 1) * ENLARGED**2 / 12.0)
+
+
+def _shrunk(
+    image: NDArray[np.uint8], plane: NDArray[np.float64], *, zoom: float, reduction: int, blur_px: float
+) -> ReducedEye:
     height, width = image.shape
-    small = cv2.resize(image, (width // REDUCTION, height // REDUCTION), interpolation=cv2.INTER_AREA).astype(
+    small = cv2.resize(image, (width // reduction, height // reduction), interpolation=cv2.INTER_AREA).astype(
         np.float32
     )
     size = (round(width * zoom) | 1, round(height * zoom) | 1)
     middle = plane @ np.array([(width - 1) / 2, (height - 1) / 2, 1.0])
     u0, v0 = (zoom * middle[k] / middle[2] - (size[k] - 1) / 2 for k in (0, 1))
-    offset = (REDUCTION - 1) / 2
-    raw_from_small = np.array([[REDUCTION, 0.0, offset], [0.0, REDUCTION, offset], [0.0, 0.0, 1.0]])
+    offset = (reduction - 1) / 2
+    raw_from_small = np.array([[reduction, 0.0, offset], [0.0, reduction, offset], [0.0, 0.0, 1.0]])
     window = np.array([[zoom, 0.0, -u0], [0.0, zoom, -v0], [0.0, 0.0, 1.0]]) @ plane @ raw_from_small
     view = cv2.warpPerspective(small, window, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     seen = cv2.warpPerspective(np.ones_like(small), window, size, flags=cv2.INTER_LINEAR)
-    blurred = np.asarray(cv2.GaussianBlur(view, (0, 0), BLUR_SIGMA_PX), dtype=np.float32)
+    blurred = np.asarray(cv2.GaussianBlur(view, (0, 0), blur_px), dtype=np.float32)
     return ReducedEye(
         image=blurred, seen=np.asarray(seen, dtype=np.float32), u0_px=float(u0), v0_px=float(v0)
     )

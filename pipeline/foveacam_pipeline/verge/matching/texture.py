@@ -15,10 +15,15 @@ LEAST_VARIANCE = 1.0 / 12.0
 
 
 def noise_level(gray: NDArray[np.uint8], *, at_px: NDArray[np.float64]) -> float:
-    """Return the standard deviation of the brightness noise about a point, grey levels.
+    """Return the standard deviation of the brightness noise about a point, (2,) px, grey levels."""
+    return noise_about(gray, noise_slope(gray), at_px=at_px)
+
+
+def noise_slope(gray: NDArray[np.uint8]) -> float:
+    """Return the variance of an image's noise per grey level of brightness.
 
     Shot noise grows with brightness, so that every block votes with its variance over its mean; the quietest
-    blocks are those without texture. `at_px`: (2,) the point, px.
+    blocks are those without texture.
     """
     small = gray[::2] if gray.size > 500_000 else gray
     rough = cv2.filter2D(small, cv2.CV_32F, LAPLACIAN)
@@ -28,9 +33,13 @@ def noise_level(gray: NDArray[np.uint8], *, at_px: NDArray[np.float64]) -> float
     mean = cv2.resize(small[:height, :width], size, interpolation=cv2.INTER_AREA).astype(np.float32)
     lit = (mean > 8.0) & (mean < 245.0)
     if not lit.any():
-        return float(np.sqrt(LEAST_VARIANCE))
+        return 0.0
     per_level = (variance[lit] / LAPLACIAN_GAIN - LEAST_VARIANCE) / mean[lit]
-    slope = max(0.0, float(np.quantile(per_level, QUIET_SHARE)))
+    return max(0.0, float(np.quantile(per_level, QUIET_SHARE)))
+
+
+def noise_about(gray: NDArray[np.uint8], slope: float, *, at_px: NDArray[np.float64]) -> float:
+    """Return `noise_level` of an image whose `noise_slope` is known."""
     x, y = (
         int(np.clip(round(float(v)), 0, side - 1)) for v, side in zip(at_px, gray.shape[::-1], strict=True)
     )

@@ -21,7 +21,7 @@ from foveacam_pipeline.verge.matching.contrast import even
 from foveacam_pipeline.verge.matching.texture import shift_sigma
 
 ENLARGED = 2.0
-"""Survey px per wide px: enough for a smooth peak, little enough to be quick."""
+"""Survey px per wide px of the sensor: enough for a smooth peak, little enough to be quick."""
 SHADING_SIGMA_PX = 12.0
 """Brightness that varies more slowly than this says nothing of where things are, survey px."""
 CONTRAST_SIGMA_PX = 6.0
@@ -81,7 +81,7 @@ def cut_template(
     noise: float,
 ) -> WidePatch:
     """Cut the patch about `target`: (2,) tangents, half sides of (x, y) wide px; `noise` in grey levels."""
-    f_px = survey_f_px(wide)
+    f_px, binning = survey_f_px(wide), wide.binning_of(gray.shape)
     half = (round(ENLARGED * half_px[0]), round(ENLARGED * half_px[1]))
     view = wide_window(gray, wide, target, f_px=f_px, half=(half[0] + MARGIN_PX, half[1] + MARGIN_PX))
     inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
@@ -89,7 +89,7 @@ def cut_template(
         patch=np.ascontiguousarray(evened(view)[inner]),
         target=target,
         f_px=f_px,
-        sigma_px=shift_sigma(view[inner], noise=noise, enlarged=ENLARGED),
+        sigma_px=binning * shift_sigma(view[inner], noise=noise, enlarged=binning * ENLARGED),
     )
 
 
@@ -233,12 +233,12 @@ def wide_window(
 ) -> NDArray[np.float32]:
     """Return the wide image on the virtual pinhole about `target`, (2 half_y + 1, 2 half_x + 1) float32.
 
-    The lens is looked up on a coarse mesh and interpolated: distortion is smooth.
+    `gray` may be binned. The lens is looked up on a coarse mesh and interpolated: distortion is smooth.
     """
     knots = 9
     xs, ys = (np.linspace(-h, h, knots) for h in half)
     mesh = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2) / f_px + target
-    pixels = wide.pixels(np.arctan(mesh)).reshape(knots, knots, 2)
+    pixels = wide.of_picture(gray.shape).pixels(np.arctan(mesh)).reshape(knots, knots, 2)
     size = (2 * half[0] + 1, 2 * half[1] + 1)
     rows, columns = np.linspace(0, knots - 1, size[1]), np.linspace(0, knots - 1, size[0])
     grid_x, grid_y = np.meshgrid(columns.astype(np.float32), rows.astype(np.float32))

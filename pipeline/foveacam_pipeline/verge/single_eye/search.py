@@ -20,8 +20,6 @@ from foveacam_pipeline.verge.matching.survey import (
     ReducedEye,
     epipolar_looks,
     reduce_eye,
-    reduce_look,
-    shrink_look,
 )
 from foveacam_pipeline.verge.matching.texture import noise_level
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view, survey_f_px
@@ -127,7 +125,7 @@ class SingleEyeSearch:
         f_px = templates[0].f_px
         step = STEP_PX / (f_px * 0.5 * self._calibration.baseline_m)
         grid = np.arange(max(span_per_m[0], -step), span_per_m[1] + step, step)
-        reduced = [reduce_look(observation.sighting, self._calibration, f_px=f_px) for observation in looks]
+        reduced = [observation.reduced(self._calibration, f_px=f_px) for observation in looks]
         places = []
         for role in EYES:
             eyes = [look.left if role is Role.LEFT else look.right for look in reduced]
@@ -182,7 +180,7 @@ class SingleEyeSearch:
         edge itself may be on either side. `target`: (2,) tangents.
         """
         image, at_px, side = self._side(target, frame)
-        if on_edge(side, at_px):
+        if on_edge(side, at_px, binning=frame.binning):
             return None
         found = self._place_on(side, image, target, at_px, nearest_per_m).sure_of_each()
         if not found:
@@ -200,9 +198,10 @@ class SingleEyeSearch:
     def _side(
         self, target: NDArray[np.float64], frame: Frame
     ) -> tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.uint8]]:
-        """Return the wide image, the target's pixel (2,), and the mask of its side of an edge."""
-        image, at_px = gray(to_uint8(frame)), self._calibration.wide.pixels(np.arctan(target)[None])[0]
-        return image, at_px, side_of_edge(image, at_px)
+        """Return the wide image, the target's pixel (2,) of it, and the mask of its side of an edge."""
+        image, wide = gray(to_uint8(frame)), self._calibration.wide.binned(frame.binning)
+        at_px = wide.pixels(np.arctan(target)[None])[0]
+        return image, at_px, side_of_edge(image, at_px, binning=frame.binning)
 
     def _place_on(
         self,
@@ -220,7 +219,7 @@ class SingleEyeSearch:
         grid = np.arange(0.0, nearest_per_m, step)
         place = BorderPlace(patch, inverse_z_per_m=grid, baseline_m=self._calibration.baseline_m, f_px=f_px)
         for observation in self._looks:
-            place.add(shrink_look(observation.sighting, self._calibration, f_px=f_px))
+            place.add(observation.rows(self._calibration, f_px=f_px))
         return place
 
     def _between(self, observation: Observation, wanted: Gazes) -> float | None:
@@ -240,11 +239,7 @@ class SingleEyeSearch:
         for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
             gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z)
             gazes = clamp_gazes(self._calibration, gazes)
-            if any(
-                np.abs(observation.gazes.left - gazes.left).max() < SAME_GAZE
-                and np.abs(observation.gazes.right - gazes.right).max() < SAME_GAZE
-                for observation in looks
-            ):
+            if any(observation.gazes.apart(gazes) < SAME_GAZE for observation in looks):
                 continue
             observation = self._fixation_head.look(
                 gazes, VergePhase.EPIPOLAR if inverse_z else VergePhase.PARALLEL

@@ -10,8 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Binning
+
 REDUCED = 2
-"""The wide image is searched at half its size."""
+"""The wide image is searched at half its sensor's size, which is a binned one's own."""
 SMOOTH_SIGMA_PX = 1.0
 """Of the search, reduced px."""
 NOISE_GAIN = 0.28
@@ -47,7 +49,8 @@ class BlankRegion:
 
     `mask`: (h, w) bool at half the wide image's size. `area_share`: of the whole image. `border_px`: (n, 2)
     places on its border where the brightness changes along the row, wide px, nearest first.
-    `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px.
+    `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px. `inward_px`:
+    (h, w) as `mask`, how deep each of its pixels lies within the region, negative outside, wide px.
     """
 
     mask: NDArray[np.bool_]
@@ -55,55 +58,69 @@ class BlankRegion:
     border_px: NDArray[np.float64]
     touches_rim: bool
     at_px: NDArray[np.float64]
+    inward_px: NDArray[np.float64]
 
     def depth_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n,) how deep wide pixels, (n, 2), lie within the region; negative outside, wide px."""
-        inside = self.mask.astype(np.uint8)
-        inward, outward = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (inside, 1 - inside))
         cells = np.rint(pixels / REDUCED).astype(int)
         cells = np.clip(cells, 0, np.array(self.mask.shape[::-1]) - 1)
-        depth = np.asarray(inward - outward, dtype=np.float64)
-        return np.asarray(REDUCED * depth[cells[:, 1], cells[:, 0]])
+        return np.asarray(self.inward_px[cells[:, 1], cells[:, 0]])
 
 
 def blank_region(
-    gray: NDArray[np.uint8], at_px: NDArray[np.float64], *, noise: float, places: int
+    gray: NDArray[np.uint8], at_px: NDArray[np.float64], *, noise: float, places: int, binning: Binning = 1
 ) -> BlankRegion:
     """Return the region of an (h, w) image about `at_px`, (2,), with at most `places` places on its border.
 
-    `noise`: standard deviation of the image's noise there, grey levels.
+    `noise`: standard deviation of the image's noise there, grey levels. Places are pixels of the sensor,
+    whatever the `binning` of the image.
     """
-    small = cv2.resize(gray, None, fx=1 / REDUCED, fy=1 / REDUCED, interpolation=cv2.INTER_AREA)
+    reduced = REDUCED // binning
+    small = cv2.resize(gray, None, fx=1 / reduced, fy=1 / reduced, interpolation=cv2.INTER_AREA)
     smooth = cv2.GaussianBlur(small.astype(np.float32), (0, 0), SMOOTH_SIGMA_PX)
     slope_x, slope_y = (
         np.asarray(cv2.Sobel(smooth, cv2.CV_32F, dx, dy, scale=1 / 8), dtype=np.float32)
         for dx, dy in ((1, 0), (0, 1))
     )
     slope = cv2.magnitude(slope_x, slope_y)
-    flat = (slope < max(LEAST_SLOPE, FLAT_NOISES * NOISE_GAIN * noise)).astype(np.uint8)
+    flat = (slope < max(LEAST_SLOPE, FLAT_NOISES * NOISE_GAIN * noise * binning)).astype(np.uint8)
     middle = np.clip(np.rint(at_px / REDUCED).astype(int), 0, np.array(small.shape[::-1]) - 1)
     mask = _component(flat, middle)
     return BlankRegion(
         mask=mask,
         area_share=float(mask.mean()),
-        border_px=_border(mask, slope_x, np.asarray(slope), at_px, gray.shape, places=places),
+        border_px=_border(mask, slope_x, np.asarray(slope), at_px, places=places),
         at_px=at_px,
+        inward_px=_inward_px(mask),
         touches_rim=bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any()),
     )
 
 
-def side_of_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Return (h, w), 255 where an image continues from a point without crossing the edge beside it."""
+def _inward_px(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    inside = mask.astype(np.uint8)
+    inward, outward = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (inside, 1 - inside))
+    return np.asarray(inward - outward, dtype=np.float64) * REDUCED
+
+
+def side_of_edge(
+    gray: NDArray[np.uint8], at_px: NDArray[np.float64], *, binning: Binning = 1
+) -> NDArray[np.uint8]:
+    """Return (h, w), 255 where an image continues from a point without crossing the edge beside it.
+
+    `at_px`: (2,) the point, px of the image, which is binned by `binning`.
+    """
     height, width = gray.shape
+    reach, edge = SIDE_REACH_PX // binning, EDGE_PX // binning
     x, y = np.clip(np.rint(at_px).astype(int), 0, (width - 1, height - 1)).tolist()
-    rows = slice(max(0, y - SIDE_REACH_PX), y + SIDE_REACH_PX + 1)
-    columns = slice(max(0, x - SIDE_REACH_PX), x + SIDE_REACH_PX + 1)
-    smooth = cv2.GaussianBlur(gray[rows, columns].astype(np.float32), (0, 0), SMOOTH_SIGMA_PX)
+    rows = slice(max(0, y - reach), y + reach + 1)
+    columns = slice(max(0, x - reach), x + reach + 1)
+    part = gray[rows, columns].astype(np.float32)
+    smooth = cv2.GaussianBlur(part, (0, 0), SMOOTH_SIGMA_PX / binning)
     slope = cv2.magnitude(
         *(cv2.Sobel(smooth, cv2.CV_32F, dx, dy, scale=1 / 8) for dx, dy in ((1, 0), (0, 1)))
     )
     own_x, own_y = x - columns.start, y - rows.start
-    near = slope[max(0, own_y - EDGE_PX) : own_y + EDGE_PX + 1, max(0, own_x - EDGE_PX) : own_x + EDGE_PX + 1]
+    near = slope[max(0, own_y - edge) : own_y + edge + 1, max(0, own_x - edge) : own_x + edge + 1]
     level = np.asarray(slope < EDGE_SHARE * float(near.max()), dtype=np.uint8)
     _, labels = cv2.connectedComponents(level, connectivity=4)
     ys, xs = np.nonzero(labels > 0)
@@ -114,10 +131,10 @@ def side_of_edge(gray: NDArray[np.uint8], at_px: NDArray[np.float64]) -> NDArray
     return mask
 
 
-def on_edge(side: NDArray[np.uint8], at_px: NDArray[np.float64]) -> bool:
+def on_edge(side: NDArray[np.uint8], at_px: NDArray[np.float64], *, binning: Binning = 1) -> bool:
     """Return whether a point lies on an edge itself, too far from its side, the answer of `side_of_edge`."""
     ys, xs = np.nonzero(side)
-    return len(xs) == 0 or float(np.hypot(xs - at_px[0], ys - at_px[1]).min()) > ON_EDGE_PX
+    return len(xs) == 0 or binning * float(np.hypot(xs - at_px[0], ys - at_px[1]).min()) > ON_EDGE_PX
 
 
 def _component(flat: NDArray[np.uint8], middle: NDArray[np.int_]) -> NDArray[np.bool_]:
@@ -138,7 +155,6 @@ def _border(
     slope_x: NDArray[np.float32],
     slope: NDArray[np.float32],
     at_px: NDArray[np.float64],
-    shape: tuple[int, ...],
     *,
     places: int,
 ) -> NDArray[np.float64]:
@@ -152,7 +168,7 @@ def _border(
     if len(xs) == 0:
         return np.empty((0, 2))
     edge_px = REDUCED * np.column_stack([xs, ys]).astype(np.float64) + (REDUCED - 1) / 2
-    size = np.array(shape[1::-1])
+    size = REDUCED * np.array(mask.shape[::-1])
     free = ((edge_px >= RIM_PX) & (edge_px <= size - 1 - RIM_PX)).all(axis=1)
     return _spread(edge_px[free], at_px, places)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.matching.register import UNSEEN
-from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.row_spectra import LookRows, PictureRows, WeightedPatch
 from foveacam_pipeline.verge.matching.wide_patch import bell, wide_window
 
 HALF_PX = 22
@@ -128,17 +128,21 @@ class BorderPlace:
         count = len(inverse_z_per_m)
         self._edge = np.full((2, count), UNSEEN)
         self._beyond = np.full((2, count), UNSEEN)
+        self._weighted = WeightedPatch(patch.image, patch.weights)
+        self._weighted_beyond = None if patch.beyond is None else WeightedPatch(patch.image, patch.beyond)
+        self._not_compared: list[tuple[int, PictureRows]] = []
+        """The eyes, and what they showed, in which what lies beyond the edge was not looked for yet."""
 
-    def add(self, look: ReducedLook) -> None:
-        """Take a further look into account; `look`: brightness as it is."""
-        for k, (eye, side) in enumerate(((look.left, 1.0), (look.right, -1.0))):
-            edge = self._profile(eye, side, self.patch.weights)
-            if edge is None:
-                continue
-            self._edge[k] = np.maximum(self._edge[k], edge)
-            if self.patch.beyond is not None:
-                beyond = self._profile(eye, side, self.patch.beyond)
-                self._beyond[k] = np.maximum(self._beyond[k], UNSEEN if beyond is None else beyond)
+    def add(self, look: LookRows) -> bool:
+        """Take a further look into account; return whether it shows the place at any depth."""
+        shown = False
+        for k, eye in enumerate((look.left, look.right)):
+            edge = self._profile(eye, k, self._weighted)
+            if edge is not None:
+                shown = True
+                self._edge[k] = np.maximum(self._edge[k], edge)
+                self._not_compared.append((k, eye))
+        return shown
 
     def sure_of_each(self) -> dict[Role, tuple[float, float]]:
         """Return 1/Z and its error as each fovea shows them by itself; none that is vague or fits badly."""
@@ -178,7 +182,7 @@ class BorderPlace:
         if len(elsewhere) and float(elsewhere.max()) > weaker[best] - LEAD:
             return None
         fits = [k for k in (0, 1) if self._edge[k, best] >= LEAST_SCORE]
-        beyond = float(self._beyond[:, max(0, best - SAME_STEPS) : best + SAME_STEPS + 1].max())
+        beyond = float(self._compared()[:, max(0, best - SAME_STEPS) : best + SAME_STEPS + 1].max())
         return BorderDepth(
             tangents=(float(self.patch.tangents[0]), float(self.patch.tangents[1])),
             inverse_z_per_m=_top(self._grid[near], np.mean(self._edge[fits], axis=0)[near]),
@@ -188,15 +192,33 @@ class BorderPlace:
             beyond=None if beyond <= UNSEEN else beyond,
         )
 
-    def _profile(
-        self, eye: ReducedEye, side: float, weights: NDArray[np.float32]
-    ) -> NDArray[np.float64] | None:
-        """Return (n,) how well some pixels of the patch fit one fovea at each depth."""
+    def _compared(self) -> NDArray[np.float64]:
+        """Return (2, n) how well what lies beyond the edge fits either fovea at each depth."""
+        for k, eye in self._not_compared if self._weighted_beyond is not None else ():
+            beyond = self._profile(eye, k, self._weighted_beyond)
+            if beyond is not None:
+                self._beyond[k] = np.maximum(self._beyond[k], beyond)
+        self._not_compared.clear()
+        return self._beyond
+
+    def _profile(self, eye: PictureRows, k: int, patch: WeightedPatch) -> NDArray[np.float64] | None:
+        """Return (n,) how well some pixels of the patch fit the left (0) or right fovea at each depth.
+
+        None where the fovea shows the place at none.
+        """
         tx, ty = self.patch.tangents
-        found = _scores(eye.image, eye.seen, self.patch.image, weights, float(ty) * self._f_px - eye.v0_px)
-        if found is None:
+        first = round(float(ty) * self._f_px - eye.v0_px) - HALF_PX - ROWS_PX
+        rows = slice(first, first + 2 * (HALF_PX + ROWS_PX) + 1)
+        side = (1.0, -1.0)[k] * self._half_baseline_m
+        columns = self._f_px * (tx + side * self._grid) - eye.u0_px - HALF_PX
+        last = eye.width - 2 * HALF_PX - 1
+        if rows.start < 0 or rows.stop > eye.height or columns.max() < 0.0 or columns.min() > last:
             return None
-        columns = self._f_px * (tx + side * self._half_baseline_m * self._grid) - eye.u0_px - HALF_PX
+        hidden = eye.hidden(rows, 2 * HALF_PX + 1)
+        if hidden.all():
+            return None
+        found = patch.scores(eye, range(first, first + 2 * ROWS_PX + 1))
+        found[hidden] = UNSEEN
         return np.asarray(np.interp(columns, np.arange(len(found)), found, left=UNSEEN, right=UNSEEN))
 
 
@@ -217,27 +239,6 @@ def _contrast(image: NDArray[np.float32], weights: NDArray[np.float32]) -> float
 def _weaker(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the weaker correlation, or the stronger less a penalty: an edge may be hidden from one eye."""
     return np.maximum(np.minimum(left, right), np.maximum(left, right) - ONE_EYED_PENALTY)
-
-
-def _scores(
-    image: NDArray[np.float32],
-    seen: NDArray[np.float32],
-    patch: NDArray[np.float32],
-    weights: NDArray[np.float32],
-    row_px: float,
-) -> NDArray[np.float64] | None:
-    """Return the best correlation of each column of one fovea; None when the rows are not in it."""
-    first = round(row_px) - HALF_PX - ROWS_PX
-    last = first + 2 * (HALF_PX + ROWS_PX) + 1
-    if first < 0 or last > image.shape[0]:
-        return None
-    strip = image[first:last]
-    found = cv2.matchTemplate(strip, patch, cv2.TM_CCOEFF_NORMED, mask=weights)
-    scores = np.nan_to_num(np.asarray(found, dtype=np.float64), nan=UNSEEN, posinf=UNSEEN, neginf=UNSEEN)
-    side = 2 * HALF_PX + 1
-    cover = cv2.blur(seen[first:last], (side, 1), borderType=cv2.BORDER_REPLICATE).min(axis=0)
-    scores[:, cover[HALF_PX : HALF_PX + scores.shape[1]] < 0.97] = UNSEEN
-    return np.asarray(scores.max(axis=0), dtype=np.float64)
 
 
 def _top(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:

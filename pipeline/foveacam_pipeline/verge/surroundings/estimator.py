@@ -1,7 +1,7 @@
 """Measure the border of a blank region and infer the depth of a target within it."""
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import cv2
@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame
+from foveacam_pipeline.geometry.binning import picture_px
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.aim import aim_at
+from foveacam_pipeline.verge.aim import Gazes, aim_at
 from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation, StepResult
-from foveacam_pipeline.verge.matching.survey import shrink_look
-from foveacam_pipeline.verge.matching.texture import noise_level
+from foveacam_pipeline.verge.matching.texture import noise_about, noise_slope
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, survey_f_px
 from foveacam_pipeline.verge.surroundings.blank_region import BlankRegion, blank_region
 from foveacam_pipeline.verge.surroundings.border_depth import (
@@ -26,7 +26,14 @@ from foveacam_pipeline.verge.surroundings.border_depth import (
     border_patch,
 )
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
-from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE, InferredDepth, encloses, infer_depth
+from foveacam_pipeline.verge.surroundings.infer import (
+    OWN_CHANCE,
+    InferredDepth,
+    LastInference,
+    encloses,
+    infer_depth,
+)
+from foveacam_pipeline.verge.surroundings.look_plan import LookPlan, apart, turn_rad
 from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
@@ -44,15 +51,7 @@ from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
 PLACES = 24
-DIRECTIONS = 6
-"""So many directions are looked at for the border, at most."""
-IN_VIEW_TAN = 0.014
-"""A place so near to a look's direction is within both foveae's fields: 0.8 degrees."""
-LEVELS_PER_M = (0.37, 0.0, 0.72)
-"""1/Z of the looks that together show every depth, in the order of how common things are there."""
 SECTORS = 8
-SIDE_RAD = math.pi / 4.0
-"""Places seen from a target in directions that differ by more are on different sides of it."""
 BESIDE_TAN, BESIDE_SIGMAS = 0.012, 4.0
 """Two places of one edge, 0.7 degrees apart at most, differ by so many standard errors at most."""
 ENOUGH_SAMPLES = 3
@@ -98,6 +97,7 @@ class SurroundingsEstimator:
         step = STEP_PX / (self._f_px * 0.5 * calibration.baseline_m)
         self._matched = True
         self._points = LookPoints(calibration)
+        self._divisions = LastInference()
         self._grid = np.arange(span_per_m[0], span_per_m[1] + step, step)
 
     def estimate(
@@ -117,19 +117,22 @@ class SurroundingsEstimator:
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
         at_px = wide.pixels(np.arctan(target)[None])[0]
-        region = blank_region(image, at_px, noise=noise_level(image, at_px=at_px), places=PLACES)
+        slope = noise_slope(image)
+        noise = noise_about(image, slope, at_px=picture_px(at_px, frame.binning))
+        region = blank_region(image, at_px, noise=noise, places=PLACES, binning=frame.binning)
         mask = cv2.resize(region.mask.astype(np.uint8) * 255, image.shape[::-1])
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
-        border = [self._place(image, np.asarray(mask, dtype=np.uint8), place) for place in places]
+        border = [self._place(image, np.asarray(mask, dtype=np.uint8), place, slope) for place in places]
         self._matched = template is None or not repeats_in_row(image, wide, template, target)
         return self._measured(target, region, border, earlier, _beside(beside))
 
     def _place(
-        self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64]
+        self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64], slope: float
     ) -> BorderPlace:
+        """Return a place on the border; `slope`: of the image's noise."""
         wide = self._calibration.wide
-        at_px = wide.pixels(np.arctan(tangents)[None])[0]
-        noise = noise_level(image, at_px=at_px)
+        at_px = wide.of_picture(image.shape).pixels(np.arctan(tangents)[None])[0]
+        noise = noise_about(image, slope, at_px=at_px)
         return BorderPlace(
             border_patch(image, mask, wide, tangents, f_px=self._f_px, noise=noise),
             inverse_z_per_m=self._grid,
@@ -150,14 +153,20 @@ class SurroundingsEstimator:
             self._examine(observation, border, found)
         points = self._around(target).joined(self._shown(earlier))
         outcome = self._inferred(target, region, found.values(), points, known)
+        plan = LookPlan(target, [place.patch.tangents for place in border])
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
         try:
-            for observation in () if _sure(outcome, target) else self._looks(target, border, found):
+            while not _sure(outcome, target):
+                planned = plan.next_look(found, outcome.inferred)
+                if planned is None:
+                    break
+                observation = self._look(aim_at(self._calibration, *planned))
                 self._examine(observation, border, found)
                 points = points.joined(self._shown((observation,)))
-                outcome = self._inferred(target, region, found.values(), points, known)
-                if _sure(outcome, target):
-                    break
-                self._tell(outcome, target)
+                before, outcome = outcome, self._inferred(target, region, found.values(), points, known)
+                plan.note_gain(before.inferred, outcome.inferred)
+                if not _sure(outcome, target):
+                    self._tell(outcome, target)
         except FixationEnded:
             pass  # what was measured until then counts
         return outcome
@@ -192,7 +201,7 @@ class SurroundingsEstimator:
         chances = np.append(edge_chances, chances)
         return SurroundingDepth(
             samples=samples,
-            inferred=infer_depth(samples, target, own_chance=chances, blank=blank and len(edges) > 0),
+            inferred=self._divisions.infer(samples, target, chances, blank=blank and len(edges) > 0),
             region=region,
             open=is_open(region, samples, chances),
         )
@@ -226,87 +235,27 @@ class SurroundingsEstimator:
             return DepthSamples.none()
         return self._context.around(target, reach_tan=REACH_TAN)
 
-    def _looks(
-        self, target: NDArray[np.float64], border: list[BorderPlace], found: dict[int, BorderDepth]
-    ) -> Iterator[Observation]:
-        """Look at stretches of the border that were not measured yet, nearest to the target first."""
-        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
-        places = [place.patch.tangents for place in border]
-        tried: list[NDArray[np.float64]] = []
-        for _ in range(DIRECTIONS):
-            direction = _next_direction(target, places, found, tried)
-            if direction is None:
-                return
-            tried.append(direction)
-            for inverse_z in LEVELS_PER_M:
-                gazes = aim_at(self._calibration, direction, inverse_z)
-                observation = self._fixation_head.look_clamped(gazes, VergePhase.SURROUNDINGS)
-                self._fixation_head.record(observation, StepResult(score=0.0))
-                yield observation
-                if _all_found(direction, places, found):
-                    break
+    def _look(self, gazes: Gazes) -> Observation:
+        """Look at a stretch of the border, each eye as near as it can turn."""
+        observation = self._fixation_head.look_clamped(gazes, VergePhase.SURROUNDINGS)
+        self._fixation_head.record(observation, StepResult(score=0.0))
+        return observation
 
     def _examine(
         self, observation: Observation, border: list[BorderPlace], found: dict[int, BorderDepth]
     ) -> None:
-        """Measure the places of a border anew with a further look."""
-        look = shrink_look(observation.sighting, self._calibration, f_px=self._f_px)
+        """Measure the places of a border with a further look; those that both eyes measured are kept."""
+        look = observation.rows(self._calibration, f_px=self._f_px)
         for index, place in enumerate(border):
-            place.add(look)
+            if index in found and found[index].by_both:
+                continue
+            if not place.add(look):
+                continue
             depth = place.depth()
             if depth is None:
                 found.pop(index, None)
             else:
                 found[index] = depth
-
-
-def _next_direction(
-    target: NDArray[np.float64],
-    places: list[NDArray[np.float64]],
-    found: dict[int, BorderDepth],
-    tried: list[NDArray[np.float64]],
-) -> NDArray[np.float64] | None:
-    """Return the direction of the next look: towards the nearest stretch of the border not looked at.
-
-    A side of the target that was not looked at at all comes first.
-    """
-    left = [
-        place
-        for index, place in enumerate(places)
-        if index not in found and all(_apart(place, other) > IN_VIEW_TAN for other in tried)
-    ]
-    if not left:
-        return None
-    sides = [_turn(place, target) for place in [*tried, *(np.array(d.tangents) for d in found.values())]]
-    fresh = [
-        place for place in left if all(_between(_turn(place, target), side) > SIDE_RAD for side in sides)
-    ]
-    nearest = min(fresh or left, key=lambda place: _apart(place, target))
-    stretch = [place for place in left if _apart(place, nearest) <= IN_VIEW_TAN]
-    middle = np.mean(stretch, axis=0)
-    return np.asarray(nearest + 0.7 * (middle - nearest), dtype=np.float64)
-
-
-def _turn(place: NDArray[np.float64], target: NDArray[np.float64]) -> float:
-    """Return the direction from a target to a place in the image, rad."""
-    x, y = place - target
-    return math.atan2(y, x)
-
-
-def _between(one_rad: float, other_rad: float) -> float:
-    return abs(math.remainder(one_rad - other_rad, math.tau))
-
-
-def _all_found(
-    direction: NDArray[np.float64], places: list[NDArray[np.float64]], found: dict[int, BorderDepth]
-) -> bool:
-    """Return whether both eyes measured half of the border about a direction."""
-    there = [k for k, place in enumerate(places) if _apart(place, direction) <= IN_VIEW_TAN]
-    return sum(k in found and found[k].by_both for k in there) >= 0.5 * len(there)
-
-
-def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    return float(np.hypot(*(one - other)))
 
 
 def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> list[BorderDepth]:
@@ -316,7 +265,7 @@ def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> l
     """
     groups: dict[int, list[BorderDepth]] = {}
     for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):
-        sector = int((_turn(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
+        sector = int((turn_rad(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
         groups.setdefault(sector, []).append(depth)
     by_both = {k: [depth for depth in group if depth.by_both] for k, group in groups.items()}
     counted = [
@@ -331,7 +280,7 @@ def _goes_on(depth: BorderDepth, found: Collection[BorderDepth]) -> bool:
     """Return whether the border goes on beside a place at its depth: a mismatch stands alone."""
     return any(
         other is not depth
-        and _apart(np.array(other.tangents), np.array(depth.tangents)) <= BESIDE_TAN
+        and apart(np.array(other.tangents), np.array(depth.tangents)) <= BESIDE_TAN
         and abs(other.inverse_z_per_m - depth.inverse_z_per_m) <= BESIDE_SIGMAS * depth.sigma_per_m
         for other in found
     )

@@ -21,7 +21,8 @@ from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view
 from foveacam_pipeline.verge.surroundings.blank_region import BlankRegion
 from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
-from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE, SAME_SHARE
+from foveacam_pipeline.verge.surroundings.divisions import SAME_SHARE
+from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE
 
 REACH_TAN = 0.06
 """So far about a target earlier measurements count: 3.4 degrees."""

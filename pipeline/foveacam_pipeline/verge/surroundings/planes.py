@@ -32,9 +32,9 @@ class PlaneHypotheses:
     """(2**n,) log marginal likelihood whatever the slope."""
 
 
-def subset_of(member: NDArray[np.bool_]) -> int:
-    """Return the index of a subset, given (n,) which samples are in it."""
-    return int(member @ (1 << np.arange(len(member))))
+def subset_of(member: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the indices, (...), of subsets, given (..., n) which samples are in them."""
+    return np.asarray(member @ (1 << np.arange(member.shape[-1])), dtype=np.int64)
 
 
 def planes_through(

@@ -1,8 +1,6 @@
 """What an inference from the surroundings states: one depth and its error, or nothing."""
 
-import math
-
-from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
 
 SURE_PROBABILITY = 0.8
 """A less probable inference states the spread of all as its error."""
@@ -26,12 +24,3 @@ def stated_depth(inferred: tuple[InferredDepth, ...]) -> tuple[float, float] | N
     sigma = best.sigma_per_m if sure else spread_per_m(inferred)
     sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
     return None if sigma > VAGUE_SHARE * best.inverse_z_per_m else (best.inverse_z_per_m, sigma)
-
-
-def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
-    """Return the root mean square distance of all depths from the most probable, errors included."""
-    best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
-    variance = sum(
-        one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
-    )
-    return math.sqrt(variance)

@@ -179,7 +179,7 @@ class CalibrationRuns:
         @contextmanager
         def use(what: str) -> Iterator[ExclusiveRig]:
             cancelled = context.cancelled if context is not None else _never
-            with self._tools.hardware.session(what, cancelled=cancelled) as head:
+            with self._tools.hardware.session(what, cancelled=cancelled, binning=1) as head:
                 yield ExclusiveRig(
                     head=head, pan_tilt=exclusive_pan_tilt(self._tools.hardware, cancelled=cancelled)
                 )

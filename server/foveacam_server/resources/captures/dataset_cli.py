@@ -247,8 +247,10 @@ def reference(
         build_reference,
         write_reference,
     )
+    from foveacam_pipeline.diagrams import check_figures
     from foveacam_server.foundation.progress_bar import progress_bar
 
+    check_figures("a reference with its diagram")
     rail = RailTrust(along_m=1e-3 * rail_mm)
     settings = ReferenceSettings(scan=scan, bracket=bracket, across=across, rail=rail)
     opened = Dataset.open(dataset_folder(dataset, data))

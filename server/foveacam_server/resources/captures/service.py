@@ -179,7 +179,8 @@ class CaptureService:
             context, live, sink=tools.sink, overlay=tools.overlay, events=tools.events, clock=tools.clock
         )
         try:
-            with tools.hardware.session(f"capture {live.name}", cancelled=context.cancelled) as head:
+            holder = f"capture {live.name}"
+            with tools.hardware.session(holder, cancelled=context.cancelled, binning=1) as head:
                 access = ThreadAccess(tools.hardware, head, clock=tools.clock)
                 if isinstance(request, CaptureResumption):
                     writer = resume_dataset(access, self.collection.get(live.id).folder)

@@ -149,7 +149,9 @@ def frame(
     """Return one frame of one camera."""
     with services.recordings.opened.reading(_path(services, recording_id)) as recording:
         found = recording.frame(stream_of(recording, Role(role)).name, index)
-    return _jpeg(encode_jpeg(found.image, scale=2 if scale == "2" else 1, bits=found.bits, quality=QUALITY))
+    return _jpeg(
+        encode_jpeg(found.image, reduction=2 if scale == "2" else 1, bits=found.bits, quality=QUALITY)
+    )
 
 
 @router.get(

@@ -189,7 +189,7 @@ def _footprint(
         corners = fovea_footprint_px(calibration, role, pose.volts, distance_m)
     elif pose.wide_from_fovea is not None:
         form = stream_of(recording, role).form
-        right, bottom = form.width - 0.5, form.height - 0.5
+        right, bottom = form.binning * form.width - 0.5, form.binning * form.height - 0.5
         rim = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
         corners = distorted_px(recording, homography_apply(pose.wide_from_fovea, rim))
     else:

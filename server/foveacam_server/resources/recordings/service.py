@@ -272,7 +272,10 @@ class RecordingService:
         """Record until the end and return its cause; raise what made it fail."""
         live.recorder = recorder = _create_file(live)
         try:
-            with self._tools.tap.listening(live.roles, live.record_frame, every=live.every):
+            with (
+                self._tools.hardware.recorded_at(1),
+                self._tools.tap.listening(live.roles, live.record_frame, every=live.every),
+            ):
                 ended = self._wait(context, live)
         finally:
             with span("close the file"):

@@ -16,6 +16,7 @@ from foveacam_pipeline.capture.dataset.reference_folder import (
     remove_unfinished_reference,
 )
 from foveacam_pipeline.capture.rail_stops import rail_positions_m, reference_basis
+from foveacam_pipeline.diagrams import check_figures
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.datasets.collection import CAPTURES_URL, StoredCapture, brackets_of
 from foveacam_server.datasets.derived_products import (
@@ -99,6 +100,7 @@ class ReferenceService:
         return reference_url(kept.id)
 
     def _check(self, kept: StoredCapture, request: ReferenceRequest) -> None:
+        check_figures("a reference with its diagram")
         reference_basis(self._making.ended_dataset(kept), scan=request.scan, bracket=request.bracket)
 
     def _refusal(self, kept: StoredCapture) -> Problem | None:

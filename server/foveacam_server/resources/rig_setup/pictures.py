@@ -49,7 +49,7 @@ class CameraPictures:
                 f"camera {view} is open in this rig and has sent no picture yet; a fovea waits for the"
                 " controller's pulse"
             )
-        return encode_jpeg(picture.image, bits=picture.bits, scale=2)
+        return encode_jpeg(picture.image, bits=picture.bits, reduction=2)
 
 
 def _view_of(kind: CameraKind, name: str, status: RigStatus) -> str | None:

@@ -16,6 +16,8 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.watching import timings
+from foveacam_server.resources.rig_state.schema import StartDocument
+from foveacam_server.resources.rig_state.start_steps import start_document
 from foveacam_server.rig.device_reconnector import BASE
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
@@ -58,10 +60,11 @@ class ReadyProblem(ResponseModel):
 
 
 class Readiness(ResponseModel):
-    """Whether a fixation could start now."""
+    """Whether a fixation could start now; `start`: the steps of the rig's start while it opens, else null."""
 
     ready: bool
     problems: list[ReadyProblem]
+    start: StartDocument | None = None
 
 
 @router.get("/healthz", summary="Is the process alive?")
@@ -91,7 +94,8 @@ async def readyz(services: ServicesDep) -> JSONResponse:
         missing.append(ReadyProblem(device="calibration", detail=services.calibration.problem))
     if services.events.fault is not None:
         missing.append(ReadyProblem(device="storage", detail=services.events.fault))
-    readiness = Readiness(ready=not missing, problems=missing)
+    start = None if status.opened else start_document(services)
+    readiness = Readiness(ready=not missing, problems=missing, start=start)
     headers = {} if status.opened else {"Retry-After": str(StillOpening.wait_s)}
     return JSONResponse(readiness.model_dump(), status_code=503 if missing else 200, headers=headers)
 

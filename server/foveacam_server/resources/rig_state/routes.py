@@ -18,11 +18,10 @@ from foveacam_server.resources.rig_state.schema import (
     ClockDocument,
     RigDocument,
     StartDocument,
-    StartStepDocument,
     SteeringDocument,
     TriggerDocument,
 )
-from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep, StepState
+from foveacam_server.resources.rig_state.start_steps import start_document
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import CameraStatus
 
@@ -104,37 +103,7 @@ async def rig(services: ServicesDep) -> RigDocument:
 @router.get("/rig/start", summary="The rig's start, step by step")
 async def start(services: ServicesDep) -> StartDocument:
     """Return each step of the rig's last start: pending, active, done, or failed and why."""
-    file, *devices = services.hardware.opening.steps.every
-    failing = {problem.device for problem in services.hardware.status.problems}
-    return StartDocument(
-        steps=[
-            _start_step(file, failing),
-            _calibration_step(services, after=file),
-            *(_start_step(device, failing) for device in devices),
-        ]
-    )
-
-
-def _start_step(step: OpeningStep, failing: set[str]) -> StartStepDocument:
-    late = step.state is StepState.FAILED and step.device not in failing
-    return StartStepDocument(
-        device=step.device,
-        state="done" if late else step.state.value,
-        detail="It answered later." if late else step.detail,
-        remedy="" if late else step.remedy or "",
-    )
-
-
-def _calibration_step(services: RigRouteServices, *, after: OpeningStep) -> StartStepDocument:
-    problem = services.calibration.problem
-    if after.state is not StepState.DONE:
-        return StartStepDocument(device="calibration", state="pending", detail="", remedy="")
-    return StartStepDocument(
-        device="calibration",
-        state="done" if problem is None else "failed",
-        detail=problem or "",
-        remedy="" if problem is None else "calibrate this rig, or load its calibration",
-    )
+    return start_document(services)
 
 
 def _steering(services: RigRouteServices) -> SteeringDocument | None:

@@ -39,15 +39,17 @@ class ClockDocument(ResponseModel):
 
 
 class StartStepDocument(ResponseModel):
-    """One step of the rig's start; `device`: `rig` (its file), `calibration`, or a device.
+    """One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
 
-    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did.
+    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
+    renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
     """
 
     device: str
     state: Literal["pending", "active", "done", "failed"]
     detail: str
     remedy: str
+    left_s: float | None = None
 
 
 class StartDocument(ResponseModel):

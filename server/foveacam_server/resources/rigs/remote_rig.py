@@ -4,11 +4,13 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-
-import httpx
+from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import NotConnected
 from foveacam_server.foundation.addresses import join_address
+
+if TYPE_CHECKING:
+    import httpx
 
 PATIENCE_S = 3.0
 MOST_BYTES = 4_000_000
@@ -65,7 +67,9 @@ async def ask_picture(rig: RemoteRig) -> bytes:
         return await _content(rig, client, SNAPSHOT)
 
 
-def _client(rig: RemoteRig) -> httpx.AsyncClient:
+def _client(rig: RemoteRig) -> "httpx.AsyncClient":
+    import httpx  # a server that asks no others does without
+
     return httpx.AsyncClient(
         base_url=join_address(rig.url, "/api/v1/"), headers=_headers(rig), timeout=PATIENCE_S, trust_env=False
     )
@@ -84,7 +88,7 @@ def _headers(rig: RemoteRig) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"}
 
 
-async def _document(rig: RemoteRig, client: httpx.AsyncClient, path: str) -> Mapping[str, object]:
+async def _document(rig: RemoteRig, client: "httpx.AsyncClient", path: str) -> Mapping[str, object]:
     try:
         found = json.loads(await _content(rig, client, path))
     except ValueError as error:
@@ -94,7 +98,9 @@ async def _document(rig: RemoteRig, client: httpx.AsyncClient, path: str) -> Map
     return found
 
 
-async def _content(rig: RemoteRig, client: httpx.AsyncClient, path: str) -> bytes:
+async def _content(rig: RemoteRig, client: "httpx.AsyncClient", path: str) -> bytes:
+    from httpx import HTTPError
+
     content = bytearray()
     try:
         async with client.stream("GET", path) as answer:
@@ -110,7 +116,7 @@ async def _content(rig: RemoteRig, client: httpx.AsyncClient, path: str) -> byte
                 content += part
                 if len(content) > MOST_BYTES:
                     raise _not_ours(rig)
-    except httpx.HTTPError as error:
+    except HTTPError as error:
         reason = str(error) or type(error).__name__
         raise NotConnected(
             f"{rig.name} does not answer at {rig.url}: {reason}",

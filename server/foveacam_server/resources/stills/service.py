@@ -130,7 +130,7 @@ class StillService:
         request = context.job.parse_request(StillRequest)
         still_id = ID_PREFIX + context.job.id.partition("-")[2]
         folder, plan = self.collection.new_folder(request.name, waits=not request.save), _plan_of(request)
-        with tools.hardware.session("a still", cancelled=context.cancelled) as head:
+        with tools.hardware.session("a still", cancelled=context.cancelled, binning=1) as head:
             access = StillRigAccess(tools.hardware, head, clock=tools.clock)
             still = take_still(access, plan, watch=StillJobWatcher(context, tools))
         labels = StillLabels(

@@ -54,6 +54,9 @@ def study(
     fresh: Annotated[bool, typer.Option("--fresh", help="compute again what is cached")] = False,
 ) -> None:
     """Reproduce the analyses of the paper and write a report; Ctrl-C keeps what is finished."""
+    from foveacam_pipeline.diagrams import check_figures
+
+    check_figures("a study")
     from foveacam_server.resources.studies.recipes import StudyOrder, recipes
     from foveacam_server.resources.studies.run import ReportOptions, run_studies
 

@@ -56,7 +56,10 @@ class ViewDocument(BaseModel):
 
     name: str
     width: int
+    """Of the sensor for the views of cameras, px, however they are binned; all pixels of REST are its."""
     height: int
+    picture_scale: int
+    """Sensor pixels along each side of a pixel of the picture at full size: `width` over the picture's."""
     description: str
     rate_hz: float
     age_ms: float | None
@@ -84,7 +87,10 @@ async def rig_status(connection: HTTPConnection) -> RigStatus:
 StatusDep = Annotated[RigStatus, Depends(rig_status)]
 StreamsDep = Annotated[LiveStreams, Depends(streams)]
 StereoDep = Annotated[LiveStereo, Depends(live_stereo)]
-ScaleQuery = Annotated[Literal["1", "2"], Query(description="1: full size, 2: half of it each way")]
+ScaleQuery = Annotated[
+    Literal["1", "2", "4"], Query(description="1: full size; 2, 4: half and a quarter of it each way")
+]
+_SCALES: dict[str, Scale] = {"1": 1, "2": 2, "4": 4}
 
 
 @router.get("/views", summary="List the live views")
@@ -96,6 +102,7 @@ async def list_views(streams: StreamsDep) -> list[ViewDocument]:
             name=status.spec.name,
             width=status.width,
             height=status.height,
+            picture_scale=status.picture_scale,
             description=status.spec.description,
             rate_hz=round(status.rate_hz, 2),
             age_ms=status.age_ms,
@@ -132,8 +139,11 @@ async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> 
     responses=file_responses("image/jpeg") | problems(503),
 )
 async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: ScaleQuery = "1") -> Response:
-    """Return the newest picture of a view as JPEG; its number and capture time are in the headers."""
-    encoded = await streams.jpegs.newest(_known(streams, name), _scale(scale))
+    """Return the newest picture of a view as JPEG; its number, capture time and scale are in the headers.
+
+    Where it is older than 1.5 s, as while nobody looks, the answer waits up to a second for the next one.
+    """
+    encoded = await streams.snapshot(_known(streams, name), _SCALES[scale])
     if encoded is None and not status.opened:
         raise refusals.not_open(status)
     if encoded is None:
@@ -148,6 +158,7 @@ async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: Sca
         "Cache-Control": "no-store",
         "X-Frame-Seq": str(encoded.picture.seq),
         "X-Frame-Time-Ns": str(encoded.picture.t_ns),
+        "X-Picture-Scale": str(encoded.scale),
     }
     return Response(encoded.jpeg, media_type="image/jpeg", headers=headers)
 
@@ -163,7 +174,7 @@ async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: Sca
 )
 async def stream_mjpeg(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> StreamingResponse:
     """Stream a view without end; at most two a person; a slow client lags without bound."""
-    return _MjpegResponse(streams, view=_known(streams, name), scale=_scale(scale))
+    return _MjpegResponse(streams, view=_known(streams, name), scale=_SCALES[scale])
 
 
 @router.websocket("/views/ws")
@@ -191,13 +202,10 @@ def _known(streams: LiveStreams, name: str) -> str:
     return name
 
 
-def _scale(text: Literal["1", "2"]) -> Scale:
-    return 2 if text == "2" else 1
-
-
 def _part(encoded: EncodedPicture) -> bytes:
     head = (
         f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(encoded.jpeg)}\r\n"
-        f"X-Frame-Seq: {encoded.picture.seq}\r\nX-Frame-Time-Ns: {encoded.picture.t_ns}\r\n\r\n"
+        f"X-Frame-Seq: {encoded.picture.seq}\r\nX-Frame-Time-Ns: {encoded.picture.t_ns}\r\n"
+        f"X-Picture-Scale: {encoded.scale}\r\n\r\n"
     )
     return head.encode() + encoded.jpeg + b"\r\n"

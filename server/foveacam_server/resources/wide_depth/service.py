@@ -41,6 +41,7 @@ from foveacam_server.rig.encoder import eight_bit
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import SceneViewer
+from foveacam_server.rig.view_state import ViewPicture
 
 KIND = "wide_depth_survey"
 URL = "/api/v1/wide_depth"
@@ -87,6 +88,7 @@ class WideDepthService:
         self._shown: tuple[WideContext | None, int] = (None, -1)
         self._told_share = 0.0
         self._turns = 0
+        self._compared: ViewPicture | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=PART, daemon=True)
         tools.jobs.handle(KIND, self._survey)
@@ -205,10 +207,12 @@ class WideDepthService:
         else:
             fuse()
             return
-        context, picture = self._keeper.present(), self._wide_picture()
-        if context is None or picture is None:
+        context, newest = self._keeper.present(), self._tools.hub.newest("wide")
+        if context is None or newest is None:
             return
-        context.detect_changes(gray(picture))
+        if newest is not self._compared:  # while nobody looks, pictures are rare
+            context.detect_changes(gray(_eight_bit_rgb(newest)))
+            self._compared = newest
         self._turns += 1
         if self._turns % SHOW_EVERY == 0:
             self._show()
@@ -257,12 +261,14 @@ class WideDepthService:
     def _wide_picture(self) -> NDArray[np.uint8] | None:
         """Return the newest wide picture, (h, w, 3) uint8 RGB."""
         newest = self._tools.hub.newest("wide")
-        if newest is None:
-            return None
-        image = eight_bit(newest.image, bits=newest.bits)
-        if image.ndim == 3:
-            return image
-        return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB), dtype=np.uint8)
+        return None if newest is None else _eight_bit_rgb(newest)
+
+
+def _eight_bit_rgb(picture: ViewPicture) -> NDArray[np.uint8]:
+    image = eight_bit(picture.image, bits=picture.bits)
+    if image.ndim == 3:
+        return image
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB), dtype=np.uint8)
 
 
 def _told(looked: LookedAround) -> str:

@@ -132,9 +132,11 @@ class RigMoves:
             self.park(rig)
 
 
-def without_failing(what: str, work: Callable[[], object]) -> None:
-    """Run work whose failure the reconnector has reported."""
+def without_failing(what: str, work: Callable[[], object]) -> bool:
+    """Run work whose failure the reconnector has reported; return whether it succeeded."""
     try:
         work()
     except FoveaError as error:
         _log.debug("%s: %s", what, error)
+        return False
+    return True

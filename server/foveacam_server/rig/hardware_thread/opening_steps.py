@@ -1,15 +1,20 @@
 """The steps in which a rig is opened, with the state of each; devices open one after the other."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from foveacam_hardware.contract import Clock, FoveaError
+from foveacam_hardware.contract import Cancelled, Clock, FoveaError
 from foveacam_server.rig.device_reconnector import BASE, DeviceReconnector
+from foveacam_server.rig.hardware_thread.kernel_preparation import KernelProgress, Preparation
 from foveacam_server.rig.ports import AssembledRig, RigProblem
 
 RIG = "rig"
 """The step before all devices: the rig file is read, and what it names is built."""
+RENDERER = "renderer"
+"""The step of a simulated rig alone: its kernels are compiled, or loaded."""
+COMPILED_HERE = "The server compiled its kernels by itself: "
 REMEDY = "correct it and start the server again"
 FIRST_DEVICES = ("mirrors", "wide", "left", "right")
 """Devices that every rig has."""
@@ -26,15 +31,17 @@ class StepState(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningStep:
-    """One step of the opening; `detail`, `remedy`: why it failed, and what to do.
+    """One step of the opening; `detail`, `remedy`: why it failed, and what to do; or how far it is.
 
-    `began_ns`, `ended_ns`: by the rig's clock; None while it has not begun or not ended.
+    `left_s`: time left, None while it is not known. `began_ns`, `ended_ns`: by the rig's clock; None while it
+    has not begun or not ended.
     """
 
     device: str
     state: StepState = StepState.PENDING
     detail: str = ""
     remedy: str | None = None
+    left_s: float | None = None
     began_ns: int | None = None
     ended_ns: int | None = None
 
@@ -60,6 +67,15 @@ class OpeningSteps:
         """Add the devices that this rig has besides those of every rig."""
         self._steps += tuple(OpeningStep(device=device) for device in devices)
 
+    def expect_renderer(self) -> None:
+        """Add the renderer, before all devices."""
+        file, *devices = self._steps
+        self._steps = (file, OpeningStep(device=RENDERER), *devices)
+
+    def moves_on(self, device: str, *, detail: str, left_s: float | None) -> None:
+        """Take note how far a step is."""
+        self._change(device, lambda step: replace(step, detail=detail, left_s=left_s))
+
     def begins(self, device: str) -> None:
         """Take note that a step is under way."""
         now_ns = self._clock.now_ns()
@@ -69,7 +85,9 @@ class OpeningSteps:
         """Take note that a step is done, or why it failed."""
         now_ns = self._clock.now_ns()
         if problem is None:
-            self._change(device, lambda step: replace(step, state=StepState.DONE, ended_ns=now_ns))
+            self._change(
+                device, lambda step: replace(step, state=StepState.DONE, left_s=None, ended_ns=now_ns)
+            )
         else:
             why, remedy = problem.detail, problem.remedy
             failed = StepState.FAILED
@@ -86,10 +104,18 @@ class RigOpening:
     """Opens a rig with the devices that answer, step by step."""
 
     def __init__(
-        self, opener: Callable[[], AssembledRig], reconnector: DeviceReconnector, *, clock: Clock
+        self,
+        opener: Callable[[], AssembledRig],
+        reconnector: DeviceReconnector,
+        *,
+        clock: Clock,
+        prepare: Preparation | None = None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
+        """`prepare`: what a simulated rig needs before its devices; `cancelled`: whether the server ends."""
         self._opener = opener
         self._reconnector = reconnector
+        self._prepare, self._cancelled = prepare, cancelled
         self.steps = OpeningSteps(clock=clock)
         """The steps of the last opening."""
 
@@ -103,6 +129,26 @@ class RigOpening:
             self.steps.ends(RIG, self._reconnector.problem_of(RIG))
             return None
         self.steps.ends(RIG, None)
+        if self._prepare is not None and rig.simulated:
+            self._open_renderer(self._prepare)
         self.steps.expect([name for name in BASE if getattr(rig, name) is not None])
-        self._reconnector.connect(rig, watch=self.steps)
+        if not self._cancelled():
+            self._reconnector.connect(rig, watch=self.steps)
         return rig
+
+    def _open_renderer(self, prepare: Preparation) -> None:
+        self.steps.expect_renderer()
+        self.steps.begins(RENDERER)
+
+        def show(progress: KernelProgress) -> None:
+            self.steps.moves_on(RENDERER, detail=str(progress), left_s=progress.left_s)
+
+        with suppress(Cancelled):
+            why = prepare(show, cancelled=self._cancelled)
+            self.steps.moves_on(RENDERER, detail="" if why is None else COMPILED_HERE + why, left_s=None)
+            self.steps.ends(RENDERER, None)
+
+    @property
+    def preparing(self) -> bool:
+        """Whether the renderer of a simulated rig is being compiled or loaded."""
+        return any(step.device == RENDERER and step.state is StepState.ACTIVE for step in self.steps.every)

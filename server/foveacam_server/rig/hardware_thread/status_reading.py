@@ -1,4 +1,4 @@
-"""Reads the status of every device, four times a second, and tells when the rig's state changes."""
+"""Reads the status of every device, four times a second in use, and tells when the rig's state changes."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +12,7 @@ from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.schema import RigStateChange
 from foveacam_server.rig.status import RigState, RigStatus, rig_status
 
-STATUS_PERIOD_NS = 250_000_000
+STATUS_PERIOD_NS, QUIET_PERIOD_NS = 250_000_000, 1_000_000_000
 
 
 class StatusReading:
@@ -54,7 +54,8 @@ class StatusReading:
 
     def refresh(self, rig: AssembledRig) -> None:
         """Read the status of every device now."""
-        self._due_ns = self._clock.now_ns() + STATUS_PERIOD_NS
+        period_ns = QUIET_PERIOD_NS if self._live.quiet else STATUS_PERIOD_NS
+        self._due_ns = self._clock.now_ns() + period_ns
         before, state = self._status.state, self._state()
         problems, rates, gaze = self._reconnector.problems, self._live.rates, self._moves.gaze
         self._status = rig_status(rig, state=state, problems=problems, rates=rates, gaze=gaze)

@@ -9,7 +9,7 @@ import { Fixations } from "./fixations.js";
 import { sentence } from "./elements/format.js";
 import { recordingPath } from "./gallery/recording_words.js";
 import { Keyboard } from "./keys.js";
-import { mountOffline, mountStop } from "./panels/topbar.js";
+import { mountOffline, mountStop } from "./panels/stop_button.js";
 import { followPlayer } from "./replay/link.js";
 import { ReplayPanes } from "./replay/panes.js";
 import { titleOf } from "./replay/slot.js";

@@ -2,17 +2,73 @@
 
 import { CALIBRATION_STATE } from "./calibration/state.js";
 import { CAPTURE_STATE } from "./capture/state.js";
-import { FOLLOW_STATE } from "./follow/state.js";
-import { LOOP_STATE } from "./loop/state.js";
 import { MEASURE_STATE } from "./measure/state.js";
-import { PREFERENCES_STATE } from "./preferences/state.js";
-import { RIG_STATE } from "./rig/state.js";
-import { SETUP_STATE } from "./setup/state.js";
 import { loadSettings } from "./settings.js";
-import { STEER_STATE } from "./steer/state.js";
 import { Store } from "./store.js";
 
-/** @import { SharedState } from "#page" */
+/**
+ * @import { FollowState, LoopState, PreferencesState, RigPageState, SetupState, SharedState, SteerState } from "#page"
+ */
+
+/** @type {Readonly<FollowState>} */
+const FOLLOW_STATE = Object.freeze({
+  follow_page: false,
+  follow_tab: false,
+  click_follows: false,
+  followed: null,
+  follow_asked: {},
+  trails: {},
+});
+
+/** @type {Readonly<LoopState>} */
+const LOOP_STATE = Object.freeze({
+  loop_page: false,
+  loop: null,
+  loop_samples: [],
+  loop_tuning: null,
+  tune_refusal: "",
+});
+
+/** @type {Readonly<PreferencesState>} */
+const PREFERENCES_STATE = Object.freeze({
+  settings_page: false,
+  camera_presets: null,
+  window_layouts: null,
+});
+
+/** @type {Readonly<RigPageState>} */
+const RIG_STATE = Object.freeze({
+  rig_page: false,
+  rail: null,
+  trigger_test: null,
+  faults: null,
+  running_test: null,
+});
+
+/** @type {Readonly<SetupState>} */
+const SETUP_STATE = Object.freeze({
+  setup_page: false,
+  setup: null,
+  setup_problem: "",
+  setup_file: null,
+  setup_files: null,
+  found: null,
+  searching: false,
+  advice: null,
+  tries: {},
+  start: null,
+  start_dismissed: false,
+});
+
+/** @type {Readonly<SteerState>} */
+const STEER_STATE = Object.freeze({
+  steering: null,
+  steer_limits: null,
+  steer_refusal: "",
+  steer_split: false,
+  steer_shift_deg: 0,
+  gamepad: null,
+});
 
 /** Return a store with the state before the first answer of the server. */
 export function createStore() {

@@ -71,6 +71,7 @@ _FAILING: dict[str, tuple[Any, tuple[Any, ...]]] = {  # each has one more argume
     "arv_camera_set_boolean": (None, (c_void_p, c_char_p, c_int)),
     "arv_camera_get_float": (c_double, (c_void_p, c_char_p)),
     "arv_camera_get_integer": (ctypes.c_int64, (c_void_p, c_char_p)),
+    "arv_camera_set_integer": (None, (c_void_p, c_char_p, ctypes.c_int64)),
     "arv_camera_execute_command": (None, (c_void_p, c_char_p)),
     "arv_camera_get_sensor_size": (None, (c_void_p, POINTER(c_int), POINTER(c_int))),
     "arv_camera_get_x_offset_increment": (c_int, (c_void_p,)),

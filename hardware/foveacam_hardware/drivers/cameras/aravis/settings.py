@@ -2,7 +2,7 @@
 
 import ctypes
 import logging
-from ctypes import byref, c_int, c_uint, c_uint32
+from ctypes import byref, c_uint, c_uint32
 from dataclasses import dataclass, replace
 
 from foveacam_hardware.contract import (
@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.cameras.aravis.automatic import AravisAutomatic
 from foveacam_hardware.drivers.cameras.aravis.library import AravisLibrary
+from foveacam_hardware.drivers.cameras.aravis.region import AravisRegion, RegionOptions
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 logger = logging.getLogger(__name__)
@@ -30,16 +31,12 @@ FIXED = ValueRange(low=0.0, high=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AravisOptions:
+class AravisOptions(RegionOptions):
     """Rig file options beyond the contract's settings; None leaves an option to the camera."""
 
     trigger_line: str = "Line0"
     falling_edge: bool = False
     strobe_line: str | None = "Line1"
-    width_px: int | None = None
-    height_px: int | None = None
-    offset_x_px: int | None = None
-    offset_y_px: int | None = None
     packet_size_bytes: int | None = None
     packet_delay_ns: int | None = None
     interface: str | None = None
@@ -53,6 +50,7 @@ class AravisFeatures:
         self._camera = camera
         self._who = who
         self._automatic = AravisAutomatic(self)
+        self._region = AravisRegion(self, who=who)
 
     def ranges(self) -> CameraRanges:
         """Return the accepted values of every setting."""
@@ -76,10 +74,10 @@ class AravisFeatures:
             self._strobe(options.strobe_line)
 
     def apply(self, settings: CameraSettings, options: AravisOptions) -> CameraSettings:
-        """Write the settings; return those in force."""
+        """Write the settings; return those in force, with the binning that the camera does itself."""
         self._check_modes(settings)
         self.call("set_pixel_format_from_string", settings.pixel_format.encode())
-        self._set_region(options)
+        own_binning = self._region.apply(options, settings)
         self._automatic.set_exposure_mode(AutoMode.OFF)
         self.call("set_exposure_time", settings.exposure_ns / 1e3)
         if self.call("is_gain_available"):
@@ -93,7 +91,7 @@ class AravisFeatures:
             self._write_rate(settings)
         if settings.exposure_auto is not AutoMode.OFF:  # last: it starts from the exposure written above
             self._automatic.set_exposure_mode(settings.exposure_auto)
-        return self.read_back(settings)
+        return self.read_back(replace(settings, binning=own_binning))
 
     def has(self, feature: str) -> bool:
         """Return whether the camera has a feature now."""
@@ -211,21 +209,6 @@ class AravisFeatures:
         except (OutOfRange, DeviceFault) as error:
             logger.warning("%s: no %s for its %s: %s", self._who, choice.decode(), feature, error)
 
-    def _set_region(self, options: AravisOptions) -> None:
-        whole_width, whole_height = c_int(), c_int()
-        self.call("get_sensor_size", byref(whole_width), byref(whole_height))
-        width = options.width_px or whole_width.value
-        height = options.height_px or whole_height.value
-        if width > whole_width.value or height > whole_height.value:
-            raise OutOfRange(
-                f"{self._who}: asked for {width}x{height} pixels, but its sensor has {whole_width.value}x"
-                f"{whole_height.value}; take a smaller part of it"
-            )
-        x = (whole_width.value - width) // 2 if options.offset_x_px is None else options.offset_x_px
-        y = (whole_height.value - height) // 2 if options.offset_y_px is None else options.offset_y_px
-        step_x, step_y = (self._increment(f"get_{axis}_offset_increment") for axis in "xy")
-        self.call("set_region", x // step_x * step_x, y // step_y * step_y, width, height)
-
     def _set_packets(self, options: AravisOptions) -> None:
         if not self.has_registers:
             return
@@ -265,10 +248,6 @@ class AravisFeatures:
 
     def _bounds(self, name: str) -> tuple[float, float]:
         return self._library.bounds(f"arv_camera_get_{name}_bounds", self._camera, who=self._who)
-
-    def _increment(self, name: str) -> int:
-        value = self.call(name)
-        return max(1, value) if isinstance(value, int) else 1
 
     def _number(self, name: str) -> float:
         value = self.call(f"get_{name}")

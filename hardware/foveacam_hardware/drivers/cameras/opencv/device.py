@@ -5,13 +5,14 @@ per software trigger. None of them has a trigger input, so such a camera can be 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import (
+    Binning,
     CameraRanges,
     CameraSettings,
     Clock,
@@ -22,6 +23,7 @@ from foveacam_hardware.contract import (
     PixelFormat,
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
+from foveacam_hardware.drivers.cameras.opencv.half_size import HalfSize
 from foveacam_hardware.drivers.cameras.opencv.settings import (
     SourceCapabilities,
     check_settings,
@@ -69,6 +71,7 @@ class OpenCvDevice:
         self._opener = opener
         self._capture: OpenCvCapture | None = None
         self._pump: FramePump | None = None
+        self._half_size: HalfSize | None = None
         self._can = SourceCapabilities(kind=self._kind, own_rate_hz=0.0, sets_exposure=False)
         self._settings: CameraSettings | None = None
         self._started = False
@@ -90,6 +93,7 @@ class OpenCvDevice:
             self.close()
             raise
         self._can = read_capabilities(capture, self._kind)
+        self._half_size = HalfSize(capture, who=self._who) if self._kind is SourceKind.DEVICE else None
         if self._kind is SourceKind.STREAM:  # from now on, so that no old image is buffered
             self._pump = FramePump(capture, clock=self._clock)
         return DeviceInfo(
@@ -113,7 +117,8 @@ class OpenCvDevice:
         """Apply the settings while stopped; return those in force."""
         capture = self._open_capture()
         check_settings(settings, self._can, who=self._who)
-        self._settings = write_settings(capture, settings, self._can)
+        own_binning: Binning = 1 if self._half_size is None else self._half_size.apply(settings.binning)
+        self._settings = write_settings(capture, replace(settings, binning=own_binning), self._can)
         return self._settings
 
     def read_settings(self) -> CameraSettings:

@@ -140,6 +140,7 @@ def read_back(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabili
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,
         black_level=0.0,
+        binning=asked.binning,
     )
 
 

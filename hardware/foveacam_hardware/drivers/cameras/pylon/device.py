@@ -7,6 +7,7 @@ reported late or never; the watchdog detects that by missing frames.
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
@@ -26,6 +27,7 @@ from foveacam_hardware.drivers.cameras.device import ClockReading, Grab, GrabSta
 from foveacam_hardware.drivers.cameras.pixel_layout import BITS, PACKED, picture_of
 from foveacam_hardware.drivers.cameras.pylon import nodes
 from foveacam_hardware.drivers.cameras.pylon.library import find_serial, load_library
+from foveacam_hardware.drivers.cameras.pylon.region import apply_binning
 from foveacam_hardware.drivers.cameras.pylon.settings import (
     PylonOptions,
     check_settings,
@@ -136,7 +138,8 @@ class PylonDevice:
         with self._translate_errors("configure it"):
             check_settings(self._map, settings, who=self._who)
             write_settings(self._map, settings, self._options, who=self._who)
-            taken = read_back(self._map, settings, who=self._who)
+            own_binning = apply_binning(self._map, settings, self._options, who=self._who)
+            taken = read_back(self._map, replace(settings, binning=own_binning), who=self._who)
         return self._remember(taken)
 
     def read_settings(self) -> CameraSettings:

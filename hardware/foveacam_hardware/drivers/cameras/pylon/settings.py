@@ -11,22 +11,19 @@ from foveacam_hardware.contract import (
     ValueRange,
 )
 from foveacam_hardware.drivers.cameras.pylon import nodes
+from foveacam_hardware.drivers.cameras.pylon.region import RegionOptions, set_sensor_region
 from foveacam_hardware.drivers.cameras.ranges import refuse_modes
 
 NS_PER_US = 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PylonOptions:
+class PylonOptions(RegionOptions):
     """Wiring of a camera and sensor region to read; None for the whole sensor."""
 
     trigger_line: str = "Line1"
     trigger_edge: str = "rising"
     strobe_line: str | None = "Line2"
-    width: int | None = None
-    height: int | None = None
-    offset_x: int | None = None
-    offset_y: int | None = None
     buffers: int = 16
 
 
@@ -36,16 +33,7 @@ def initialise_camera(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> 
         nodes.write_choice_if_there(map_, automatic, "Off")
     nodes.write_choice_if_there(map_, "AcquisitionMode", "Continuous")
     nodes.write_choice_if_there(map_, "TriggerMode", "Off")
-    for axis, place, size, offset in (
-        ("Width", "OffsetX", options.width, options.offset_x),
-        ("Height", "OffsetY", options.height, options.offset_y),
-    ):
-        nodes.write_whole(map_, place, 0, who=who)
-        whole = int(map_.GetNode(axis).GetMax())
-        nodes.write_whole(map_, axis, size or whole, who=who)
-        step = int(map_.GetNode(place).GetInc())
-        middle = (whole - (size or whole)) // 2 // step * step
-        nodes.write_whole(map_, place, middle if offset is None else offset, who=who)
+    set_sensor_region(map_, options, who=who)
 
 
 def ranges_of(map_: nodes.Nodes) -> CameraRanges:
@@ -109,6 +97,7 @@ def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSe
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,
         black_level=nodes.read_number(map_, nodes.BLACK_LEVEL),
+        binning=asked.binning,
     )
 
 

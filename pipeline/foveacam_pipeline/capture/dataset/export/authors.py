@@ -19,6 +19,7 @@ from foveacam_hardware.contract import Frame, Role, StereoVolts
 from foveacam_pipeline.capture.dataset.export.target import ExportChoice, write_png
 from foveacam_pipeline.capture.dataset.export.views import Matrix, pose_calibration, wide_view
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
+from foveacam_pipeline.geometry.binning import enlarge, sensor_from_picture
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.stereo.rectify import crossing_z_m, plane_from_raw
 
@@ -41,7 +42,7 @@ def export_authors(dataset: Dataset, folder: Path, choice: ExportChoice) -> None
     digits = max(2, len(str(count)))
     for number, point in enumerate(dataset):
         index = f"{number:0{digits}d}" if count > 1 else None
-        flat = wide_view(point, calibration).image if _has_wide(point) else None
+        flat = _flat_wide(point, calibration) if _has_wide(point) else None
         if number == 0:
             _write_resource(folder, "wide", None, flat, _wide_facts(calibration))
         sighting = point.sighting()
@@ -66,6 +67,12 @@ def export_authors(dataset: Dataset, folder: Path, choice: ExportChoice) -> None
         choice.report_point(point.index)
 
 
+def _flat_wide(point: DatasetPoint, calibration: Calibration) -> NDArray[np.uint8]:
+    """Return the wide view without its distortion, at the size of its sensor."""
+    flat = wide_view(point, calibration).image
+    return enlarge(flat, binning=calibration.wide.binning_of(flat.shape))
+
+
 def windows_of(
     calibration: Calibration, left: Frame, right: Frame, volts: StereoVolts
 ) -> tuple[Window16, Window16]:
@@ -80,6 +87,7 @@ def windows_of(
     for frame, plane, centre in zip((left, right), planes, centres, strict=True):
         u0_px = float(centre[0]) - middle[0]
         window = np.array([[1.0, 0.0, -u0_px], [0.0, 1.0, -v0_px], [0.0, 0.0, 1.0]]) @ plane
+        window = window @ sensor_from_picture(frame.binning)
         warped = cv2.warpPerspective(_as_16_bits(frame), window, size, flags=cv2.INTER_LINEAR)
         found.append(Window16(image=np.asarray(warped, dtype=np.uint16), u0_px=u0_px, v0_px=float(v0_px)))
     return found[0], found[1]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role, StereoVolts
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
+from foveacam_pipeline.geometry.binning import sensor_from_picture
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud, depth_map
@@ -95,7 +96,7 @@ def fovea_views(
     for frame in (sighting.left, sighting.right):
         place = eye_pinhole(calibration, frame.role, sighting.volts)
         raw = to_uint8(frame)
-        window = camera.matrix @ place.camera_from_raw
+        window = camera.matrix @ place.camera_from_raw @ sensor_from_picture(frame.binning)
         pose = place.rig_from_camera.copy()
         pose[0, 3] += point.place.rail_m or 0.0
         views.append(
@@ -103,7 +104,7 @@ def fovea_views(
                 name=f"{frame.role.value}/{point.index:05d}-b{bracket}.png",
                 camera=camera,
                 world_from_camera=pose,
-                image=warp(raw, window, scale=scale, size=(camera.width, camera.height)),
+                image=warp(raw, window, scale=scale * frame.binning, size=(camera.width, camera.height)),
             )
         )
     return views[0], views[1]
@@ -111,7 +112,7 @@ def fovea_views(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyePinhole:
-    """The turned pinhole of an eye: its pose (4, 4), and the (3, 3) map of raw px to rays (X/Z, Y/Z, 1)."""
+    """The turned pinhole of an eye: its pose (4, 4), and the (3, 3) map of sensor px to (X/Z, Y/Z, 1)."""
 
     rig_from_camera: Matrix
     camera_from_raw: Matrix
@@ -145,13 +146,13 @@ def _centre_rig_m(calibration: Calibration, role: Role, volts: StereoVolts) -> M
 
 
 def wide_view(point: DatasetPoint, calibration: Calibration) -> ExportView:
-    """Return the wide view of a point without its lens distortion."""
-    lens = calibration.wide
+    """Return the wide view of a point without its lens distortion, with the camera of its own pixels."""
+    raw = to_uint8(point.stacked(Role.WIDE))
+    lens = calibration.wide.of_picture(raw.shape)
     f_px = math.sqrt(lens.fx_px * lens.fy_px)
     camera = ExportPinhole(
         width=lens.width, height=lens.height, f_px=f_px, cx_px=lens.cx_px, cy_px=lens.cy_px
     )
-    raw = to_uint8(point.stacked(Role.WIDE))
     flat = cv2.undistort(raw, lens.matrix, np.array(lens.distortion), newCameraMatrix=camera.matrix)
     pose = np.eye(4)
     pose[0, 3] = point.place.rail_m or 0.0

@@ -14,10 +14,18 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
 
 /** @param {HTMLElement} place @param {Store} store */
 export function mountRigStatus(place, store) {
-  store.on(["rig", "server_stats", "overlay", "health"], (state) => {
+  let gaze = "";
+  const draw = (/** @type {ConsoleState} */ state) => {
     if (place.hidden) return;
     if (!state.rig) fill(place, html`<p class="empty">Loading …</p>`);
     else fill(place, ...tables(state, state.rig));
+  };
+  store.on(["rig", "server_stats", "health"], draw);
+  store.on(["overlay"], (state) => {
+    const now = JSON.stringify(state.overlay?.gaze ?? null);
+    if (now === gaze) return; // an overlay comes with every frame
+    gaze = now;
+    draw(state);
   });
 }
 

@@ -52,8 +52,8 @@ export class Scene {
     if (!state.settings.scene) return this.#offer();
     if (!state.boot_id || this.#loaded_for === state.boot_id) return;
     this.#loaded_for = state.boot_id; // a new server has a new scene
-    const answer = await fetch(`${ROOT}/viser/?embedded=1`).catch(() => null);
-    await answer?.body?.cancel(); // the frame loads the page; this request only finds whether it is there
+    // the frame loads the page; this request only finds whether it is there
+    const answer = await fetch(`${ROOT}/viser/?embedded=1`, { method: "HEAD" }).catch(() => null);
     if (answer?.ok) this.#load();
     else this.#failed();
   }

@@ -4,7 +4,7 @@ import { SETUP_ADDRESS } from "../addresses.js";
 import { html, update } from "../elements/dom.js";
 import { sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
-import { startStands, STATES, stepName } from "./words.js";
+import { startStands, STATES, stepName, stepProgress } from "./words.js";
 
 /**
  * @import { StartDocument, StartStepDocument } from "#api"
@@ -27,7 +27,7 @@ function stripOf({ steps }, dismiss) {
       (step) => html`<li class=${STATES[step.state].tone} title=${sentence(step.detail) || STATES[step.state].word}>
         <span aria-hidden="true">${STATES[step.state].mark}</span> ${stepName(step)}<span class="unseen"
           >: ${STATES[step.state].word}</span
-        >
+        >${stepProgress(step) && html`<span class="start-progress">${stepProgress(step)}</span>`}
       </li>`,
     )}</ol>
     <a class="plain" href=${SETUP_ADDRESS}>Set up</a>
@@ -45,7 +45,7 @@ function stepRow(step) {
   return html`<li class=${tone} data-step=${step.device}>
     <span class="mark" aria-hidden="true">${mark}</span>
     <span><b>${stepName(step)}</b> <span class="word">${word}</span></span>
-    ${step.detail && html`<span class="note ${tone}">${sentence(step.detail)}</span>`}
+    ${step.detail && html`<span class="note ${tone}">${sentence(stepProgress(step) || step.detail)}</span>`}
     ${step.remedy && !step.detail.includes(step.remedy) && html`<span class="note">${sentence(step.remedy)}</span>`}
   </li>`;
 }

@@ -17,6 +17,7 @@ export const ROLES = Object.freeze(["wide", "left", "right"]);
 const STEPS = Object.freeze({
   rig: "Rig file",
   calibration: "Calibration",
+  renderer: "Renderer",
   mirrors: "Mirrors' controller",
   ...CAMERAS,
   pan_tilt: "Pan-tilt",
@@ -49,6 +50,17 @@ export const TRIGGERS = [
 /** @param {StartStepDocument} step */
 export function stepName({ device }) {
   return STEPS[device] ?? device;
+}
+
+/** Return how far an active step is: "14 of 23 kernels, about 20 s left". @param {StartStepDocument} step */
+export function stepProgress({ state, detail, left_s }) {
+  if (state !== "active" || !detail) return "";
+  return left_s == null ? detail : `${detail}, about ${roundedSeconds(left_s)} s left`;
+}
+
+/** Return a time left to one figure: single seconds below ten, then fives. @param {number} left_s */
+function roundedSeconds(left_s) {
+  return left_s < 10 ? Math.max(1, Math.round(left_s)) : 5 * Math.round(left_s / 5);
 }
 
 /** Return whether the steps of the start are worth showing: it is under way, or stays at what failed. @param {StartDocument | null} start */

@@ -24,6 +24,8 @@ export class Overlay {
   #marks = s("g", { class: "marks" });
   #follows = s("g", { class: "follows" });
   #aim = s("g", { class: "aim" });
+  /** What the layers that may change with every frame show. @type {Map<Element, string>} */
+  #shown = new Map();
   /** @type {Box | null} */
   #rectangle = null;
   /** @type {Point | null} */
@@ -68,15 +70,28 @@ export class Overlay {
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
   drawFootprints(viewport, { overlay, settings }) {
-    if (!settings.footprints || !overlay) return fill(this.#prints);
+    const prints = settings.footprints && overlay ? overlay.footprints : null;
+    if (!this.#changes(this.#prints, [prints, viewport.origin, viewport.scale])) return;
     const eyes = /** @type {const} */ (["left", "right"]);
     fill(
       this.#prints,
       ...eyes.flatMap((eye) => {
-        const points = overlay.footprints[eye]?.map(([x, y]) => ({ x, y }));
+        const points = prints?.[eye]?.map(([x, y]) => ({ x, y }));
         return points && points.length > 2 ? footprint(eye, points, viewport) : [];
       }),
     );
+  }
+
+  /**
+   * Return whether a layer does not show this yet: its elements are made anew, and drawn, only then.
+   * @param {Element} layer
+   * @param {unknown} content
+   */
+  #changes(layer, content) {
+    const text = JSON.stringify(content);
+    if (this.#shown.get(layer) === text) return false;
+    this.#shown.set(layer, text);
+    return true;
   }
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
@@ -101,10 +116,11 @@ export class Overlay {
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
   drawFollows(viewport, state) {
-    const marks = state.settings.marks ? marksOf(state) : [];
+    const rings = followRings(state.settings.marks ? marksOf(state) : [], (at) => viewport.toCss(at));
+    if (!this.#changes(this.#follows, rings)) return;
     fill(
       this.#follows,
-      ...followRings(marks, (at) => viewport.toCss(at)).map(
+      ...rings.map(
         ({ kind, x, y, label, label_y }) => svg`<g class=${kind}>
           <circle class="under" cx=${x} cy=${y} r=${RING_PX}></circle>
           <circle cx=${x} cy=${y} r=${RING_PX}></circle>

@@ -7,7 +7,7 @@ import { FollowOrders } from "../follow/orders.js";
 import { FollowReader } from "../follow/reader.js";
 import { Keyboard } from "../keys.js";
 import { LoopOrders } from "../loop/orders.js";
-import { mountOffline, mountStop } from "../panels/topbar.js";
+import { mountOffline, mountStop } from "../panels/stop_button.js";
 import { changeSettings } from "../settings.js";
 import { watchSignIn } from "../session/signed_out.js";
 import { Steering } from "../steer/steering.js";

@@ -46,6 +46,8 @@ export function isLive(name) {
 export class Pane {
   /** @type {string | null} */
   #frozen_since = null;
+  /** The part of the sensor that the picture shows: a scaled one leaves out a remainder at the edge. */
+  #drawn = { width: 1440, height: 1080 };
 
   /** @param {ViewName} name */
   constructor(name) {
@@ -116,10 +118,18 @@ export class Pane {
     return this.viewport.scale * this.viewport.width * devicePixelRatio;
   }
 
-  /** @param {{width: number, height: number}} info the picture at full size, px */
-  describe(info) {
-    if (info.width === this.viewport.width && info.height === this.viewport.height) return;
-    this.viewport = new Viewport(info.width, info.height);
+  /**
+   * Take the size of the picture, sensor px; one of another scale keeps zoom and place.
+   * @param {{width: number, height: number}} drawn
+   * @param {number} [scale] sensor pixels for one of the picture's pixels
+   */
+  describe({ width, height }, scale = 1) {
+    if (width === this.#drawn.width && height === this.#drawn.height) return;
+    this.#drawn = { width, height };
+    const full = this.viewport;
+    const remainder = Math.max(full.width - width, full.height - height);
+    if (Math.min(full.width - width, full.height - height) < 0 || remainder >= scale)
+      this.viewport = new Viewport(width, height);
     this.place();
   }
 
@@ -128,8 +138,8 @@ export class Pane {
     const { viewport, canvas } = this;
     viewport.resize(this.surface.getBoundingClientRect(), 1 / devicePixelRatio);
     const { x, y } = viewport.origin;
-    canvas.style.width = `${viewport.width}px`;
-    canvas.style.height = `${viewport.height}px`;
+    canvas.style.width = `${this.#drawn.width}px`;
+    canvas.style.height = `${this.#drawn.height}px`;
     canvas.style.transform = `translate(${x}px, ${y}px) scale(${viewport.scale})`;
     canvas.classList.toggle("coarse", viewport.scale * devicePixelRatio >= 3);
     this.placed();
@@ -139,7 +149,7 @@ export class Pane {
   update(state) {
     const shown = state.shown[this.name];
     if (shown && shown.count > 0)
-      this.describe({ width: shown.width * shown.scale, height: shown.height * shown.scale });
+      this.describe({ width: shown.width * shown.scale, height: shown.height * shown.scale }, shown.scale);
     const trouble = this.#trouble(state, shown);
     this.notice.hidden = trouble === null;
     if (trouble) fill(this.notice, html`<strong>${trouble.title}</strong>`, html`<p>${trouble.detail}</p>`);

@@ -168,6 +168,7 @@ export class ViewStream {
     slot.header = header;
     slot.received_ms = received_ms;
     slot.times_ms.push(performance.now());
+    if (slot.count === 1) this.#report(); // the page waits for the first picture
     if (name !== "wide") return;
     if (this.#overlay) this.#tellOverlay();
     this.#drawLoupe();

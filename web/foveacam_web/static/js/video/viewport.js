@@ -2,9 +2,22 @@
 // Inside, positions are measured from the picture's top left corner; a sensor pixel (x, y) has its centre half a pixel
 // further in, so that (0, 0) is the centre of the first one.
 
-/** @import { Point } from "#page" */
+/** @import { PictureScale, Point } from "#page" */
 
 const FINEST = 48; // CSS pixels for one sensor pixel, at most
+
+const FEWER = 1.1; // device pixels for one of the picture: so few more than one are not seen
+
+/**
+ * Return the scale of the smallest picture that looks as sharp as the full one: sensor pixels for one of its pixels.
+ * @param {number} device_width of the picture on the screen, device px
+ * @param {number} width of the full picture, sensor px
+ * @returns {PictureScale}
+ */
+export function sufficientScale(device_width, width) {
+  if (device_width <= (width / 4) * FEWER) return 4;
+  return device_width <= (width / 2) * FEWER ? 2 : 1;
+}
 
 /** The placement of one picture in one box. */
 export class Viewport {

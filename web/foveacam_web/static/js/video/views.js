@@ -5,10 +5,11 @@ import { openStream } from "./link.js";
 import { anaglyphColours } from "./anaglyph_colours.js";
 import { depthBackend } from "./depth_backend.js";
 import { ANNOTATED, Pane, VIEWS } from "./pane.js";
+import { sufficientScale } from "./viewport.js";
 import { WideView } from "./wide.js";
 
 /**
- * @import { StreamReport, Subscription, ViewName } from "#page"
+ * @import { PictureScale, StreamReport, Subscription, ViewName } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
  * @import { LoopOrders } from "../loop/orders.js"
@@ -168,11 +169,11 @@ export class Views {
     return !LATER.has(name) || this.#store.state.views.some((view) => view.name === name);
   }
 
-  /** @param {Pane} pane @returns {1 | 2} */
+  /** @param {Pane} pane @returns {PictureScale} */
   #scale(pane) {
     const { wide_size, fovea_size } = this.#store.state.settings;
     const wish = pane.name === "wide" ? wide_size : fovea_size;
     if (wish !== "auto") return wish === "full" ? 1 : 2;
-    return pane.device_width > (pane.viewport.width / 2) * 1.1 ? 1 : 2;
+    return sufficientScale(pane.device_width, pane.viewport.width);
   }
 }

@@ -1,0 +1,172 @@
+"""Weigh every division of a few samples into those of the target's surface and those of others, all at once.
+
+The weight of a division is the marginal likelihood of a plane through the own samples, of planes through the
+others, and the chance of each surface to be the target's or not.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.surroundings.planes import PlaneHypotheses, planes_through, subset_of
+
+BULGE_SIGMA = 0.35
+"""A surface may leave its plane by so much, relative to 1/Z and per tangent from the nearest sample: three
+times that is a half sphere."""
+FRONT_SHARE = 0.87
+"""So many of the edges about a blank region that are not its own are in front of it: an edge moves with the
+nearer surface, so one behind it is a mismatch."""
+EVEN_SHARE = 0.5
+"""What lies about a point with texture is as often in front of it as behind it."""
+ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
+"""Chance of a surface that surrounds the target with so many samples to be its own."""
+HOLDING_SAMPLES = 3
+"""A surface that is measured in so many directions is not one place's error."""
+NEAR_CHANCE = 0.3
+"""A point of a smaller chance lies beyond the target's region, and surrounds nothing."""
+NEXT_TAN = 1.0e-3
+"""A point so near to the target is next to it: three wide px."""
+SURE_CHANCE = 0.9
+"""A point of such a chance is sure to be of the target's surface."""
+NOTHING_CHANCE = 0.08
+"""Chance that nothing that was measured about a target is of its surface."""
+SAME_SHARE = 0.02
+"""Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NearSamples:
+    """The samples about a target.
+
+    `offsets`: (n, 2) from it, tangents. `q`, `sigma`: (n,) 1/Z and its error. `own_chance`: (n,) of being of
+    its surface. `level`: a common 1/Z. `blank`: whether it is in a blank region, on whose border they lie.
+    """
+
+    offsets: NDArray[np.float64]
+    q: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    own_chance: NDArray[np.float64]
+    level: float
+    blank: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Divisions:
+    """What (m,) divisions say of the target.
+
+    `samples`: number of own samples; `owned`, `held`: as in `InferredDepth`.
+    """
+
+    log_weight: NDArray[np.float64]
+    inverse_z_per_m: NDArray[np.float64]
+    variance: NDArray[np.float64]
+    samples: NDArray[np.int64]
+    owned: Mask
+    held: Mask
+
+
+def weigh_divisions(near: NearSamples) -> Divisions:
+    """Return all divisions under each prior of the slope; the last one is that nothing is of the target's."""
+    planes = planes_through(near.offsets, near.q, near.sigma, level=near.level)
+    count = len(near.q)
+    own = np.asarray((np.arange(1, 2**count)[:, None] >> np.arange(count)) & 1, dtype=np.bool_)
+    slopes = planes.plane[:, 1:]
+    expected = near.level + slopes[..., :1] + slopes[..., 1:] @ near.offsets.T
+    ahead = near.q + 3.0 * near.sigma - expected
+    log_weight = _own_log_chance(near, own) + planes.log_evidence[:, 1:]
+    for surface in _surfaces(near, ~own):
+        log_weight += _other_log_weight(near, planes, surface, in_front=_middle(ahead, surface) > 0.0)
+    distance = np.where(own, np.hypot(*near.offsets.T), np.inf).min(axis=1)
+    own_chance = np.where(own, near.own_chance, 0.0).max(axis=1)
+    owned = (distance <= NEXT_TAN) | (own_chance >= SURE_CHANCE)
+    variance = planes.variance[:, 1:] + (BULGE_SIGMA * near.level * distance) ** 2
+    priors = len(log_weight)
+    farthest = float(near.q.min())
+    return Divisions(
+        log_weight=np.append(log_weight, _nothing_log_weight(near, planes)),
+        inverse_z_per_m=np.append(near.level + slopes[..., 0], farthest / 2.0),
+        variance=np.append(variance, farthest**2 / 12.0),
+        samples=np.append(np.tile(own.sum(axis=1), priors), 0),
+        owned=np.append(np.tile(owned, priors), False),
+        held=np.append(np.tile(owned | _surrounded(near, own), priors), False),
+    )
+
+
+def enclose(offsets: NDArray[np.float64], subsets: Mask) -> Mask:
+    """Return (m,) whether (m, n) subsets of points at (n, 2) offsets leave no gap of half a turn about 0."""
+    turns = np.arctan2(offsets[:, 1], offsets[:, 0])
+    order = np.argsort(turns)
+    widest = np.zeros(len(subsets))
+    first, last = np.full(len(subsets), np.nan), np.full(len(subsets), np.nan)
+    for index in order:
+        within = subsets[:, index]
+        gap = np.where(within & ~np.isnan(last), turns[index] - last, 0.0)
+        widest = np.maximum(widest, gap)
+        first = np.where(within & np.isnan(first), turns[index], first)
+        last = np.where(within, turns[index], last)
+    widest = np.fmax(widest, first + 2.0 * np.pi - last)
+    return np.asarray((subsets.sum(axis=1) >= ENCLOSING_SAMPLES) & (widest < np.pi))
+
+
+def _surfaces(near: NearSamples, others: Mask) -> list[Mask]:
+    """Sort the samples of each of (m, n) subsets by depth into surfaces: the farthest of each, and so on."""
+    found, left = [], others.copy()
+    while left.any():
+        farthest = np.where(left, near.q, np.inf).min(axis=1, keepdims=True)
+        same = left & (near.q <= farthest * (1.0 + SAME_SHARE) + 3.0 * near.sigma)
+        found.append(same)
+        left &= ~same
+    return found
+
+
+def _own_log_chance(near: NearSamples, own: Mask) -> NDArray[np.float64]:
+    """Return (m,) log chance that a surface is the target's; one that encloses it has a large one."""
+    chance = np.where(own, near.own_chance, 0.0).max(axis=1)
+    encloses = enclose(near.offsets, own & (near.own_chance >= NEAR_CHANCE))
+    return np.asarray(np.log(np.where(encloses, np.maximum(chance, ENCLOSING_CHANCE), chance)))
+
+
+def _surrounded(near: NearSamples, own: Mask) -> Mask:
+    """Return (m,) whether own samples surround the target with what lies in front, which hides their end."""
+    nearest = np.where(own, near.q, -np.inf).max(axis=1, keepdims=True)
+    return (own.sum(axis=1) >= HOLDING_SAMPLES) & enclose(near.offsets, own | (near.q > nearest))
+
+
+def _other_log_weight(
+    near: NearSamples, planes: PlaneHypotheses, surface: Mask, *, in_front: Mask
+) -> NDArray[np.float64]:
+    """Return the log weight of a surface, (m, n), that is not the target's; 0 where it is empty.
+
+    `in_front`: (..., m) whether it lies in front of the target's. Surfaces behind an edge are mismatches, and
+    those seldom agree.
+    """
+    count = surface.sum(axis=1)
+    front = FRONT_SHARE if near.blank else EVEN_SHARE
+    behind = (1.0 - FRONT_SHARE) / np.maximum(count, 1) if near.blank else 1.0 - EVEN_SHARE
+    chance = np.where(surface, np.log(1.0 - near.own_chance), 0.0).min(axis=1)
+    log_any = planes.log_any[subset_of(surface)]
+    weight = chance + log_any + np.log(np.where(in_front, front, behind))
+    return np.asarray(np.where(count > 0, weight, 0.0), dtype=np.float64)
+
+
+def _nothing_log_weight(near: NearSamples, planes: PlaneHypotheses) -> float:
+    """Return the log weight of the division that has no own sample: the target lies behind all of them."""
+    every = np.ones((1, len(near.q)), dtype=np.bool_)
+    weights = [
+        float(_other_log_weight(near, planes, surface, in_front=np.ones(1, dtype=np.bool_))[0])
+        for surface in _surfaces(near, every)
+    ]
+    return math.log(NOTHING_CHANCE) + sum(weights)
+
+
+def _middle(values: NDArray[np.float64], kept: Mask) -> NDArray[np.float64]:
+    """Return (s, m) the median of the kept, (m, n), of (s, m, n) values; infinite where none is kept."""
+    ordered = np.sort(np.where(kept, values, np.inf), axis=2)
+    count = np.maximum(kept.sum(axis=1), 1)
+    rows = np.arange(len(kept))
+    low, high = (ordered[:, rows, index] for index in ((count - 1) // 2, count // 2))
+    return np.asarray((low + high) / 2.0)

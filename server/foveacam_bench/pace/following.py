@@ -1,0 +1,70 @@
+"""Following a walker on a server with the page open (`bench pace`), judged by the simulation's truth."""
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from foveacam_bench.figures import Figures
+from foveacam_bench.servers import ServerProcess, free_port
+from foveacam_bench.stream.console_page import open_context, open_page
+from foveacam_bench.track.square import Walker, write_square
+from foveacam_client.document import JsonObject
+from foveacam_hardware.contract import Timeout
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+PROGRAM = ("foveacam_bench.pace.judged_server", "{port}", "{data}")
+WALKER = Walker(x_m=0.0, z_m=10.0, radius_m=1.0, speed_m_per_s=1.2)
+PATIENCE_S = 60.0
+_POLL_S = 0.05
+
+
+def following_figures(browser: "Browser", folder: Path, *, seconds: float) -> Figures:
+    """Follow a walker at 1.2 m/s, 10 m away, for some seconds beside an open page.
+
+    `looks_per_s_page`: looks at it a second. `followed_fraction_page`: share of the time during which both
+    foveae show it.
+    """
+    folder.mkdir(exist_ok=True)
+    scene, log = write_square(folder / "square.toml", [WALKER]), folder / "truth.jsonl"
+    options = (str(scene), str(log))
+    with (
+        ServerProcess(folder, port=free_port(), program=PROGRAM, options=options) as server,
+        open_context(browser, scene=True) as context,
+    ):
+        open_page(context, server.url)
+        _follow(server, log)
+        before, began = _followed(server), len(_lines(log))
+        began_s = time.monotonic()
+        time.sleep(seconds)
+        took_s, after = time.monotonic() - began_s, _followed(server)
+        seen = [bool(line["in_both"]) for line in _lines(log)[began:]]
+    return {
+        "looks_per_s_page": round((after["looks"] - before["looks"]) / took_s, 2),
+        "followed_fraction_page": round(sum(seen) / len(seen), 4),
+    }
+
+
+def _follow(server: ServerProcess, log: Path) -> None:
+    """Begin to follow the walker, by its chest at this moment, until a look has shown it."""
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        if not server.send("GET", "/follows").json():
+            now = _lines(log)[-1]
+            server.send("POST", "/follows", {"pixel": {"x_px": now["x_px"], "y_px": now["y_px"]}})
+        elif _followed(server)["state"] == "followed":
+            return
+        time.sleep(_POLL_S)
+    raise Timeout(f"the walker was not followed within {PATIENCE_S:.0f} s; is the machine overloaded?")
+
+
+def _followed(server: ServerProcess) -> JsonObject:
+    followed = server.send("GET", "/follows").json()
+    return dict(followed[0]) if followed else {"looks": 0, "state": "ended"}
+
+
+def _lines(log: Path) -> list[JsonObject]:
+    """Return the lines that are whole."""
+    return [json.loads(line) for line in log.read_text().splitlines(keepends=True) if line.endswith("\n")]

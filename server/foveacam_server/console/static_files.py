@@ -1,0 +1,147 @@
+"""Serves the files that the pages load: compressed once each, kept by browsers under their version's address.
+
+A page's style sheets are answered as one, so that a page on a slow line waits for one of them.
+"""
+
+import gzip
+import hashlib
+import re
+import time
+from functools import lru_cache
+from pathlib import Path
+
+from anyio import to_thread
+from starlette.datastructures import Headers
+from starlette.responses import FileResponse, Response
+from starlette.staticfiles import NotModifiedResponse, StaticFiles
+from starlette.types import Scope
+
+import foveacam_web
+from foveacam_server.doors.compression import accepts_gzip
+
+STATIC = Path(foveacam_web.__file__).parent / "static"
+
+NO_STALE_PAGES = {"Cache-Control": "no-cache"}
+"""The browser validates its copy each time, so that page and server are of one version."""
+FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
+JOINED = "joined/"
+"""Folder of the address of a page's style sheets in one: `joined/index.html.css`; no such files exist."""
+
+_TEXTS = frozenset({".css", ".html", ".js", ".json", ".map", ".svg", ".txt"})
+_SMALLEST_BYTES = 500
+"""Smaller files are sent as they are: compression would not save a packet."""
+_FILES = 1024
+_LEVEL = 9
+_SHEET = re.compile(r'<link rel="stylesheet" href="/static/(css/[^"]+)">\s*')
+
+
+def version(folder: Path = STATIC) -> str:
+    """Return a version that changes with any of the files and is part of the URLs of all that a page loads.
+
+    So modules of two versions never mix, and browsers can cache each file for good.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        status = path.stat()
+        digest.update(f"{path.relative_to(folder)}\0{status.st_mtime_ns}\0{status.st_size}\0".encode())
+    return f"v-{digest.hexdigest()[:12]}"
+
+
+@lru_cache(maxsize=1)
+def _version_in(second: int) -> str:  # cached for one second
+    return version()
+
+
+class CompressedFiles(StaticFiles):
+    """Files of which texts are sent compressed to whom accepts that and asks for no range."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Answer a request for a file."""
+        response = await super().get_response(path, scope)
+        if Path(path).suffix in _TEXTS:
+            response.headers.add_vary_header("Accept-Encoding")
+        if not isinstance(response, FileResponse) or Path(response.path).suffix not in _TEXTS:
+            return response
+        asked, status = Headers(scope=scope), response.stat_result
+        if "range" in asked or not accepts_gzip(asked) or status is None or status.st_size < _SMALLEST_BYTES:
+            return response
+        packed = await to_thread.run_sync(
+            _packed_file, str(response.path), status.st_mtime_ns, status.st_size
+        )
+        return self._compressed(response, packed, asked)
+
+    def _compressed(self, whole: FileResponse, packed: bytes, asked: Headers) -> Response:
+        """Return the compressed answer; its own ETag, as its bytes are others (RFC 9110, 8.8.3.3)."""
+        kept = {name: whole.headers[name] for name in ("content-type", "last-modified", "vary")}
+        tag = whole.headers["etag"].removesuffix('"') + '-gzip"'
+        response = Response(packed, headers=kept | {"content-encoding": "gzip", "etag": tag})
+        return (
+            NotModifiedResponse(response.headers)
+            if self.is_not_modified(response.headers, asked)
+            else response
+        )
+
+
+class VersionedFiles(CompressedFiles):
+    """Files that a browser caches for good under their version's URL, and revalidates under others."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Answer a request for a file, or for all style sheets of a page in one."""
+        first, _, rest = path.partition("/")
+        versioned = first.startswith("v-")
+        name = rest if versioned else path
+        page = name.removeprefix(JOINED).removesuffix(".css")
+        if name.startswith(JOINED) and page in page_names():
+            response = _sheet_response(joined_sheets(page), scope)
+        else:
+            response = await super().get_response(name, scope)
+        current = versioned and first == _version_in(int(time.monotonic()))
+        response.headers.update(FOR_GOOD if current else NO_STALE_PAGES)
+        return response
+
+
+def page_names() -> set[str]:
+    """Return the names of all pages."""
+    return {path.name for path in STATIC.glob("*.html")}
+
+
+def sheets_of(page: str) -> list[str]:
+    """Return the style sheets that a page names, in their order."""
+    return _SHEET.findall(_text_of(page))
+
+
+def joined_sheets(page: str) -> str:
+    """Return all style sheets of a page as one."""
+    return "\n".join(_text_of(sheet) for sheet in sheets_of(page))
+
+
+def with_joined_sheets(page: str) -> str:
+    """Return a page's HTML with one link in place of those to its style sheets."""
+    text = _text_of(page)
+    first = _SHEET.search(text)
+    if first is None:
+        return text
+    link = f'<link rel="stylesheet" href="/static/{JOINED}{page}.css">\n'
+    return text[: first.start()] + link + _SHEET.sub("", text[first.start() :])
+
+
+def _sheet_response(text: str, scope: Scope) -> Response:
+    headers = {"Vary": "Accept-Encoding"}
+    if not accepts_gzip(Headers(scope=scope)):
+        return Response(text, media_type="text/css", headers=headers)
+    return Response(_packed_text(text), media_type="text/css", headers=headers | {"Content-Encoding": "gzip"})
+
+
+def _text_of(name: str) -> str:
+    return (STATIC / name).read_text(encoding="utf-8")
+
+
+@lru_cache(maxsize=16)
+def _packed_text(text: str) -> bytes:
+    return gzip.compress(text.encode(), _LEVEL, mtime=0)
+
+
+@lru_cache(maxsize=_FILES)
+def _packed_file(path: str, _mtime_ns: int, _size: int) -> bytes:
+    """Return a file compressed; by its time and size a changed file is read again."""
+    return gzip.compress(Path(path).read_bytes(), _LEVEL, mtime=0)

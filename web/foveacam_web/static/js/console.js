@@ -1,0 +1,307 @@
+// Completes the console that main.js has begun: builds every panel and connects them; a page is loaded when it is
+// opened first.
+
+import {
+  CAPTURE_ADDRESS,
+  FOLLOW_ADDRESS,
+  GALLERY_ADDRESS,
+  LOOP_ADDRESS,
+  PLANNER_ADDRESS,
+  RIG_ADDRESS,
+  wizardAddress,
+} from "./addresses.js";
+import { CalibrationOrders } from "./calibration/orders.js";
+import { CalibrationReader } from "./calibration/reader.js";
+import { WorkFollower } from "./calibration/work.js";
+import { CaptureOrders } from "./capture/orders.js";
+import { CaptureReader } from "./capture/reader.js";
+import { StillReader } from "./capture/still_reader.js";
+import { fill, html, need } from "./elements/dom.js";
+import { FaultReader } from "./faults/reader.js";
+import { mountFaultTray } from "./faults/tray.js";
+import { mountFollowed } from "./follow/panel.js";
+import { FollowReader } from "./follow/reader.js";
+import { GalleryReader } from "./gallery/reader.js";
+import { icon } from "./elements/icons.js";
+import { LoopReader } from "./loop/reader.js";
+import {
+  actions,
+  begun,
+  commands,
+  fixations,
+  followOrders,
+  keyboard,
+  loopOrders,
+  steering,
+  store,
+  toasts,
+  views,
+} from "./main.js";
+import { MeasureOrders } from "./measure/orders.js";
+import { mountMeasurements } from "./measure/panel.js";
+import { MeasureTool } from "./measure/tool.js";
+import { makeLease } from "./lease/dialog.js";
+import { watchLease } from "./lease/watch.js";
+import { makeHelp, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
+import { mountEventLog } from "./panels/eventlog.js";
+import { mountFixation } from "./panels/fixation.js";
+import { mountRigStatus } from "./panels/rigstatus.js";
+import { Scene } from "./panels/scene.js";
+import { mountTargets } from "./panels/targets.js";
+import { mountBadges, mountProblems } from "./panels/topbar.js";
+import { WideDepth } from "./panels/wide_depth.js";
+import { followAddress, openPage, turnPages } from "./pages.js";
+import { toolButton } from "./elements/parts.js";
+import { Preferences } from "./preferences/reader.js";
+import { makeRecordButton } from "./recording/button.js";
+import { LiveRecording } from "./recording/live.js";
+import { RigOrders } from "./rig/orders.js";
+import { RigReader } from "./rig/reader.js";
+import { mountSession } from "./session/menu.js";
+import { SessionReader } from "./session/reader.js";
+import { watchSignIn } from "./session/signed_out.js";
+import { SetupOrders } from "./setup/orders.js";
+import { SetupReader } from "./setup/reader.js";
+import { mountStart } from "./setup/start.js";
+import { changeSettings } from "./settings.js";
+import { GamepadSteering } from "./steer/gamepad.js";
+import { Sync } from "./transport/sync.js";
+import { connectTabs } from "./elements/tabs.js";
+import { exposeHooks } from "./testhooks.js";
+import { ReachReader } from "./video/reach_reader.js";
+import { offerWindows } from "./windows/opener.js";
+
+const LEASE_RENEWAL_MS = 5000;
+
+const work = new WorkFollower(store);
+const reader = new CalibrationReader({ store, work });
+const orders = new CalibrationOrders({ store, commands, reader, work });
+const rigReader = new RigReader({ store, pan_tilt: reader });
+const rigOrders = new RigOrders({ store, commands, reader: rigReader });
+const setupReader = new SetupReader(store);
+const setupOrders = new SetupOrders({ store, commands, reader: setupReader });
+const session = new SessionReader({ store, commands });
+const preferences = new Preferences({ store, commands });
+const galleryReader = new GalleryReader();
+const stillReader = new StillReader();
+const captureReader = new CaptureReader(store);
+const captureOrders = new CaptureOrders({ store, commands, reader: captureReader });
+const recording = new LiveRecording({ store, commands });
+const followReader = new FollowReader({ store, commands });
+const loopReader = new LoopReader({ store, commands });
+loopOrders.changed = () => void loopReader.readAll();
+new GamepadSteering({ store, steering, commands });
+const wideDepth = new WideDepth({ store, commands });
+const faultReader = new FaultReader({ store, commands });
+const measureOrders = new MeasureOrders({ store, commands });
+const sync = new Sync({
+  store,
+  fixations,
+  others: [
+    session,
+    wideDepth,
+    measureOrders,
+    followReader,
+    loopReader,
+    reader,
+    rigReader,
+    setupReader,
+    preferences,
+    captureReader,
+    galleryReader,
+    stillReader,
+    recording,
+    faultReader,
+  ],
+});
+rigReader.readRig = () => sync.readRig();
+begun.booted = () => void sync.readAll();
+new ReachReader(store);
+const measure = new MeasureTool({ store, views, orders: measureOrders });
+const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
+const settings = makeSettings(store);
+const lease = makeLease({ store, commands });
+watchLease({ store, commands });
+const faultTray = mountFaultTray(need("faults"), { store, reader: faultReader });
+
+const recordButton = makeRecordButton({ store, live: recording });
+
+Object.assign(actions.keys, {
+  "?": () => help.showModal(),
+  i: () => flip("readout"),
+  f: () => flip("footprints"),
+  e: () => faultTray.open(),
+  d: onWide(() => void views.wide.probe()),
+  "+": onWide(() => views.wide.zoom(1.5)),
+  "=": onWide(() => views.wide.zoom(1.5)),
+  "-": onWide(() => views.wide.zoom(1 / 1.5)),
+  0: onWide(() => views.wide.fit()),
+  t: onWide(() => followOrders.toggle()),
+  p: () => store.state.loop_page && void loopOrders.togglePause(),
+  r: () => recordButton.press(),
+  m: onWide(() => measure.toggle()),
+  1: onWide(() => measure.choose(1)),
+  2: onWide(() => measure.choose(2)),
+  3: onWide(() => measure.choose(3)),
+  4: onWide(() => measure.choose(4)),
+});
+actions.escape = escape;
+
+need("eyes").append(views.derived());
+offerWindows(views, need("scene-window"));
+mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
+mountSession({ button: need("signed-in"), strip: need("signed-in-viewer") }, { store, commands, session });
+mountProblems(need("problems"), store);
+mountStart(need("start"), store);
+mountFixation(need("fixation"), need("announcer"), { store, commands, follows: followOrders });
+need("wide-depth").append(wideDepth.element);
+const scene = new Scene(need("scene"), { store, keyboard });
+need("targets").replaceChildren();
+mountTargets(need("targets"), { store, commands, follows: followOrders, select: (target) => choose(target) });
+const chooseList = connectTabs(["targets", "measurements", "followed"], (index) => {
+  need("measurement-exports").hidden = index !== 1;
+  store.set({ follow_tab: index === 2 });
+});
+mountMeasurements(need("measurements"), {
+  store,
+  orders: measureOrders,
+  exports: need("measurement-exports"),
+  show: () => chooseList(1),
+});
+mountFollowed(need("followed"), { store, orders: followOrders });
+followOrders.started = () => chooseList(2);
+views.pane("wide").tools.prepend(makeSteerDistance(store));
+mountRigStatus(need("rig"), store);
+const log = mountEventLog(need("events"), store);
+turnPages({
+  store,
+  views,
+  loaders: {
+    wizard: async () => {
+      const { mountWizard } = await import("./calibration/page.js");
+      return (place) => mountWizard(place, { store, orders, reader, work, toasts, views });
+    },
+    rig_page: async () => {
+      const { mountRigPage } = await import("./rig/page.js");
+      return (place) => mountRigPage(place, { store, orders, rig_orders: rigOrders, steering });
+    },
+    setup_page: async () => {
+      const { mountSetupPage } = await import("./setup/page.js");
+      return (place) => mountSetupPage(place, { store, orders: setupOrders, reader: setupReader });
+    },
+    settings_page: async () => {
+      const { mountSettingsPage } = await import("./preferences/page.js");
+      return (place) => mountSettingsPage(place, { store, commands, preferences });
+    },
+    capture_page: async () => {
+      const { mountCapturePage } = await import("./capture/page.js");
+      return (place) =>
+        mountCapturePage(place, {
+          store,
+          views,
+          commands,
+          capture_orders: captureOrders,
+          capture_reader: captureReader,
+          still_reader: stillReader,
+        });
+    },
+    follow_page: async () => {
+      const { mountFollowPage } = await import("./follow/page.js");
+      return (place) => mountFollowPage(place, { store, orders: followOrders });
+    },
+    loop_page: async () => {
+      const { mountLoopPage } = await import("./loop/page.js");
+      return (place) => mountLoopPage(place, { store, orders: loopOrders });
+    },
+    gallery: async () => {
+      const { mountGallery } = await import("./gallery/page.js");
+      return (place) => mountGallery(place, { store, commands, reader: galleryReader });
+    },
+    planner_page: async () => {
+      const { mountPlannerPage } = await import("./planner/page.js");
+      return (place) => mountPlannerPage(place, { store });
+    },
+    people: async () => {
+      const { mountPeoplePage } = await import("./people/page.js");
+      return (place) => mountPeoplePage(place, { store, commands, session });
+    },
+    compare_page: async () => {
+      const { mountComparePage } = await import("./compare/page.js");
+      return (place) => mountComparePage(place, { store, commands });
+    },
+    engine_page: async () => {
+      const { mountEnginePage } = await import("./engine/page.js");
+      return (place) => mountEnginePage(place, { store });
+    },
+    rigs_page: async () => {
+      const { mountRigsPage } = await import("./rigs/page.js");
+      return (place) => mountRigsPage(place, { store });
+    },
+  },
+});
+followAddress(store);
+mountTools();
+connectTabs(["rig", "events"], () => {
+  store.set({ rig: store.state.rig }); // makes the panel that appears draw itself
+  log.show();
+});
+store.on(["settings"], ({ settings: { theme } }) => {
+  if (theme === "system") delete document.documentElement.dataset["theme"];
+  else document.documentElement.dataset["theme"] = theme;
+});
+setInterval(() => void commands.renewLease(), LEASE_RENEWAL_MS);
+watchSignIn(store);
+sync.followAll();
+exposeHooks({ store, views });
+
+/** @param {import("#api").TargetDocument} target */
+function choose(target) {
+  scene.select(target);
+  void fixations.recall(target.fixation_id);
+}
+
+function escape() {
+  if (views.shrinkAll() || openPage(store.state) || measure.end() || followOrders.end()) return; // a key does not cancel a sweep
+  views.wide.abandon();
+  void commands.cancel();
+}
+
+/** Limit a key's action to the time when no other page covers the console. @param {() => void} act */
+function onWide(act) {
+  return () => {
+    if (!openPage(store.state)) act();
+  };
+}
+
+/** @param {"readout" | "footprints"} key */
+function flip(key) {
+  changeSettings(store, { [key]: !store.state.settings[key] });
+}
+
+function mountTools() {
+  const link = (
+    /** @type {string} */ label,
+    /** @type {import("./elements/icons.js").IconName} */ name,
+    /** @type {string} */ href,
+  ) => html`<a class="tool" href=${href} aria-label=${label} title=${label}>${icon(name)}</a>`;
+  fill(
+    need("tools"),
+    recordButton.element,
+    link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
+    link("Followed targets", "follow", FOLLOW_ADDRESS),
+    link("Vergence loop", "verge", LOOP_ADDRESS),
+    link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
+    link("Planner: where to stand", "map", PLANNER_ADDRESS),
+    link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS),
+    link("Calibration", "scope", wizardAddress("overview")),
+    toolButton("Dark or light", "moon", flipTheme),
+    toolButton("Settings", "gear", () => settings.showModal()),
+    toolButton("Help (?)", "help", () => help.showModal()),
+  );
+}
+
+function flipTheme() {
+  const { theme } = store.state.settings;
+  const dark = theme === "dark" || (theme === "system" && matchMedia("(prefers-color-scheme: dark)").matches);
+  changeSettings(store, { theme: dark ? "light" : "dark" });
+}
