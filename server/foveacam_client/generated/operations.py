@@ -3856,7 +3856,8 @@ class Views:
         """Newest picture of a view.
 
         Return the newest picture of a view as JPEG; its number, capture time and scale are in the
-        headers.
+        headers. Where it is older than 1.5 s, as while nobody looks, the answer waits up to a second
+        for the next one.
 
         Needs the right `view`.
         """
