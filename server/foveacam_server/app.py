@@ -29,7 +29,7 @@ from foveacam_server.doors.process_limits import bound_threads
 from foveacam_server.doors.request_headers import RequestHeaders
 from foveacam_server.doors.request_tracing import RequestIds, RequestTraces
 from foveacam_server.doors.root_path import RootPath
-from foveacam_server.foundation.answers import BODY_BYTES, problems
+from foveacam_server.foundation.http.answers import BODY_BYTES, problems
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from foveacam_pipeline.study.visibility.obstacles import RandomObstacles
 from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.doors import error_handlers
-from foveacam_server.foundation.answers import BODY_BYTES
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import BODY_BYTES
 from foveacam_server.resources.planner import routes
 from foveacam_server.resources.planner.maps import MOST_VERTICES
 from tests.local_server import serving

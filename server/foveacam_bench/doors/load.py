@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import httpx
 
 from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
-from foveacam_server.foundation.addresses import websocket_address
+from foveacam_server.foundation.http.addresses import websocket_address
 
 BODY_BYTES = 63_000_000
 CHUNK_BYTES = 256 * 1024

@@ -12,7 +12,7 @@ from foveacam_bench.small_disk import SmallDisk
 from foveacam_bench.soak.soaked_server import SoakedServer
 from foveacam_bench.soak.tally import SoakTally, run_job
 from foveacam_bench.stream.clients import StreamViewer
-from foveacam_server.foundation.addresses import websocket_address
+from foveacam_server.foundation.http.addresses import websocket_address
 
 FIELD_PX = ((300.0, 1140.0), (250.0, 830.0))
 GRID_DEG = 2.0

@@ -20,7 +20,7 @@ import httpx
 from foveacam_bench.figures import Figures
 from foveacam_bench.judging import percentile
 from foveacam_bench.stream.clients import StreamViewer, hold_unread_viewer
-from foveacam_server.foundation.addresses import websocket_address
+from foveacam_server.foundation.http.addresses import websocket_address
 
 VIEWERS = 12
 LISTS = ("captures", "calibrations", "targets", "jobs", "rig", "mirrors", "events/recent", "engine")

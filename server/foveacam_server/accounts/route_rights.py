@@ -14,7 +14,7 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import Scope
 
 from foveacam_server.accounts.rights import Right
-from foveacam_server.foundation.declared_routes import DeclaringRouter
+from foveacam_server.foundation.http.declared_routes import DeclaringRouter
 
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 ACCESS = "foveacam_access"

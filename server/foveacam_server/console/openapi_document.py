@@ -17,7 +17,7 @@ from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import UNDECLARED, Access, GuardedRouter, declared_access
 from foveacam_server.doors.closing import run_beside
 from foveacam_server.doors.deferred_routes import built_routes
-from foveacam_server.foundation.answers import problems
+from foveacam_server.foundation.http.answers import problems
 
 _METHODS = ("get", "post", "put", "patch", "delete")
 _WHERE_NEEDED = "Needed only where the server has users, or was started with a token."

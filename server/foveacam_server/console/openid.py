@@ -20,8 +20,8 @@ from foveacam_server.accounts.route_rights import open_to_anybody
 from foveacam_server.accounts.users import User
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.console.sign_in import OPENID_PATH, REFERRER_POLICY, page_of
-from foveacam_server.foundation.addresses import join_address
 from foveacam_server.foundation.errors import WrongCredentials, problem_of
+from foveacam_server.foundation.http.addresses import join_address
 from foveacam_server.foundation.settings import OpenIdSettings, Settings
 
 OPENID_CALLBACK = f"{OPENID_PATH}/callback"

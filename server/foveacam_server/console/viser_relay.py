@@ -18,8 +18,8 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.console.page_policy import viser_policy
-from foveacam_server.foundation.answers import server_places
 from foveacam_server.foundation.errors import AllTaken, PersonLimit
+from foveacam_server.foundation.http.answers import server_places
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.viser_page import viser_page, viser_subprotocol

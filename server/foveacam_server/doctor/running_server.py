@@ -16,7 +16,7 @@ from websockets.sync.client import connect
 
 from foveacam_server import __version__
 from foveacam_server.checks.findings import Finding, Severity, attempt, fine, problem, warning
-from foveacam_server.foundation.addresses import server_address, websocket_address
+from foveacam_server.foundation.http.addresses import server_address, websocket_address
 
 PATIENCE_S = 10.0
 PROBES = 9

@@ -11,7 +11,7 @@ from starlette.routing import BaseRoute, Match, Route
 from starlette.types import Receive, Scope, Send
 
 from foveacam_server.doors.closing import run_beside
-from foveacam_server.foundation.declared_routes import DeclaredRoute, DeclaringRouter
+from foveacam_server.foundation.http.declared_routes import DeclaredRoute, DeclaringRouter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,8 +12,8 @@ from starlette.middleware.body_limit import MAX_BODY_SIZE_SCOPE_KEY
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from foveacam_server.doors.error_handlers import problem_of_status
-from foveacam_server.foundation.answers import BODY_BYTES, MIB
 from foveacam_server.foundation.errors import HEADERS_TOO_LARGE, TOO_LARGE, ProblemDetails
+from foveacam_server.foundation.http.answers import BODY_BYTES, MIB
 from foveacam_server.foundation.watching import timings
 
 

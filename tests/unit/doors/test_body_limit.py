@@ -6,7 +6,7 @@ import pytest
 from fastapi import APIRouter, FastAPI, Request
 
 from foveacam_server.doors.middleware import HEADER_BYTES, FrameworkProblems, HeaderLimit
-from foveacam_server.foundation.answers import BODY_BYTES, FILE_BYTES
+from foveacam_server.foundation.http.answers import BODY_BYTES, FILE_BYTES
 
 
 @pytest.fixture

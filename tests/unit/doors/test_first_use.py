@@ -11,7 +11,7 @@ from starlette.routing import Match
 from foveacam_server.app import create_app, prepare_routes
 from foveacam_server.console import openapi_document
 from foveacam_server.doors.deferred_routes import DeferredRoute, Inclusion
-from foveacam_server.foundation.declared_routes import DeclaringRouter
+from foveacam_server.foundation.http.declared_routes import DeclaringRouter
 from foveacam_server.foundation.settings import Settings
 
 

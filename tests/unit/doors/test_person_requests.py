@@ -21,7 +21,7 @@ from foveacam_server.accounts.rights import LOCAL, NOBODY, Principal, PrincipalK
 from foveacam_server.accounts.route_rights import needs
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.process_limits import REQUEST_THREADS_EACH, bound_threads
-from foveacam_server.foundation.answers import LONG_READ
+from foveacam_server.foundation.http.answers import LONG_READ
 
 T = TypeVar("T")
 PATIENCE_S = 30.0

@@ -11,8 +11,8 @@ from tests.local_server import serving
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import FrameworkProblems
 from foveacam_server.doors.request_headers import RequestHeaders
-from foveacam_server.foundation.answers import PreferHeader
-from foveacam_server.foundation.preferences import preferences_of, preferred_wait_s
+from foveacam_server.foundation.http.answers import PreferHeader
+from foveacam_server.foundation.http.preferences import preferences_of, preferred_wait_s
 
 CONTENT = bytes(range(100))
 

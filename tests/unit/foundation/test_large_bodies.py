@@ -7,8 +7,8 @@ import httpx
 import pytest
 from fastapi import APIRouter, FastAPI, Request
 
-from foveacam_server.foundation.answers import BODY_BYTES
-from foveacam_server.foundation.large_bodies import LargeBodyRoute
+from foveacam_server.foundation.http.answers import BODY_BYTES
+from foveacam_server.foundation.http.large_bodies import LargeBodyRoute
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
 
 SMALL, LARGE = b"[1]", b" " * BODY_BYTES + b"[1]"
@@ -22,7 +22,7 @@ def app(monkeypatch: pytest.MonkeyPatch) -> FastAPI:
     async def of_server(_request: Request) -> ServerPlaces:
         return places
 
-    monkeypatch.setattr("foveacam_server.foundation.large_bodies.server_places", of_server)
+    monkeypatch.setattr("foveacam_server.foundation.http.large_bodies.server_places", of_server)
     router = APIRouter(route_class=LargeBodyRoute)
 
     @router.api_route("/held", methods=["GET", "POST"])

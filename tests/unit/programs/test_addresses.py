@@ -3,7 +3,7 @@
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.addresses import join_address, server_address, websocket_address
+from foveacam_server.foundation.http.addresses import join_address, server_address, websocket_address
 
 
 @pytest.mark.parametrize(

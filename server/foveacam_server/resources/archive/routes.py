@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from foveacam_pipeline.storage.archive import ItemKind
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     PreferHeader,
     job_answer,

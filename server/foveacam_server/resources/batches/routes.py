@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.download import zip_stream
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     LONG_READ,
     IdempotencyHeader,
     PreferHeader,

@@ -10,7 +10,7 @@ from foveacam_server.accounts.errors import require
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,

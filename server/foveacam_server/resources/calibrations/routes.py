@@ -7,15 +7,15 @@ from fastapi.responses import HTMLResponse, Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
     FILE_BYTES,
     LeaseHeader,
     file_responses,
     opened_services,
     problems,
 )
-from foveacam_server.foundation.computing.compute_queue import ComputeQueue
-from foveacam_server.foundation.large_bodies import LargeBodyRoute
+from foveacam_server.foundation.http.large_bodies import LargeBodyRoute
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.calibrations.record_files import FileFormat
 from foveacam_server.resources.calibrations.records import CalibrationRecords

@@ -6,7 +6,7 @@ from fastapi import Depends, Path
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import GivenName
 from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets

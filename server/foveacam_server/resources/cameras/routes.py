@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from foveacam_hardware.contract import AutoMode, Clock, InvalidInput, PixelFormat, Role, ValueRange
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,

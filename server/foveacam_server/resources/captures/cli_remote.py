@@ -16,10 +16,10 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.server_answers import read_answer
+from foveacam_server.foundation.http.server_client import ServerClient
 from foveacam_server.foundation.plain_words import validated
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.foundation.server_client import ServerClient
 from foveacam_server.resources.captures.cli_run import (
     INTERRUPTED,
     CaptureOrder,

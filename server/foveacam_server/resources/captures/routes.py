@@ -14,7 +14,8 @@ from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.datasets.collection import point_of, readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture, frame_picture
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
     LONG_READ,
     IdempotencyHeader,
     LeaseHeader,
@@ -24,7 +25,6 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
-from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import Index

@@ -6,7 +6,7 @@ from fastapi import Depends, Query
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.foundation.names import age_s
 from foveacam_server.foundation.quantities import Pixels
 from foveacam_server.resources.clouds.collection import CloudCollection

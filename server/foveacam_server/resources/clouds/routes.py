@@ -7,7 +7,7 @@ from fastapi.responses import FileResponse
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import Limit, file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import Limit, file_responses, opened_services, problems
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.rig.ports import SceneViewer

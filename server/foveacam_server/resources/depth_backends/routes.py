@@ -8,8 +8,8 @@ from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import file_responses, opened_services, problems
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import file_responses, opened_services, problems
 from foveacam_server.resources.depth_backends.comparison import BackendComparisons, PictureName
 from foveacam_server.resources.depth_backends.documents import check_document
 from foveacam_server.resources.depth_backends.schema import (

@@ -7,7 +7,7 @@ from fastapi.responses import Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.displays.schema import (
     DisplayDocument,

@@ -9,7 +9,8 @@ from foveacam_server.accounts.errors import require
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -18,7 +19,6 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
-from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument

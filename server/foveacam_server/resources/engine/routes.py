@@ -6,7 +6,7 @@ from fastapi import Depends
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services
+from foveacam_server.foundation.http.answers import opened_services
 from foveacam_server.resources.engine.schema import EngineDocument
 from foveacam_server.resources.engine.service import EngineService
 

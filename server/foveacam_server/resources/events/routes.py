@@ -10,8 +10,8 @@ from sse_starlette import EventSourceResponse, ServerSentEvent
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import EVENT_STREAM, Limit, opened_services
 from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import EVENT_STREAM, Limit, opened_services
 from foveacam_server.foundation.schema import EventDocument
 
 router = GuardedRouter("/events", tags=["events"], reading=Right.VIEW, changing=Right.OPERATE)

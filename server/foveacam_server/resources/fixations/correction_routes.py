@@ -7,14 +7,14 @@ from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import (
     LeaseHeader,
     PreferHeader,
     job_answer,
     opened_services,
     problems,
 )
-from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument

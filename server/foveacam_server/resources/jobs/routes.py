@@ -6,7 +6,7 @@ from fastapi import Depends
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import Limit, opened_services, problems
+from foveacam_server.foundation.http.answers import Limit, opened_services, problems
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
 

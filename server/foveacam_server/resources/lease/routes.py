@@ -7,7 +7,7 @@ from fastapi import Depends
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Principal, PrincipalKind, Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease, LeaseClaim
 from foveacam_server.foundation.schema import (
     LeaseAnswer,

@@ -7,7 +7,8 @@ from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
@@ -16,7 +17,6 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
-from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument

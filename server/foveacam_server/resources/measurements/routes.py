@@ -7,7 +7,7 @@ from fastapi.responses import Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.resources.measurements.export import csv_text
 from foveacam_server.resources.measurements.schema import (
     MeasurementDocument,

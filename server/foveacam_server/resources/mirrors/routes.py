@@ -10,8 +10,8 @@ from foveacam_hardware.contract import DeviceInfo, LinkTelemetry, Role, StereoVo
 from foveacam_pipeline.models.calibration import eye_volts
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import deg, rounded
 from foveacam_server.resources.mirrors.schema import (

@@ -8,8 +8,8 @@ from fastapi import WebSocket, WebSocketDisconnect
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, StereoVolts
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import opened_services, server_places
 from foveacam_server.foundation.errors import AllTaken, PersonLimit
+from foveacam_server.foundation.http.answers import opened_services, server_places
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.resources.mirrors import steering_messages as messages
 from foveacam_server.resources.mirrors.routes import MirrorRouteServices

@@ -11,7 +11,8 @@ from starlette.concurrency import run_in_threadpool
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.capture_id import CaptureId
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     PreferHeader,
     file_responses,
@@ -19,7 +20,6 @@ from foveacam_server.foundation.answers import (
     opened_services,
     problems,
 )
-from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument

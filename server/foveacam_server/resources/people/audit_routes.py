@@ -8,7 +8,7 @@ from fastapi.responses import StreamingResponse
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import Limit, opened_services
+from foveacam_server.foundation.http.answers import Limit, opened_services
 from foveacam_server.resources.people.documents import audit_document
 from foveacam_server.resources.people.schema import AuditPage
 

@@ -11,8 +11,8 @@ from foveacam_server.accounts.requests import AuditNoteDep, PeerDep, PrincipalDe
 from foveacam_server.accounts.rights import Principal, PrincipalKind, Right, rights_of
 from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
 from foveacam_server.accounts.users import User
-from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound, WrongCredentials
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.resources.people.documents import session_document
 from foveacam_server.resources.people.schema import (
     JoinRequest,

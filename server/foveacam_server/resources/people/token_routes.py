@@ -8,7 +8,7 @@ from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.requests import AuditNoteDep, PrincipalDep
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.resources.people.documents import token_document
 from foveacam_server.resources.people.schema import (
     ServiceTokenCreated,

@@ -9,8 +9,8 @@ from foveacam_server.accounts.browser_sign_in import sign_in_browser
 from foveacam_server.accounts.requests import AuditNoteDep, PrincipalDep
 from foveacam_server.accounts.rights import LOCAL_STREAMS, Principal, PrincipalKind, Right, UserRole
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import opened_services, problems
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.resources.people.documents import invitation_document, token_document, user_document
 from foveacam_server.resources.people.schema import (
     InvitationDocument,

@@ -7,9 +7,9 @@ from fastapi.responses import Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import FILE_BYTES, PICTURE_BYTES, opened_services
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
-from foveacam_server.foundation.large_bodies import LargeBodyRoute
+from foveacam_server.foundation.http.answers import FILE_BYTES, PICTURE_BYTES, opened_services
+from foveacam_server.foundation.http.large_bodies import LargeBodyRoute
 from foveacam_server.resources.planner.answers import describe_standoff
 from foveacam_server.resources.planner.computations import map_json, regions_json
 from foveacam_server.resources.planner.schema import (

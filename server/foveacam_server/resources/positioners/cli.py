@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_server.foundation.server_client import ServerClient
+from foveacam_server.foundation.http.server_client import ServerClient
 from foveacam_server.foundation.settings import checked_settings
 
 

@@ -9,8 +9,8 @@ from fastapi import Depends
 from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose, PanTiltState, Station
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.positioners.pan_tilt import PanTiltService

@@ -10,7 +10,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import reach_outline_px
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.resources.reach.schema import ReachDocument
 from foveacam_server.rig.ports import CalibrationInForce
 

@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import file_responses, problems
+from foveacam_server.foundation.http.answers import file_responses, problems
 from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.resources.recordings import moments
 from foveacam_server.resources.recordings.depth import DepthOrder

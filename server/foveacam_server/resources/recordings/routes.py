@@ -10,7 +10,7 @@ from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.recording.formats import FORMATS
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     PreferHeader,
     file_responses,

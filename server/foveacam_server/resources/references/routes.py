@@ -11,7 +11,7 @@ from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.datasets.capture_id import CaptureId
 from foveacam_server.datasets.collection import StoredCapture
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     PreferHeader,
     file_responses,

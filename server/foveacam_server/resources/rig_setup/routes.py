@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from foveacam_hardware.contract import Clock
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import LeaseHeader, file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, opened_services, problems
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.rig_setup.draft_checks import advice_on, needs_of_draft

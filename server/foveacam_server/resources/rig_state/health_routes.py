@@ -10,9 +10,9 @@ from prometheus_client.registry import Collector
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
-from foveacam_server.foundation.answers import opened_services
 from foveacam_server.foundation.errors import StillOpening
 from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import opened_services
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.watching import timings

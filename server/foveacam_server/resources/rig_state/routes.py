@@ -9,7 +9,7 @@ from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services
+from foveacam_server.foundation.http.answers import opened_services
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.cameras.routes import CameraStateServices, camera_document, divergence

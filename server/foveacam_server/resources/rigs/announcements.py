@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import InvalidInput, install_command
-from foveacam_server.foundation.addresses import join_address
+from foveacam_server.foundation.http.addresses import join_address
 
 if TYPE_CHECKING:
     from zeroconf import Zeroconf

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from foveacam_hardware.contract import NotConnected
-from foveacam_server.foundation.addresses import join_address
+from foveacam_server.foundation.http.addresses import join_address
 
 if TYPE_CHECKING:
     import httpx

@@ -5,8 +5,8 @@ import hashlib
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_server.foundation.addresses import join_address, server_address
 from foveacam_server.foundation.errors import NotFound, problem_of
+from foveacam_server.foundation.http.addresses import join_address, server_address
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.rigs.announcements import Announcements
 from foveacam_server.resources.rigs.remote_rig import RemoteRig, RemoteState, ask_picture, ask_state

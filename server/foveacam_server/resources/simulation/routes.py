@@ -8,9 +8,9 @@ from fastapi import Depends
 from foveacam_hardware.simulated_faults import FaultInjector, SimulatedFaults
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import AssembledRig

@@ -15,10 +15,10 @@ from foveacam_server.commands.calibration_data import open_data
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
 from foveacam_server.commands.server_answers import read_answer
+from foveacam_server.foundation.http.server_client import ServerClient
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.plain_words import validated
 from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.foundation.server_client import ServerClient
 from foveacam_server.resources.stills.collection import STILLS, StillCollection
 from foveacam_server.resources.stills.schema import StillDocument, StillRequest
 

@@ -14,7 +14,7 @@ from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.datasets.collection import readable_dataset
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     LONG_READ,
     IdempotencyHeader,
     LeaseHeader,

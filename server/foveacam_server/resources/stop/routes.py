@@ -9,7 +9,7 @@ from fastapi import Depends
 from foveacam_server.accounts.requests import PeerDep, PrincipalDep
 from foveacam_server.accounts.rights import Right, who_at
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import opened_services
+from foveacam_server.foundation.http.answers import opened_services
 from foveacam_server.rig.schema import StopAnswer, StopDocument
 from foveacam_server.rig.stop import StopSwitch
 

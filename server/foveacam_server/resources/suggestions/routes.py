@@ -6,7 +6,7 @@ from fastapi import Depends, Query
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.resources.suggestions.schema import SuggestionDocument
 from foveacam_server.resources.suggestions.service import MOST, SuggestionService
 from foveacam_server.rig.ports import CalibrationInForce

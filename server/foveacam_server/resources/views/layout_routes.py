@@ -7,7 +7,7 @@ from pydantic import Field
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import opened_services, problems
 from foveacam_server.foundation.named_documents import GivenName, NamedDocument, NamedDocuments
 from foveacam_server.foundation.schema import RequestModel
 

@@ -14,8 +14,8 @@ from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.answers import file_responses, problems
 from foveacam_server.foundation.errors import AllTaken, NotFound, PersonLimit
+from foveacam_server.foundation.http.answers import file_responses, problems
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.views.live_stereo import LiveStereo

@@ -7,7 +7,7 @@ from fastapi.responses import JSONResponse, Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.answers import (
+from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,

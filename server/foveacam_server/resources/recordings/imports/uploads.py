@@ -15,8 +15,8 @@ from foveacam_hardware.contract import Busy, InvalidInput, OutOfRange, StorageFu
 from foveacam_pipeline.capture.recording.framing import MAGIC
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES, RESERVE_TEXT
-from foveacam_server.foundation.answers import MIB
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.http.answers import MIB
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.persons.person_quota import PERSON, Person, Places
 from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Self
 from pydantic import SecretStr
 
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, NotConnected
-from foveacam_server.foundation.addresses import join_address, server_address
 from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.http.addresses import join_address, server_address
 from foveacam_server.foundation.schema import RequestModel
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.foundation.answers import BODY_BYTES, server_places
+from foveacam_server.foundation.http.answers import BODY_BYTES, server_places
 from foveacam_server.foundation.persons.person_quota import PERSON
 
 MOST_PARTS = 200_000

@@ -9,10 +9,10 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection
 
 from foveacam_server.foundation.errors import MEDIA_TYPE
+from foveacam_server.foundation.http.preferences import preferred_wait_s
 from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.persons.person_quota import PERSON, ServerPlaces
-from foveacam_server.foundation.preferences import preferred_wait_s
 from foveacam_server.foundation.schema import ResponseModel
 
 JOBS_URL = "/api/v1/jobs"
