@@ -48,6 +48,7 @@ _TITLES = {
     404: "there is nothing here",
     409: "busy, stopped or not calibrated",
     413: "the body is too large",
+    416: "the file has no such part",
     422: "the request cannot be used, or the rig cannot do it",
     429: "too many wrong tokens or passwords came from this address, or you hold too many of these",
     431: "line and headers are too large",

@@ -3,7 +3,7 @@
 from typing import Annotated, Protocol
 
 from fastapi import Depends, Path
-from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.accounts.rights import Right
@@ -18,6 +18,7 @@ from foveacam_server.foundation.http.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.batches.schema import BatchClusterDocument, BatchDocument, BatchRequest
@@ -85,13 +86,13 @@ def remove(batch_id: BatchId, services: ServicesDep) -> None:
 @router.get(
     "/{batch_id}/overview.png",
     summary="A batch as one picture",
-    response_class=FileResponse,
-    responses=file_responses("image/png"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/png"),
 )
-def overview(batch_id: BatchId, services: ServicesDep) -> FileResponse:
+def overview(batch_id: BatchId, services: ServicesDep) -> StoredFile:
     """Return a thumbnail for each capture, or the figures of an evaluation as bars."""
     path = services.batches.picture(batch_id)
-    return FileResponse(path, media_type="image/png", headers={"Cache-Control": "no-cache"})
+    return StoredFile(path, media_type="image/png", headers={"Cache-Control": "no-cache"})
 
 
 @router.get(

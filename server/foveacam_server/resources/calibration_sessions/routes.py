@@ -3,7 +3,7 @@
 from typing import Annotated, Protocol
 
 from fastapi import Depends, Path
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi.responses import JSONResponse
 
 from foveacam_hardware.contract import Role
 from foveacam_server.accounts.errors import require
@@ -14,11 +14,11 @@ from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
     PreferHeader,
-    file_responses,
     job_answer,
     opened_services,
     problems,
 )
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -134,12 +134,12 @@ def remove_sample(session_id: SessionId, sample_id: SampleId, services: Services
 @router.get(
     "/{session_id}/wide_samples/{sample_id}.jpg",
     summary="Thumbnail of a view of the board",
-    response_class=FileResponse,
-    responses=file_responses("image/jpeg"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/jpeg"),
 )
-def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> FileResponse:
+def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> StoredFile:
     """Return what the wide camera saw, small, with the corners found."""
-    return FileResponse(services.sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
+    return StoredFile(services.sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
 
 
 @router.delete(
@@ -157,23 +157,23 @@ def remove_lens_sample(
 @router.get(
     "/{session_id}/lenses/{camera}/samples/{sample_id}.jpg",
     summary="Thumbnail of a fovea's view of the board",
-    response_class=FileResponse,
-    responses=file_responses("image/jpeg"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/jpeg"),
 )
 def lens_thumbnail(
     session_id: SessionId, camera: Eye, sample_id: SampleId, services: ServicesDep
-) -> FileResponse:
+) -> StoredFile:
     """Return what the fovea saw, small, with the corners found."""
     path = services.sessions.thumbnail(session_id, sample_id, Role(camera))
-    return FileResponse(path, media_type="image/jpeg")
+    return StoredFile(path, media_type="image/jpeg")
 
 
 @router.get(
     "/{session_id}/pictures/{name}.png",
     summary="A picture of the session's state",
-    response_class=FileResponse,
-    responses=file_responses("image/png"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/png"),
 )
-def picture(session_id: SessionId, name: PictureName, services: ServicesDep) -> FileResponse:
+def picture(session_id: SessionId, name: PictureName, services: ServicesDep) -> StoredFile:
     """Return one picture as of the last run of its step."""
-    return FileResponse(services.sessions.picture(session_id, name), media_type="image/png")
+    return StoredFile(services.sessions.picture(session_id, name), media_type="image/png")

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Path, Query, Response
-from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Role
@@ -25,6 +25,7 @@ from foveacam_server.foundation.http.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import Index
@@ -77,7 +78,7 @@ Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
 PointIndex = Annotated[Index, Path()]
 Bracket = Annotated[str, Query(pattern=r"^\d{1,2}$", description="which exposure, from 0")]
-_IMAGES = file_responses("image/jpeg")
+_IMAGES = stored_file_responses("image/jpeg")
 
 
 @router.post(
@@ -231,24 +232,24 @@ def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
 @router.get(
     "/{capture_id}/{picture}.{form}",
     summary="Thumbnail, contact sheet or coverage",
-    response_class=FileResponse,
+    response_class=StoredFile,
     responses=_IMAGES,
 )
 async def picture_of(
     capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep
-) -> FileResponse:
+) -> StoredFile:
     """Draw the capture as far as it has come."""
     collection = services.captures.collection
     path = await services.computing.run(
         lambda: capture_picture(collection, collection.get(capture_id), picture, form=form)
     )
-    return FileResponse(path, media_type=media_type(form))
+    return StoredFile(path, media_type=media_type(form))
 
 
 @router.get(
     "/{capture_id}/anaglyphs/{index}.{form}",
     summary="One point in red and cyan",
-    response_class=FileResponse,
+    response_class=StoredFile,
     responses=_IMAGES,
 )
 def anaglyph(
@@ -257,13 +258,13 @@ def anaglyph(
     form: Form,
     services: ServicesDep,
     bracket: Bracket = "0",
-) -> FileResponse:
+) -> StoredFile:
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
     collection = services.captures.collection
     path = anaglyph_picture(
         collection, collection.get(capture_id), index=index, bracket=int(bracket), form=form
     )
-    return FileResponse(path, media_type=media_type(form))
+    return StoredFile(path, media_type=media_type(form))
 
 
 def media_type(form: Form) -> str:

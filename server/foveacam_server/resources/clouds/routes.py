@@ -3,11 +3,11 @@
 from typing import Annotated, Protocol
 
 from fastapi import Depends, Path
-from fastapi.responses import FileResponse
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.http.answers import Limit, file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import Limit, opened_services, problems
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.rig.ports import SceneViewer
@@ -49,36 +49,36 @@ def newest(services: ServicesDep, limit: Limit = 50) -> list[CloudDocument]:
 @router.get(
     "/{cloud_id}.ply",
     summary="Points as PLY",
-    response_class=FileResponse,
-    responses=file_responses("application/octet-stream"),
+    response_class=StoredFile,
+    responses=stored_file_responses("application/octet-stream"),
 )
-def ply(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+def ply(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
     """Return x, y, z (m, rig frame), colour and sigma of every point."""
     path = services.clouds.file(cloud_id, "cloud.ply")
-    return FileResponse(path, media_type="application/octet-stream", filename=f"{cloud_id}.ply")
+    return StoredFile(path, media_type="application/octet-stream", filename=f"{cloud_id}.ply")
 
 
 @router.get(
     "/{cloud_id}.glb",
     summary="Textured surface as GLB",
-    response_class=FileResponse,
-    responses=file_responses("model/gltf-binary"),
+    response_class=StoredFile,
+    responses=stored_file_responses("model/gltf-binary"),
 )
-def glb(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+def glb(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
     """Return the textured mesh, in metres, +y up."""
     path = services.clouds.file(cloud_id, "mesh.glb")
-    return FileResponse(path, media_type="model/gltf-binary", filename=f"{cloud_id}.glb")
+    return StoredFile(path, media_type="model/gltf-binary", filename=f"{cloud_id}.glb")
 
 
 @router.get(
     "/{cloud_id}/depth.png",
     summary="Depth as a picture",
-    response_class=FileResponse,
-    responses=file_responses("image/png"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/png"),
 )
-def depth_png(cloud_id: CloudId, services: ServicesDep) -> FileResponse:
+def depth_png(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
     """Return depth as colours with a scale."""
-    return FileResponse(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
+    return StoredFile(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
 
 
 @router.get("/{cloud_id}", summary="One cloud", responses=problems(404))

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Header, Query
 from fastapi import Path as InPath
-from fastapi.responses import FileResponse, JSONResponse, Response
+from fastapi.responses import JSONResponse, Response
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.accounts.rights import Right
@@ -20,6 +20,7 @@ from foveacam_server.foundation.http.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.quantities import Index
 from foveacam_server.foundation.schema import JobDocument
@@ -117,19 +118,19 @@ def hide(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
 @router.get(
     "/tiles/{layer}.dzi",
     summary="A layer as Deep Zoom",
-    response_class=FileResponse,
-    responses=file_responses("application/xml"),
+    response_class=StoredFile,
+    responses=stored_file_responses("application/xml"),
 )
-def descriptor(capture_id: CaptureId, layer: Layer, services: ServicesDep) -> FileResponse:
+def descriptor(capture_id: CaptureId, layer: Layer, services: ServicesDep) -> StoredFile:
     """Return the Deep Zoom descriptor; its tiles are beside it, as Deep Zoom requires."""
     path = services.mosaics.collection.file(capture_id, f"{FILES[layer]}.dzi")
-    return FileResponse(path, media_type="application/xml", headers={"Cache-Control": _ASK_AGAIN})
+    return StoredFile(path, media_type="application/xml", headers={"Cache-Control": _ASK_AGAIN})
 
 
 @router.get(
     "/tiles/{layer}_files/{level}/{x}_{y}.{form}",
     summary="One tile",
-    response_class=FileResponse,
+    response_class=StoredFile,
     responses=_TILE,
 )
 def tile(
@@ -153,7 +154,7 @@ def tile(
 @router.get(
     "/{picture}.png",
     summary="Overview, or depth as colours",
-    response_class=FileResponse,
+    response_class=StoredFile,
     responses=file_responses("image/png"),
 )
 def picture_of(
@@ -171,25 +172,25 @@ def picture_of(
 @router.get(
     "/mesh.glb",
     summary="The surface as GLB",
-    response_class=FileResponse,
-    responses=file_responses("model/gltf-binary"),
+    response_class=StoredFile,
+    responses=stored_file_responses("model/gltf-binary"),
 )
-def glb(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> FileResponse:
+def glb(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> StoredFile:
     """Return the textured surface of the whole field, in metres, +y up."""
     path = services.mosaics.collection.file(capture_id, "mesh.glb")
-    return FileResponse(path, media_type="model/gltf-binary", filename=f"{capture_id}-mosaic.glb")
+    return StoredFile(path, media_type="model/gltf-binary", filename=f"{capture_id}-mosaic.glb")
 
 
 @router.get(
     "/cloud.ply",
     summary="The points as PLY",
-    response_class=FileResponse,
-    responses=file_responses("application/octet-stream"),
+    response_class=StoredFile,
+    responses=stored_file_responses("application/octet-stream"),
 )
-def ply(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> FileResponse:
+def ply(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> StoredFile:
     """Return x, y, z (m, rig frame), colour and sigma of every point."""
     path = services.mosaics.collection.file(capture_id, "cloud.ply")
-    return FileResponse(path, media_type="application/octet-stream", filename=f"{capture_id}-mosaic.ply")
+    return StoredFile(path, media_type="application/octet-stream", filename=f"{capture_id}-mosaic.ply")
 
 
 def _sent(

@@ -3,7 +3,7 @@
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Path, Query
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi.responses import JSONResponse
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Busy
@@ -18,6 +18,7 @@ from foveacam_server.foundation.http.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
 from foveacam_server.resources.recordings.films import film_file, format_documents
@@ -46,7 +47,7 @@ ServicesDep = Annotated[RecordingRouteServices, Depends(opened_services)]
 
 RecordingId = Annotated[str, Path(max_length=100)]
 MEDIA_TYPES = {found.suffix: found.media_type for found in FORMATS.values()}
-_EXPORTS = file_responses("video/mp4")
+_EXPORTS = stored_file_responses("video/mp4")
 for _media_type in MEDIA_TYPES.values():
     _EXPORTS[200]["content"] |= file_responses(_media_type)[200]["content"]
 
@@ -155,16 +156,16 @@ def stop(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
 @router.get(
     "/{recording_id}/download.fcap",
     summary="The recording's file",
-    response_class=FileResponse,
-    responses={**file_responses("application/octet-stream"), **problems(409)},
+    response_class=StoredFile,
+    responses={**stored_file_responses("application/octet-stream"), **problems(409)},
 )
-def download(recording_id: RecordingId, services: ServicesDep) -> FileResponse:
+def download(recording_id: RecordingId, services: ServicesDep) -> StoredFile:
     """Send the file as it is, or the part that a Range header asks for."""
     path = services.recordings.readable(recording_id).path
     if not path.exists():
         found, remedy = "its bytes are in the archive alone", "fetch it first"
         raise Busy(f"download {path.name}: {found}; {remedy}", found=found, remedy=remedy)
-    return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+    return StoredFile(path, media_type="application/octet-stream", filename=path.name)
 
 
 @router.post(
@@ -195,14 +196,14 @@ async def make_film(
 @router.get(
     "/{recording_id}/films/{name}",
     summary="A film that was made",
-    response_class=FileResponse,
+    response_class=StoredFile,
     responses=_EXPORTS,
 )
 def film(
     recording_id: RecordingId, name: Annotated[str, Path(max_length=100)], services: ServicesDep
-) -> FileResponse:
+) -> StoredFile:
     """Send a film."""
     recordings = services.recordings
     kept = recordings.readable(recording_id)
     path = film_file(recordings.collection, kept, name)
-    return FileResponse(path, media_type=MEDIA_TYPES[path.suffix], filename=f"{kept.name} {name}")
+    return StoredFile(path, media_type=MEDIA_TYPES[path.suffix], filename=f"{kept.name} {name}")

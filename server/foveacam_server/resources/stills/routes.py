@@ -4,7 +4,7 @@ from pathlib import Path as FilePath
 from typing import Annotated, Literal, Protocol
 
 from fastapi import Depends, Path, Query
-from fastapi.responses import FileResponse, JSONResponse, StreamingResponse
+from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Role
@@ -24,6 +24,7 @@ from foveacam_server.foundation.http.answers import (
     opened_services,
     problems,
 )
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
@@ -164,8 +165,8 @@ def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
 @router.get(
     "/{still_id}/cameras/{camera}.{form}",
     summary="What one camera saw",
-    response_class=FileResponse,
-    responses=file_responses("image/jpeg"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/jpeg"),
 )
 def picture(
     still_id: StillId,
@@ -176,7 +177,7 @@ def picture(
         str | None,
         Query(pattern=r"^\d{1,2}$", description="one of the stack, from 0; usually their mean"),
     ] = None,
-) -> FileResponse:
+) -> StoredFile:
     """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
     collection = services.stills.collection
     number = None if frame is None else int(frame)
@@ -184,21 +185,21 @@ def picture(
         still_id, lambda found: still_picture(collection, found, Role(camera), form=form, frame=number)
     )
     name = f"{still_id}-{camera}.{form}"
-    return FileResponse(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
+    return StoredFile(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
 
 
 @router.get(
     "/{still_id}/{drawn}.{form}",
     summary="Where the foveae looked, or both in red and cyan",
-    response_class=FileResponse,
-    responses=file_responses("image/jpeg"),
+    response_class=StoredFile,
+    responses=stored_file_responses("image/jpeg"),
 )
 def drawing_of(
     still_id: StillId,
     drawn: Literal["thumbnail", "coverage", "anaglyph"],
     form: Literal["jpg", "png"],
     services: ServicesDep,
-) -> FileResponse:
+) -> StoredFile:
     """Draw a small wide view with both outlines, a large one, or the rectified pair."""
     collection = services.stills.collection
 
@@ -207,4 +208,4 @@ def drawing_of(
             return anaglyph_picture(collection.drawn, found.stored, index=0, bracket=0, form=form)
         return capture_picture(collection.drawn, found.stored, drawn, form=form)
 
-    return FileResponse(collection.read(still_id, draw), media_type=_MEDIA[form])
+    return StoredFile(collection.read(still_id, draw), media_type=_MEDIA[form])
