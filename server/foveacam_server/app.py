@@ -150,38 +150,11 @@ def create_app(
     `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock. `kernels`: makes
     those of a simulated rig ready.
     """
-
-    @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        bound_threads()
-        await run_beside(partial(prepare_routes, app))
-        stack = ClosingStack()
-        try:
-            app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
-            loop = asyncio.get_running_loop()
-            foundation = open_foundation(
-                settings, stack=stack, clock=clock or MonotonicClock(), loop=loop, kernels=kernels
-            )
-            services = open_services(foundation, loop=loop)
-        except Exception as error:
-            app.state.failure = error  # `foveacam serve` prints it in place of a traceback
-            await run_beside(stack.close)
-            raise
-        app.state.services = services
-        app.state.gate.accounts = services.accounts
-        app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
-        yield
-        ending: ProcessEnd | None = app.state.ending
-        if ending is None:
-            await run_beside(stack.close)
-        else:
-            ending.closed(await run_beside(partial(stack.close, ending.left_s)))
-
     app = FastAPI(
         title="FoveaCam Duo",
         version=__version__,
         summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
-        lifespan=lifespan,
+        lifespan=partial(_lifespan, settings=settings, clock=clock or MonotonicClock(), kernels=kernels),
         openapi_url=None,  # ours is built beside the event loop
         docs_url=None,  # ours need nothing from other servers
         redoc_url=None,
@@ -192,6 +165,46 @@ def create_app(
     app.state.ending = None  # set by who ends the process with the application
     pages.install(app)
     error_handlers.install(app)
+    _add_middleware(app, settings)
+    inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
+    for resource in _RESOURCES:
+        inclusion.add(app, resource.router)
+    for module in (health_routes, viser_relay):
+        app.include_router(module.router, max_body_size=BODY_BYTES)
+    openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
+    return app
+
+
+@asynccontextmanager
+async def _lifespan(
+    app: FastAPI, *, settings: Settings, clock: Clock, kernels: Preparation
+) -> AsyncIterator[None]:
+    """Open the services before the first request, and close them after the last."""
+    bound_threads()
+    await run_beside(partial(prepare_routes, app))
+    stack = ClosingStack()
+    try:
+        app.state.traces = stack.enter_context(open_traces(settings.otlp_endpoint))
+        loop = asyncio.get_running_loop()
+        foundation = open_foundation(settings, stack=stack, clock=clock, loop=loop, kernels=kernels)
+        services = open_services(foundation, loop=loop)
+    except Exception as error:
+        app.state.failure = error  # `foveacam serve` prints it in place of a traceback
+        await run_beside(stack.close)
+        raise
+    app.state.services = services
+    app.state.gate.accounts = services.accounts
+    app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
+    yield
+    ending: ProcessEnd | None = app.state.ending
+    if ending is None:
+        await run_beside(stack.close)
+    else:
+        ending.closed(await run_beside(partial(stack.close, ending.left_s)))
+
+
+def _add_middleware(app: FastAPI, settings: Settings) -> None:
+    """Add what every request passes, the innermost first."""
     app.add_middleware(UncollectedStreams)
     app.add_middleware(FrameworkProblems)
     app.add_middleware(HeaderLimit)
@@ -205,13 +218,6 @@ def create_app(
     if settings.root_path:
         app.add_middleware(RootPath, root=settings.root_path)
     app.add_middleware(CompressedAnswers)  # of pages with the root in their addresses
-    inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
-    for resource in _RESOURCES:
-        inclusion.add(app, resource.router)
-    for module in (health_routes, viser_relay):
-        app.include_router(module.router, max_body_size=BODY_BYTES)
-    openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
-    return app
 
 
 def prepare_routes(app: FastAPI) -> None:
