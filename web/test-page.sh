@@ -4,4 +4,4 @@ set -eu
 cd "$(dirname "$0")"
 . ./node-tools.sh
 
-node --test --test-reporter=dot "tests/**/*.test.js"
+node --test --test-timeout=60000 --test-reporter=dot "tests/**/*.test.js"

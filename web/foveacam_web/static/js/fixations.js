@@ -174,6 +174,7 @@ export class Fixations {
   #take(job) {
     const current = this.#store.state.current;
     if (!current || current.job_id !== job.id || current.fixation) return;
+    if (hasEnded(job.state)) this.#watch.stop();
     if (job.state === "succeeded" && job.result_url) {
       void this.#load(job.result_url.replace(/^.*\/api\/v1/, ""));
       return;
