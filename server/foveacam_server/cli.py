@@ -116,7 +116,7 @@ ReplaySpeedOption = Annotated[
     float | None, typer.Option(help="of the recorded speed, 0.25 to 4", min=0.25, max=4.0)
 ]
 BinningOption = Annotated[
-    str | None, typer.Option(help="of looks and live views: 1, 2, or rig, as the rig file says; 1 by default")
+    str | None, typer.Option(help="of looks and live views: 1, 2, or rig, as the rig has it (the default)")
 ]
 ReplayAtEndOption = Annotated[str | None, typer.Option(help="what follows the recording's end: loop or stop")]
 LogFormatOption = Annotated[

@@ -16,7 +16,7 @@ from foveacam_bench.pace.reference import reference_ms, with_multiples
 from foveacam_bench.pace.slow_line import slow_line_figures
 from foveacam_bench.pace.start import measure_start
 from foveacam_bench.servers import ServerProcess, free_port
-from foveacam_bench.stream.click_latency import click_latency_figures
+from foveacam_bench.stream.click_latency import click_latency_figures, field_pixels
 from foveacam_bench.stream.console_page import chromium, open_context, open_page
 
 CLICKS, QUICK_CLICKS = 60, 6
@@ -48,7 +48,7 @@ def _with_a_page(*, quick: bool, report: Report) -> Figures:
             report("clicks")
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
-                found |= click_latency_figures(page, server, clicks=QUICK_CLICKS if quick else CLICKS)
+                found |= click_latency_figures(page, server, field_pixels(QUICK_CLICKS if quick else CLICKS))
         report("live views")
         found |= live_view_figures(browser, seconds=seconds)
         report("following")

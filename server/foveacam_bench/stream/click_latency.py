@@ -1,12 +1,13 @@
 """Time from a mouse click on the wide view until the page shows the distance of that fixation, and its parts.
 
 Clicks are made on textured points of the default scene that both eyes can see, according to the simulation's
-truth; each waits until the shape of the one before is computed and drawn. The page's clock measures
-from the press to the change of the result card; the parts come from the server's records, on the same wall
-clock.
+truth, or anywhere in the steering field. Each waits until the shape of the one before is computed and drawn,
+whose target is forgotten then, so that no click corrects another. The page's clock measures from the press to
+the change of the result card; the parts come from the server's records, on the same wall clock.
 """
 
 import math
+import time
 from datetime import datetime
 from statistics import median
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from foveacam_bench.judging import truth_of
 from foveacam_bench.servers import ServerProcess
 from foveacam_bench.stream.console_page import PATIENCE_S, page_position, wait_until
 from foveacam_bench.verge.click_truth import ClickKind, classify_click
+from foveacam_bench.verge.field_clicks import FIELD_DEG
 from foveacam_bench.verge.fixations import CERTIFICATE, FARTHEST_M, NEAREST_M
 from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
@@ -29,9 +31,9 @@ if TYPE_CHECKING:
 SCENE = "bench"
 """The default scene of the server."""
 BORDER_PX = 200.0
-APART_PX = 90.0
-"""Smallest distance of two clicks: nearer, a click corrects the earlier target."""
 SEED = 21
+SHAPE_S = 5.0
+"""Time in which the shape of an answer is there; not every answer has one."""
 LOOK_AT_SHAPE_S = 3.0
 """Time between a shape and the next click: the browser draws it and flies there."""
 _WATCH_CARD = """(patience_ms) => {
@@ -48,9 +50,8 @@ _WATCH_CARD = """(patience_ms) => {
       if (clicked_ms === null || !fixation || fixation === before) return;
       const shown_ms = performance.now();
       observer.disconnect();
-      const distance = card.querySelector("[data-role=distance]")?.checkVisibility() ? true : false;
       estimated_ms ??= shown_ms;
-      resolve({ fixation, clicked_ms, estimated_ms, shown_ms, distance, origin_ms: performance.timeOrigin });
+      resolve({ fixation, clicked_ms, estimated_ms, shown_ms, origin_ms: performance.timeOrigin });
     });
     observer.observe(card, { attributes: true, childList: true, subtree: true });
     setTimeout(() => { observer.disconnect(); resolve(null); }, patience_ms);
@@ -61,9 +62,14 @@ _WATCH_CARD = """(patience_ms) => {
 `estimated_ms`: when the card showed the first number of it, an estimate or else the answer."""
 
 
-def click_latency_figures(page: "Page", server: ServerProcess, *, clicks: int) -> dict[str, float]:
-    """Click on points one after the other; return the median and 90th percentile, and the parts' medians."""
-    times = [_click(page, server, pixel) for pixel in _textured_pixels(clicks)]
+def click_latency_figures(
+    page: "Page", server: ServerProcess, pixels: list[tuple[float, float]]
+) -> dict[str, float]:
+    """Click on wide pixels one after the other; return median, 90th percentile, and the parts' medians.
+
+    An answer without a distance counts as one with it does.
+    """
+    times = [_click(page, server, pixel) for pixel in pixels]
     total_s = [parts.pop("total") for parts in times]
     first_s = [parts.pop("first_estimate") for parts in times]
     return {
@@ -74,8 +80,15 @@ def click_latency_figures(page: "Page", server: ServerProcess, *, clicks: int) -
     }
 
 
-def _textured_pixels(count: int) -> list[tuple[float, float]]:
-    """Return wide pixels of textured points that both eyes see, apart from each other."""
+def field_pixels(count: int) -> list[tuple[float, float]]:
+    """Return wide pixels of directions spread evenly over the steering field, whatever is there."""
+    limit_rad = np.radians(FIELD_DEG)
+    angles_rad = np.random.default_rng(SEED).uniform(-limit_rad, limit_rad, (count, 2))
+    return [(x, y) for x, y in load_calibration(CERTIFICATE).wide.pixels(angles_rad).tolist()]
+
+
+def textured_pixels(count: int) -> list[tuple[float, float]]:
+    """Return wide pixels of textured points that both eyes see."""
     calibration, rng = load_calibration(CERTIFICATE), np.random.default_rng(SEED)
     size = np.array([calibration.wide.width, calibration.wide.height])
     found: list[tuple[float, float]] = []
@@ -83,8 +96,6 @@ def _textured_pixels(count: int) -> list[tuple[float, float]]:
         truth = truth_of(rig)
         while len(found) < count:
             x_px, y_px = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
-            if any(math.dist((x_px, y_px), earlier) < APART_PX for earlier in found):
-                continue
             t_ns = rig.clock.now_ns()
             click = classify_click(truth, calibration, scene=SCENE, pixel=(x_px, y_px), t_ns=t_ns)
             if click is None or click.kind is not ClickKind.TEXTURED:
@@ -95,20 +106,27 @@ def _textured_pixels(count: int) -> list[tuple[float, float]]:
 
 
 def _click(page: "Page", server: ServerProcess, pixel: tuple[float, float]) -> dict[str, float]:
-    """Click on a wide pixel; return the time until its distance is shown and the parts of that time, s."""
+    """Click on a wide pixel; return the time until its answer is shown and the parts of that time, s."""
     position = page_position(page, *pixel)
     page.evaluate(_WATCH_CARD, 1e3 * PATIENCE_S)
     page.mouse.click(*position)
     answer = page.evaluate("benchAnswer")
-    if answer is None or not answer["distance"]:
-        raise DeviceFault(f"a click on textured pixel {pixel} was answered without a distance: {answer}")
+    if answer is None:
+        raise DeviceFault(f"a click on pixel {pixel} was not answered within {PATIENCE_S:.0f} s")
     fixation = server.send("GET", f"/fixations/{answer['fixation']}").json()
     if math.dist((fixation["request"]["pixel"]["x_px"], fixation["request"]["pixel"]["y_px"]), pixel) > 1.0:
         raise DeviceFault(f"the page showed another fixation than that of the click on pixel {pixel}")
     parts = _parts_s(answer, fixation, server.send("GET", f"/jobs/{fixation['job_id']}").json())
-    wait_until(page, lambda: any(cloud["fixation_id"] == fixation["id"] for cloud in server.clouds()))
+    shape_by_s = time.monotonic() + SHAPE_S
+    wait_until(page, lambda: _has_shape(server, fixation["id"]) or time.monotonic() > shape_by_s)
     page.wait_for_timeout(1e3 * LOOK_AT_SHAPE_S)
+    for target in server.send("GET", "/targets").json():
+        server.send("DELETE", f"/targets/{target['id']}")
     return parts
+
+
+def _has_shape(server: ServerProcess, fixation_id: str) -> bool:
+    return any(cloud["fixation_id"] == fixation_id for cloud in server.clouds())
 
 
 def _parts_s(answer: JsonObject, fixation: JsonObject, job: JsonObject) -> dict[str, float]:

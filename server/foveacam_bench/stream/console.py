@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from foveacam_bench.servers import ServerProcess, free_port
-from foveacam_bench.stream.click_latency import click_latency_figures
+from foveacam_bench.stream.click_latency import click_latency_figures, textured_pixels
 from foveacam_bench.stream.console_page import (
     PATIENCE_S,
     VIEWS,
@@ -46,7 +46,7 @@ def run(*, quick: bool = False) -> dict[str, float]:
                 figures = _shown_rates(page, server, seconds=8.0 if quick else 25.0)
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
-                figures |= click_latency_figures(page, server, clicks=6 if quick else 16)
+                figures |= click_latency_figures(page, server, textured_pixels(6 if quick else 16))
             with open_context(browser, scene=False) as context:
                 figures["click_error_px"] = _click_error_px(
                     open_page(context, server.url), clicks=8 if quick else 40

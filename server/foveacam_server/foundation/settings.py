@@ -81,7 +81,7 @@ class Settings(BaseSettings):
     """Scene of the simulated rig: a shipped name, or the path of a scene file."""
     preset: str = "rig120"
     """Mirror dynamics of the simulated rig: `rig120` or `paper`."""
-    binning: Literal["1", "2", "rig"] = "1"
+    binning: Literal["1", "2", "rig"] = "rig"
     """Binning of looks and live views; `rig`: the rig's own `working_binning`."""
     replay: Path | None = None
     """A recording to play in the place of a rig."""

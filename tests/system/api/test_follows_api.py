@@ -132,7 +132,7 @@ def check_round(server: Running, first: str, second: str) -> None:
     assert [one["id"] for one in known if isinstance(one, dict)] == [first, second]
     assert len(dataset) == 2
     for point in dataset:
-        assert point.left.shape == point.wide.shape == (1080, 1440)
+        assert point.left.shape == point.wide.shape == (540, 720)  # working binning
         assert point.pose.volts not in (None, PARKED)
     again = server.post("/follows/rounds", {"name": "round"})
     assert (again.status_code, "already" in again.json()["detail"]) == (422, True)

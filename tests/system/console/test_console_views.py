@@ -88,7 +88,10 @@ def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, serv
     left, top, width = console.wide_box()
     per_css = 1440.0 / width
     origin_px = np.array([x + 0.5 - left, y + 0.5 - top]) * per_css - 0.5
-    there = np.array([[per_css, 0.0, origin_px[0]], [0.0, per_css, origin_px[1]]])
+    binning = 1440 // snapshot.shape[1]
+    origin_px = (origin_px + 0.5) / binning - 0.5
+    scale = per_css / binning
+    there = np.array([[scale, 0.0, origin_px[0]], [0.0, scale, origin_px[1]]])
     expected = cv2.warpAffine(snapshot, there, (512, 384), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
     (dx, dy), response = cv2.phaseCorrelate(seen, expected, cv2.createHanningWindow((512, 384), cv2.CV_64F))
     assert response > 0.3
