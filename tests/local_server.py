@@ -1,6 +1,7 @@
 """An application served in a thread of the test's process."""
 
 import asyncio
+import functools
 import socket
 import threading
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import uvicorn
+from fastapi.dependencies import models
 from starlette.types import ASGIApp
 
 from foveacam_hardware.contract import DeviceFault
@@ -65,3 +67,14 @@ def serving(app: ASGIApp, *, certificate: tuple[Path, Path] | None = None, port:
         server.should_exit = True
         thread.join()
         listener.close()
+        forget_functions_of_routes()
+
+
+def forget_functions_of_routes() -> None:
+    """Empty FastAPI's caches, which keep every function of a route, and with it its application, for good.
+
+    A program has one application; a worker of the tests has hundreds, of 100 to 200 MB each.
+    """
+    for cached in vars(models).values():
+        if isinstance(cached, functools._lru_cache_wrapper):
+            cached.cache_clear()

@@ -82,7 +82,7 @@ class ChildRunner(Protocol):
 
 def kernels_stored() -> bool:
     """Return whether the kernels of the simulated rig were compiled before and need only be loaded."""
-    with collection_paused():
+    with collection_paused(keep=False):  # other servers of this process may exist
         from foveacam_hardware.simulation_kernels import are_stored
 
     return are_stored()
