@@ -56,9 +56,10 @@ class Kernel:
     def environment(self) -> dict[str, str]:
         """Return the environment that the libraries read when they are loaded."""
         threads = str(self.threads)
+        given = {name: value for name, value in os.environ.items() if name != "OPENBLAS_CORETYPE"}
         core = {"OPENBLAS_CORETYPE": self.core} if self.core else {}
         always = {"OPENBLAS_NUM_THREADS": threads, "OMP_NUM_THREADS": threads, "PYTHONDONTWRITEBYTECODE": ""}
-        return {**os.environ, **core, **self.plain, **always}
+        return {**given, **core, **self.plain, **always}
 
 
 def probe(core: str) -> tuple[str, dict[str, str]] | None:

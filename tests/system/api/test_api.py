@@ -278,4 +278,4 @@ def test_what_dashboard_and_alerts_ask_for_is_counted(server: Running) -> None:
 
 def test_health_and_readiness(server: Running) -> None:
     assert server.http.get("/healthz").json() == {"status": "ok"}
-    assert server.http.get("/readyz").json() == {"ready": True, "problems": []}
+    assert server.http.get("/readyz").json() == {"ready": True, "problems": [], "start": None}

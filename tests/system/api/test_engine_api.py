@@ -31,7 +31,14 @@ def test_engine_tells_the_load_of_threads_stages_cameras_and_the_start(server: R
 
 def test_every_step_of_the_start_has_its_duration(server: Running) -> None:
     start = server.get("/engine").json()["start"]
-    assert [step["device"] for step in start[:5]] == ["rig", "mirrors", "wide", "left", "right"]
+    assert [step["device"] for step in start[:6]] == [
+        "rig",
+        "renderer",
+        "mirrors",
+        "wide",
+        "left",
+        "right",
+    ]
     assert all(step["duration_s"] >= 0.0 and step["after_s"] > 0.0 for step in start)
     assert [step["after_s"] for step in start] == sorted(step["after_s"] for step in start)
 

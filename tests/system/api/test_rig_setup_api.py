@@ -109,6 +109,7 @@ def test_steps_of_the_start_are_listed_and_done(setup: Running) -> None:
     assert [step["device"] for step in steps] == [
         "rig",
         "calibration",
+        "renderer",
         "mirrors",
         "wide",
         "left",

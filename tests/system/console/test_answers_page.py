@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
-from .awaited import expect_to_fit, let_run
+from .awaited import box_of, expect_to_fit, let_run
 from .console_page import PHONE, Console, OpenConsole, posted
 from .stub_server import StubServer
 
@@ -113,7 +113,7 @@ def test_distance_is_shown_as_it_becomes_known_and_spoken_once(stub: StubServer,
     expect(number).to_have_text("8.00 ± 0.60 m")
     expect(page.locator(".outcome .lead:visible")).to_have_text("so far: from its surroundings")
     expect(announcer).to_have_text("About 8.00 ± 0.60 m so far. Looking.")
-    top_px = number.evaluate("element => element.getBoundingClientRect().top")
+    top_px = box_of(number)["y"]
     stub.send_event("fixation.estimate", estimate(1, 8.13, 0.004, "both_foveae"))
     expect(number).to_have_text("8.1300 ± 0.0040 m")
     expect(announcer).to_have_text("About 8.00 ± 0.60 m so far. Looking.")
@@ -121,7 +121,7 @@ def test_distance_is_shown_as_it_becomes_known_and_spoken_once(stub: StubServer,
     answer = page.locator("[data-role=distance]")
     expect(answer).to_have_text("2.729 ± 0.020 m")
     expect(announcer).to_contain_text("2.729 ± 0.020 m")
-    assert abs(answer.evaluate("element => element.getBoundingClientRect().top") - top_px) <= 12.0
+    assert abs(box_of(answer)["y"] - top_px) <= 12.0
 
 
 def test_page_that_opens_in_the_midst_shows_what_is_known_at_phone_width(

@@ -9,7 +9,6 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
@@ -32,8 +31,8 @@ class PictureRows:
         self.height, self.width = eye.image.shape
         self.length = cv2.getOptimalDFTSize(self.width)
         image = eye.image - np.float32(eye.image.mean())  # squares of small numbers round less
-        self.plain: Spectrum = scipy.fft.rfft(image, self.length, axis=1).astype(np.complex64, copy=False)
-        squares = scipy.fft.rfft(image * image, self.length, axis=1)
+        self.plain: Spectrum = np.fft.rfft(image, self.length, axis=1).astype(np.complex64, copy=False)
+        squares = np.fft.rfft(image * image, self.length, axis=1)
         self.squared: Spectrum = squares.astype(np.complex64, copy=False)
         self._seen = eye.seen
         self._covers: dict[int, NDArray[np.float32]] = {}
@@ -89,7 +88,7 @@ class WeightedPatch:
             within = slice(row, row + self.height)
             (picture.plain[within] * parts).sum(axis=1, out=products[index, :3])
             (picture.squared[within] * parts[1]).sum(axis=0, out=products[index, 3])
-        shifted = scipy.fft.irfft(products, picture.length, axis=2)[..., :columns]
+        shifted = np.fft.irfft(products, picture.length, axis=2)[..., :columns]
         alike, plain, level, square = shifted.transpose(1, 0, 2)
         mean = level / np.float32(self._total)
         variance = square + mean * (mean * np.float32(self._square_sum) - 2.0 * plain)
@@ -101,6 +100,6 @@ class WeightedPatch:
     def _spectrum(self, length: int) -> Spectrum:
         """Return (3, h, length // 2 + 1) conjugated: of the pattern, the squared weights, the weights."""
         if length not in self._spectra:
-            spectra = scipy.fft.rfft(self._parts, length, axis=2)
+            spectra = np.fft.rfft(self._parts, length, axis=2)
             self._spectra[length] = np.conj(spectra).astype(np.complex64, copy=False)
         return self._spectra[length]

@@ -126,9 +126,9 @@ async def run(
     summary="Take a view of the board out of the fit",
     responses=problems(404, 409),
 )
-def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> SessionDocument:
+async def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> SessionDocument:
     """Remove one view and fit the lens to the others."""
-    return services.sessions.remove_sample(session_id, sample_id)
+    return await services.computing.run(lambda: services.sessions.remove_sample(session_id, sample_id))
 
 
 @router.get(
@@ -147,11 +147,13 @@ def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep)
     summary="Take a fovea's view of the board out of the fit",
     responses=problems(404, 409),
 )
-def remove_lens_sample(
+async def remove_lens_sample(
     session_id: SessionId, camera: Eye, sample_id: SampleId, services: ServicesDep
 ) -> SessionDocument:
     """Remove one view and fit the fovea's lens to the others."""
-    return services.sessions.remove_lens_sample(session_id, Role(camera), sample_id)
+    return await services.computing.run(
+        lambda: services.sessions.remove_lens_sample(session_id, Role(camera), sample_id)
+    )
 
 
 @router.get(

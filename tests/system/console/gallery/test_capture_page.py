@@ -218,7 +218,10 @@ def test_what_was_typed_outlives_a_reload_and_gives_way_to_the_defaults(
 
 def is_overlap(order: Request) -> bool:
     """Tell whether an extent is asked about: that of an overlap follows from the size of a view."""
-    return order.url.endswith("/estimates") and posted(order)["plan"]["points"]["half_width_deg"] is not None
+    return (
+        order.url.endswith("/captures/estimates")
+        and posted(order)["plan"]["points"]["half_width_deg"] is not None
+    )
 
 
 def test_draft_of_another_version_or_damaged_is_passed_over(
