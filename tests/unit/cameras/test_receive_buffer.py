@@ -2,6 +2,9 @@
 
 import socket
 
+import pytest
+
+from foveacam_hardware.drivers.cameras.aravis import stream
 from foveacam_hardware.drivers.cameras.aravis.stream import enlarge_receive_buffer
 
 
@@ -25,3 +28,10 @@ def test_port_that_nobody_holds_is_left_alone() -> None:
         gone.bind(("127.0.0.1", 0))
         port = gone.getsockname()[1]
     assert enlarge_receive_buffer(port, size_bytes=100_000) == 0
+
+
+def test_system_without_the_forcing_option_gives_what_it_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stream, "SO_RCVBUFFORCE", 9_999)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
+        ours.bind(("127.0.0.1", 0))
+        assert enlarge_receive_buffer(ours.getsockname()[1], size_bytes=100_000) == 100_000
