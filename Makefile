@@ -25,6 +25,7 @@ $(VENV)/bin/python:
 # First what the lock names, by its hashes; then the project, and of its requirements what the lock leaves to the
 # machine (PyTorch). Python compiles what it loads: to compile everything ahead takes half a minute.
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PIP_UNINSTALL := $(BIN)/python -m pip uninstall --quiet --yes --disable-pip-version-check
 with_uv = $(1) pip install --quiet --python $(BIN)/python --require-hashes --no-deps --requirement requirements/$(2).txt \
 	&& $(1) pip install --quiet --python $(BIN)/python --editable $(3)
 with_pip = $(PIP) --no-compile --require-hashes --no-deps --requirement requirements/$(1).txt \
@@ -35,6 +36,7 @@ install = if command -v uv >/dev/null; then $(call with_uv,uv,$(1),$(2)); else \
 $(STAMP): pyproject.toml requirements/run.txt | $(VENV)/bin/python
 	@echo "Installing into $(VENV) (half a minute the first time) ..."
 	@$(call install,run,'.[figures]')
+	@$(PIP_UNINSTALL) uv setuptools # 50 MB that nothing here runs
 	@touch $@
 
 $(DEV): pyproject.toml requirements/dev.txt | $(VENV)/bin/python
