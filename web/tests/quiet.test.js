@@ -3,13 +3,10 @@ import { test } from "node:test";
 import { RequestError } from "../foveacam_web/static/js/transport/api.js";
 import { QuietReads } from "../foveacam_web/static/js/transport/quiet.js";
 
-const failure = new RequestError({
-  type: "/problems/unreachable",
-  title: "no answer",
-  status: 0,
-  detail: "",
-  instance: "",
-});
+/** @param {number} status */
+const failed = (status) =>
+  new RequestError({ type: "/problems/unreachable", title: "no answer", status, detail: "", instance: "" });
+const failure = failed(0);
 
 test("what was asked for during a read that fails is read afterwards", async () => {
   const reads = new QuietReads();
@@ -40,4 +37,35 @@ test("a read runs once more however often it was asked for meanwhile, and errors
   );
   await reads.read("list", async () => void (runs += 1));
   assert.equal(runs, 3);
+});
+
+test("what the server can answer later is read again, ever more seldom, and no failure else", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const reads = new QuietReads();
+  const turn = async () => {
+    for (let k = 0; k < 5; k += 1) await Promise.resolve();
+  };
+  let [runs, answers] = [0, [503, 503, 200]];
+  const read = async () => {
+    const status = answers[runs] ?? 200;
+    runs += 1;
+    if (status !== 200) throw failed(status);
+  };
+  await reads.read("list", read);
+  for (const [wait_ms, expected] of /** @type {const} */ ([
+    [1999, 1],
+    [1, 2],
+    [3999, 2],
+    [1, 3],
+    [60_000, 3],
+  ])) {
+    t.mock.timers.tick(wait_ms);
+    await turn();
+    assert.equal(runs, expected);
+  }
+  [runs, answers] = [0, [404]];
+  await reads.read("list", read);
+  t.mock.timers.tick(60_000);
+  await turn();
+  assert.equal(runs, 1);
 });

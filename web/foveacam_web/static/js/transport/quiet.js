@@ -2,12 +2,19 @@
 
 import { RequestError } from "./api.js";
 
+const FIRST_PAUSE_MS = 2000;
+const LAST_PAUSE_MS = 30_000;
+const NOT_YET = 503; // the rig opens, or all places are taken
+
 /** The reads of one page by name. */
 export class QuietReads {
   #busy = new Set();
+  /** @type {Map<string, {timer: ReturnType<typeof setTimeout>, pause_ms: number}>} reads that the server put off */
+  #put_off = new Map();
 
   /**
-   * Run a read. A failed request is ignored until the next read: the banner and the panels show what is missing.
+   * Run a read. A failed request is ignored until the next read: the banner and the panels show what is missing. One
+   * that the server can answer later is read again by itself.
    * @param {string} what
    * @param {() => Promise<void>} read
    */
@@ -20,13 +27,26 @@ export class QuietReads {
     try {
       do {
         this.#busy.delete(`${what} again`);
-        await read().catch((error) => {
-          if (!(error instanceof RequestError)) throw error;
-        });
+        await this.#once(what, read);
       } while (this.#busy.has(`${what} again`));
     } finally {
       this.#busy.delete(what);
       this.#busy.delete(`${what} again`);
+    }
+  }
+
+  /** @param {string} what @param {() => Promise<void>} read */
+  async #once(what, read) {
+    const before = this.#put_off.get(what);
+    clearTimeout(before?.timer);
+    this.#put_off.delete(what);
+    try {
+      await read();
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      if (error.document.status !== NOT_YET) return;
+      const pause_ms = before ? Math.min(LAST_PAUSE_MS, 2 * before.pause_ms) : FIRST_PAUSE_MS;
+      this.#put_off.set(what, { timer: setTimeout(() => void this.read(what, read), pause_ms), pause_ms });
     }
   }
 }
