@@ -1,11 +1,12 @@
 """The stop by REST, and jobs that are cancelled."""
 
 import threading
+import time
 
 import pytest
 
 from foveacam_hardware.contract import PARKED
-from tests.system.conftest import API, CENTRE, PATIENCE_S, Running
+from tests.system.conftest import API, CENTRE, PATIENCE_S, POLL_S, Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 
@@ -60,9 +61,9 @@ def test_cancelled_fixation_ends_as_cancelled(server: Running) -> None:
 
 
 def _wait_until_idle(server: Running) -> list[dict[str, str]]:
-    done = threading.Event()
-    server.services.jobs.handle("probe", lambda context: done.set() or "")  # type: ignore[func-returns-value]
-    server.services.jobs.submit("probe")
-    assert done.wait(60.0)
-    jobs = server.get("/jobs", limit=20).json()
-    return [job for job in jobs if job["kind"] != "probe"]
+    end_s = time.monotonic() + PATIENCE_S
+    while server.services.jobs.open_jobs:
+        assert time.monotonic() < end_s, "a job never ended"
+        time.sleep(POLL_S)
+    jobs: list[dict[str, str]] = server.get("/jobs", limit=20).json()
+    return jobs
