@@ -140,6 +140,8 @@ export type ShownView = {
   width: number;
   height: number;
   scale: number;
+  /** Of the camera's picture, which the server may have made smaller still. */
+  binning: number;
   frozen: boolean;
   silent_ms: number;
 };
