@@ -161,6 +161,15 @@ export type StreamOrder =
 
 // The console.
 
+/** The look at full resolution that this page has ordered; null once its cloud is there. */
+export type FullLook = {
+  fixation_id: string;
+  job_id: string | null;
+  state: "sending" | JobState;
+  note: string;
+  problem: Problem | null;
+};
+
 export type CurrentFixation = {
   job_id: string | null;
   request: FixationRequest | null;
@@ -516,6 +525,7 @@ export type SharedState = {
   server_stats: ServerStats["views"];
   overlay: Overlay | null;
   current: CurrentFixation | null;
+  full_look: FullLook | null;
   targets: TargetDocument[] | null;
   hidden_targets: string[];
   selected_target: string | null;

@@ -9,7 +9,7 @@ from typing import TypeVar, get_args
 import tomlkit
 from pydantic import BaseModel, ValidationError
 from tomlkit import TOMLDocument
-from tomlkit.items import Table
+from tomlkit.items import AoT, Table
 
 from foveacam_hardware.camera_config import (
     ROLES,
@@ -155,7 +155,7 @@ def _merge_binning(document: TOMLDocument, draft: RigDraft, before: RigDraft | N
     """Write the working binning, or drop it where the usual one of the rig's kind is to count."""
     if draft.working_binning == (None if before is None else before.working_binning):
         return
-    head = [item for key, item in document.body if key is not None and not isinstance(item, Table)]
+    head = [item for key, item in document.body if key is not None and not isinstance(item, Table | AoT)]
     if draft.working_binning is None:
         document.pop(BINNING, None)
     elif BINNING in document or not head:

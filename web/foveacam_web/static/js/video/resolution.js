@@ -2,7 +2,7 @@
 
 import { number } from "../elements/format.js";
 
-/** @import { CameraDocument } from "#api" */
+/** @import { CameraDocument, CloudDocument } from "#api" */
 
 /**
  * Word the resolution of a camera's pictures, as the camera delivers them, and what a pixel of them is; null while the
@@ -16,7 +16,9 @@ export function resolutionWords(camera, binning) {
   const whole = sizeText(camera.width, camera.height);
   const size = sizeText(Math.floor(camera.width / binning), Math.floor(camera.height / binning));
   const meaning =
-    binning === 1 ? `Every pixel of the sensor: ${whole}` : `${binningText(binning)} pixels are one: ${size} of ${whole}`;
+    binning === 1
+      ? `Every pixel of the sensor: ${whole}`
+      : `${binningText(binning)} pixels are one: ${size} of ${whole}`;
   if (camera.px_per_deg === null)
     return { text: size, meaning: `${meaning}. Pixels a degree are not known without a calibration` };
   const px_per_deg = camera.px_per_deg / binning;
@@ -31,4 +33,15 @@ export function binningText(binning) {
 /** @param {number} width @param {number} height */
 export function sizeText(width, height) {
   return `${width}×${height}`;
+}
+
+/**
+ * Word the size of the look that a cloud is from, and of its depth where that is smaller, to follow who computed it;
+ * empty where they are not known.
+ * @param {Pick<CloudDocument, "look_width" | "look_height" | "depth_width" | "depth_height">} cloud
+ */
+export function ofLook({ look_width, look_height, depth_width, depth_height }) {
+  if (!look_width || !look_height || !depth_width || !depth_height) return "";
+  const at = depth_width < look_width ? ` at ${sizeText(depth_width, depth_height)}` : "";
+  return `${at}, of a look at ${sizeText(look_width, look_height)}`;
 }
