@@ -73,7 +73,7 @@ from foveacam_server.resources.recordings.imports import routes as recording_imp
 from foveacam_server.resources.references import routes as references
 from foveacam_server.resources.retention import routes as retention
 from foveacam_server.resources.rig_setup import routes as rig_setup
-from foveacam_server.resources.rig_state import health_routes
+from foveacam_server.resources.rig_state import binning_routes, health_routes
 from foveacam_server.resources.rig_state import routes as rig_state
 from foveacam_server.resources.rigs import routes as rigs
 from foveacam_server.resources.settle_time import routes as settle_time
@@ -90,6 +90,7 @@ API = "/api/v1"
 
 _RESOURCES = (
     rig_state,
+    binning_routes,
     rig_setup,
     rigs,
     camera_presets,

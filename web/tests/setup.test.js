@@ -8,6 +8,7 @@ const draft = {
   rig_id: "lab",
   name: "Lab",
   baseline_mm: 200,
+  working_binning: null,
   cameras: { wide: null, left: camera, right: null },
   fovea_trigger: "hardware",
   mirrors: { port: "auto", max_v: 170, bias_v: 90, low_pass_hz: 120, settle_us: 14000, pulse_us: 4000 },

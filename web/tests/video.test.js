@@ -140,6 +140,7 @@ test("the header of a frame is read in little-endian, and the rest is its JPEG",
   bytes.setUint32(4, 70_000, true);
   bytes.setBigUint64(8, 123_456_789_012n, true);
   bytes.setUint32(16, 4200, true);
+  bytes.setUint8(20, 2);
   assert.deepEqual(readHeader(message), {
     view: 2,
     scale: 1,
@@ -147,6 +148,7 @@ test("the header of a frame is read in little-endian, and the rest is its JPEG",
     seq: 70_000,
     t_capture_us: 123_456_789_012n,
     age_us: 4200,
+    binning: 2,
   });
   assert.equal(jpegOf(message).size, 3);
   assert.throws(() => readHeader(new ArrayBuffer(HEADER_BYTES)), /shorter than its header of 24/);

@@ -175,6 +175,11 @@ export interface components {
              */
             to?: "hugging-face" | "colmap" | "nerfstudio" | "authors";
         };
+        /** @description Working binning of all cameras. */
+        BinningRequest: {
+            /** @enum {integer} */
+            working_binning: 1 | 2;
+        };
         /** @description White all over. */
         BlankPattern: {
             /**
@@ -242,6 +247,7 @@ export interface components {
             late: number;
             link: components["schemas"]["CameraLinkDocument"];
             model: string;
+            px_per_deg: number | null;
             ranges: components["schemas"]["CameraRangesDocument"];
             role: string;
             serial: string;
@@ -323,6 +329,8 @@ export interface components {
          *     Automatic exposure and rate are read back once a second.
          */
         CameraSettingsDocument: {
+            /** @enum {integer} */
+            binning: 1 | 2;
             black_level: number;
             /** @enum {string} */
             exposure_auto: "off" | "once" | "continuous";
@@ -496,10 +504,14 @@ export interface components {
                 number
             ];
             created_utc: string;
+            depth_height: number | null;
             depth_url: string;
+            depth_width: number | null;
             fixation_id: string;
             glb_url: string | null;
             id: string;
+            look_height: number | null;
+            look_width: number | null;
             network_sha256: string | null;
             ply_url: string;
             points: number;
@@ -2730,9 +2742,23 @@ export interface components {
             recordings: components["schemas"]["RetentionRule"];
             stills: components["schemas"]["RetentionRule"];
         };
+        /**
+         * @description How many pixels of the sensor, along each side, are one pixel of the cameras' pictures.
+         *
+         *     `working_binning`: for looks, following, the loop and live views, until the rig is opened again.
+         */
+        RigBinningDocument: {
+            held_by: string | null;
+            in_force: (1 | 2) | null;
+            problem: string | null;
+            switch_s: number | null;
+            /** @enum {integer} */
+            working_binning: 1 | 2;
+        };
         /** @description The whole rig. */
         RigDocument: {
             baseline_m: number | null;
+            binning: components["schemas"]["RigBinningDocument"] | null;
             calibration: components["schemas"]["CalibrationDocument"] | null;
             calibration_problem: string | null;
             cameras: components["schemas"]["CameraDocument"][];
@@ -2765,6 +2791,7 @@ export interface components {
             pan_tilt: components["schemas"]["DraftPanTilt"] | null;
             /** @default my-rig */
             rig_id: string;
+            working_binning: (1 | 2) | null;
         };
         /**
          * @description One rig of the list, as its server says of it now.
@@ -3631,6 +3658,7 @@ export type BatchClusterDocument = components['schemas']['BatchClusterDocument']
 export type BatchDocument = components['schemas']['BatchDocument'];
 export type BatchFailureDocument = components['schemas']['BatchFailureDocument'];
 export type BatchRequest = components['schemas']['BatchRequest'];
+export type BinningRequest = components['schemas']['BinningRequest'];
 export type BlankPattern = components['schemas']['BlankPattern'];
 export type BoardDocument = components['schemas']['BoardDocument'];
 export type BoardOption = components['schemas']['BoardOption'];
@@ -3852,6 +3880,7 @@ export type RetentionPreview = components['schemas']['RetentionPreview'];
 export type RetentionRequest = components['schemas']['RetentionRequest'];
 export type RetentionRule = components['schemas']['RetentionRule'];
 export type RetentionRules = components['schemas']['RetentionRules'];
+export type RigBinningDocument = components['schemas']['RigBinningDocument'];
 export type RigDocument = components['schemas']['RigDocument'];
 export type RigDraft = components['schemas']['RigDraft'];
 export type RigEntry = components['schemas']['RigEntry'];

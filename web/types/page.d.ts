@@ -140,6 +140,8 @@ export type ShownView = {
   width: number;
   height: number;
   scale: number;
+  /** Of the camera's picture, which the server may have made smaller still. */
+  binning: number;
   frozen: boolean;
   silent_ms: number;
 };
@@ -158,6 +160,15 @@ export type StreamOrder =
   | { type: "halt"; halted: boolean };
 
 // The console.
+
+/** The look at full resolution that this page has ordered; null once its cloud is there. */
+export type FullLook = {
+  fixation_id: string;
+  job_id: string | null;
+  state: "sending" | JobState;
+  note: string;
+  problem: Problem | null;
+};
 
 export type CurrentFixation = {
   job_id: string | null;
@@ -514,6 +525,7 @@ export type SharedState = {
   server_stats: ServerStats["views"];
   overlay: Overlay | null;
   current: CurrentFixation | null;
+  full_look: FullLook | null;
   targets: TargetDocument[] | null;
   hidden_targets: string[];
   selected_target: string | null;

@@ -69,7 +69,7 @@ async def hold_unread_viewer(host: str, port: int) -> None:
 
 
 def _arrival(message: bytes) -> PictureArrival:
-    view, scale, _flags, seq, capture_us, _age_us, _reserved = HEADER.unpack_from(message)
+    view, scale, _flags, seq, capture_us, _age_us, _binning = HEADER.unpack_from(message)
     now_us = time.monotonic_ns() // 1000
     return PictureArrival(
         view=view, scale=scale, seq=seq, t_s=now_us / 1e6, age_s=(now_us - capture_us) / 1e6

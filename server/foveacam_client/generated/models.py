@@ -175,6 +175,15 @@ class BatchRequest(Document):
     to: Literal["hugging-face", "colmap", "nerfstudio", "authors"] = "hugging-face"
 
 
+class BinningRequest(Document):
+    """Working binning of all cameras."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    working_binning: Literal[1, 2]
+
+
 class BlankPattern(Document):
     """White all over."""
 
@@ -284,6 +293,7 @@ class CameraSettingsDocument(Document):
     model_config = ConfigDict(
         extra="forbid",
     )
+    binning: Literal[1, 2]
     black_level: float
     exposure_auto: Literal["off", "once", "continuous"]
     exposure_ms: float
@@ -444,10 +454,14 @@ class CloudDocument(Document):
     backend: str = "sgbm"
     centre_rig_m: tuple[float, float, float]
     created_utc: str
+    depth_height: int | None = None
     depth_url: str
+    depth_width: int | None = None
     fixation_id: str
     glb_url: str | None
     id: str
+    look_height: int | None = None
+    look_width: int | None = None
     network_sha256: str | None = None
     ply_url: str
     points: int
@@ -2555,6 +2569,22 @@ class RetentionRules(Document):
     stills: RetentionRule | None = None
 
 
+class RigBinningDocument(Document):
+    """How many pixels of the sensor, along each side, are one pixel of the cameras' pictures.
+
+    `working_binning`: for looks, following, the loop and live views, until the rig is opened again.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    held_by: str | None
+    in_force: Literal[1, 2] | None
+    problem: str | None
+    switch_s: float | None
+    working_binning: Literal[1, 2]
+
+
 class RigDraft(Document):
     """What the set-up page sets of a rig file; everything else in the file stays as it is."""
 
@@ -2571,6 +2601,7 @@ class RigDraft(Document):
     )
     pan_tilt: DraftPanTilt | None = None
     rig_id: Annotated[str, Field(max_length=400, pattern="^[^\\x00-\\x1f\\x7f]*$")] = "my-rig"
+    working_binning: Literal[1, 2] | None = None
 
 
 class RigEntry(Document):
@@ -4626,6 +4657,7 @@ class CameraDocument(Document):
     late: int
     link: CameraLinkDocument
     model: str
+    px_per_deg: float | None
     ranges: CameraRangesDocument
     role: str
     serial: str
@@ -4815,6 +4847,7 @@ class RigDocument(Document):
         extra="forbid",
     )
     baseline_m: float | None
+    binning: RigBinningDocument | None
     calibration: CalibrationDocument | None
     calibration_problem: str | None
     cameras: list[CameraDocument]

@@ -971,7 +971,7 @@ class Clouds:
     def remove(self, cloud_id: str) -> None:
         """Remove a cloud.
 
-        Remove a cloud and its files; its fixation and target stay.
+        Remove a cloud and its files; fixation and target stay, with an earlier cloud if there is one.
 
         Needs the right `administer`.
         """
@@ -1450,6 +1450,28 @@ class Fixations:
         return self._transport.answer(
             Call("GET", "/api/v1/fixations/{fixation_id}/estimate", path_values={"fixation_id": fixation_id}),
             models.FixationEstimate,
+        )
+
+    def look_at_full_resolution(
+        self, fixation_id: str, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.CloudDocument]:
+        """Look once more, at full resolution.
+
+        Queue one look of both foveae at the answer's point at binning 1; its result is the new cloud.
+        Distance and target stay; cloud and depth are then those of this look, with four times as many
+        points.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/fixations/{fixation_id}/full_resolution",
+                path_values={"fixation_id": fixation_id},
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.CloudDocument,
         )
 
 
@@ -3031,6 +3053,28 @@ class Rig:
         Needs the right `view`.
         """
         return self._transport.answer(Call("GET", "/api/v1/rig"), models.RigDocument)
+
+    def binning(self) -> models.RigBinningDocument:
+        """Working binning of the cameras.
+
+        Return the working binning, the one in force now, and how long the last switch took.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(Call("GET", "/api/v1/rig/binning"), models.RigBinningDocument)
+
+    def choose(self, body: models.BinningRequest) -> models.RigBinningDocument:
+        """Choose the working binning.
+
+        Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).
+        Following gives way for the switch. The rig file, or `serve --binning`, counts again when the
+        rig is opened anew.
+
+        Needs the right `operate`.
+        """
+        return self._transport.answer(
+            Call("PUT", "/api/v1/rig/binning", body=body), models.RigBinningDocument
+        )
 
     def start(self) -> models.StartDocument:
         """The rig's start, step by step.

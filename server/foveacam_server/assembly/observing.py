@@ -77,7 +77,7 @@ def retained_looks(shared: SharedServices, observation: ObservationServices) -> 
 
     def remove_cloud(cloud_id: str) -> None:
         cloud = clouds.remove(cloud_id)
-        fixations.remove_cloud(cloud.fixation_id)
+        fixations.remove_cloud(cloud.fixation_id, left=clouds.of_fixation(cloud.fixation_id))
         if viewer is not None:
             viewer.remove_fixation(cloud.fixation_id)
 

@@ -159,6 +159,7 @@ if TYPE_CHECKING:
     from foveacam_server.resources.references.routes import ReferenceRouteServices
     from foveacam_server.resources.retention.routes import RetentionRouteServices
     from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
+    from foveacam_server.resources.rig_state.binning_routes import BinningRouteServices
     from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
     from foveacam_server.resources.rig_state.routes import RigRouteServices
     from foveacam_server.resources.rigs.routes import RigListServices
@@ -208,6 +209,7 @@ if TYPE_CHECKING:
         _reach: ReachRouteServices = services
         _recording: RecordingRouteServices = services
         _reference: ReferenceRouteServices = services
+        _binning: BinningRouteServices = services
         _health: HealthRouteServices = services
         _rig: RigRouteServices = services
         _retention: RetentionRouteServices = services

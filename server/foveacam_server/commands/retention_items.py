@@ -64,8 +64,9 @@ def _removable_looks(store: Store) -> Sources:
 
     def remove_cloud(cloud_id: str) -> None:
         fixation_id = clouds.remove(cloud_id).fixation_id
-        fixations.set_cloud(fixation_id, None)
-        targets.set_cloud(fixation_id, None)
+        left = clouds.of_fixation(fixation_id)
+        fixations.set_cloud(fixation_id, None if left is None else left.id)
+        targets.set_cloud(fixation_id, None if left is None else left.id)
 
     def remove_fixation(fixation_id: str) -> None:
         targets.remove_of(fixations.remove(fixation_id))

@@ -7,12 +7,13 @@ hand, whose updates no look may delay.
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TypeVar
 
 from foveacam_hardware.contract import (
     PARKED,
     Binning,
+    Busy,
     Clock,
     Frame,
     Head,
@@ -223,8 +224,9 @@ class HardwareThread:
 
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
         be missing. `gives_way`: it ends soon when `use.wanted`. `binning`: of its frames, by default the
-        rig's working binning; the cameras are switched before its first look and back after its end. Raise
-        what a camera refuses a binning with that was asked for.
+        rig's working binning of its beginning; the cameras are switched before its first look and back after
+        its end. Raise what a camera refuses a binning with that was asked for, and `Busy` while a recording
+        keeps another one.
         """
         with (
             self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way),
@@ -241,6 +243,26 @@ class HardwareThread:
         with self.binning.recorded(binning):
             self._switch()
             yield
+
+    def choose_binning(self, binning: Binning) -> None:
+        """Change the rig's working binning; raise what a camera refuses it with, and nothing has changed.
+
+        Who follows gives the cameras away for the switch; another session, or a recording, keeps its own
+        binning until it ends.
+        """
+        with ExitStack() as held:
+            if self.use.holder is not None and not self.use.firm:
+                with suppress(Busy):  # who follows no longer has them, or another is faster
+                    asked = "change the binning"
+                    held.enter_context(self.use.hold("the change of the binning", asked=asked))
+            answer_of(self.submit(self._choose_binning(binning)), asked="the binning", within_s=SWITCHED_S)
+
+    def _choose_binning(self, binning: Binning) -> Callable[[AssembledRig], None]:
+        def work(rig: AssembledRig) -> None:
+            self.binning.choose_working(rig, binning)
+            self.refresh(rig)
+
+        return work
 
     def _switch(self) -> None:
         """Have the cameras switched to the binning that is wanted, and wait for it."""
@@ -287,6 +309,7 @@ class HardwareThread:
         if self._closing.is_set():
             return
         self._reconnector.forget()
+        self.binning.forget()
         self._moves.keep_gaze(PARKED)
         self.opening.steps.begin()
         self._reading.forget()

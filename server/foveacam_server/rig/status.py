@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from foveacam_hardware.contract import (
     PARKED,
+    Binning,
     Camera,
     CameraCounters,
     CameraLink,
@@ -111,6 +112,7 @@ class RigStatus:
     markers: MarkerPrint = field(default_factory=MarkerPrint)
     """The printed markers that it is calibrated with."""
     settle_us: int | None = None
+    working_binning: Binning | None = None
     gaze: StereoVolts = PARKED
 
 
@@ -246,5 +248,6 @@ def rig_status(
         stations=tuple(rig.stations),
         markers=rig.markers,
         settle_us=rig.settle_us,
+        working_binning=rig.working_binning,
         gaze=gaze,
     )

@@ -11,8 +11,9 @@ from foveacam_server.rig.encoder import EncodedPicture, Scale
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.view_state import ViewPicture
 
-HEADER = struct.Struct("<BBHIQII")
-"""View index, scale, flags, seq, capture time us, age us when sent, reserved: 24 bytes, little endian."""
+HEADER = struct.Struct("<BBHIQIB3x")
+"""View index, scale, flags, seq, capture time us, age us when sent, binning of the camera (1 of a computed
+picture), 3 bytes reserved: 24 bytes, little endian."""
 FLAG_FROZEN = 1
 MAX_MESSAGE_LENGTH = 4096
 U32 = 0xFFFF_FFFF
@@ -115,7 +116,7 @@ def frame(encoded: EncodedPicture, hub: FrameHub) -> bytes:
         wire_seq(picture.seq),
         max(picture.t_ns, 0) // 1000,
         min(age_us, U32),
-        0,
+        picture.binning,
     )
     return header + encoded.jpeg
 

@@ -339,7 +339,7 @@ async def _send_picture(socket: WebSocket, stub: StubServer, name: str) -> None:
         blank = {"left": None, "right": None}
         overlay = {"type": "overlay", "seq": 1, "footprints": blank, "gaze": blank}
         await socket.send_json(overlay | {"follows": stub.follow_marks})
-    header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 0)
+    header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 1)
     await socket.send_bytes(header + picture(name))
 
 

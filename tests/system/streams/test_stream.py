@@ -137,7 +137,7 @@ async def picture(socket: Client) -> Got:
         while True:
             message = await socket.recv()
             if isinstance(message, bytes):
-                view, scale, flags, seq, t_us, age_us, _reserved = HEADER.unpack_from(message)
+                view, scale, flags, seq, t_us, age_us, _binning = HEADER.unpack_from(message)
                 return Got(view, scale, flags, seq, t_us, age_us, message[HEADER.size :])
 
 

@@ -1,12 +1,13 @@
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.unit.fake_rig import Pictures
 
-from foveacam_hardware.contract import Frame, MirrorVolts, Role, Sighting
+from foveacam_hardware.contract import Cancelled, Frame, InvalidInput, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud
@@ -15,7 +16,7 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrations.service import SHIPPED
 from foveacam_server.resources.clouds.collection import CloudCollection
 from foveacam_server.resources.clouds.schema import CloudDocument
-from foveacam_server.resources.clouds.shapes import WAITING, ShapeWorker, VergedLook
+from foveacam_server.resources.clouds.shapes import FULL_SCALE, MAX_POINTS, WAITING, ShapeWorker, VergedLook
 from foveacam_server.resources.depth_backends.service import DepthBackendService
 from foveacam_server.resources.fixations.documents import stored_look
 from foveacam_server.resources.fixations.schema import TargetDocument
@@ -146,6 +147,37 @@ def test_textured_look_becomes_pictures_a_cloud_and_what_stands_in_the_pane(
     assert setup.came["fix-1"].points == len(cloud)
     assert setup.came["fix-1"].backend == "sgbm"
     assert {"anaglyph", "difference", "depth"} <= setup.pictures.counts.keys()
+
+
+def test_a_shape_at_full_scale_has_as_many_points_an_area_and_can_be_ended(
+    setup: Setup, calibration: Calibration
+) -> None:
+    rng = np.random.default_rng(7)
+    textured = np.kron(rng.integers(40, 216, (108, 144), dtype=np.uint8), np.ones((10, 10), np.uint8))
+    ordinary = setup.seen(sighting(calibration, textured), calibration)
+    full = replace(ordinary, scale=FULL_SCALE)
+    half_cloud = setup.worker.make(ordinary)
+    cloud = setup.worker.make(full)
+
+    assert (half_cloud.depth_width, half_cloud.depth_height) == (720, 540)
+    assert (cloud.look_width, cloud.look_height) == (cloud.depth_width, cloud.depth_height) == (1440, 1080)
+    assert ordinary.most_points == MAX_POINTS < half_cloud.points * 3
+    assert 3 * half_cloud.points < cloud.points <= full.most_points == 4 * MAX_POINTS
+    assert setup.shelf.of_fixation("fix-1") == cloud == setup.came["fix-1"]
+
+    def end() -> None:
+        raise Cancelled("the job was cancelled")
+
+    with pytest.raises(Cancelled):
+        setup.worker.make(full, check=end)
+    assert setup.shelf.of_fixation("fix-1") == cloud
+
+
+def test_frames_of_binning_2_give_no_shape_at_full_scale(setup: Setup, calibration: Calibration) -> None:
+    small = sighting(calibration, np.full((540, 720), 90, np.uint8))
+    binned = replace(small, left=replace(small.left, binning=2), right=replace(small.right, binning=2))
+    with pytest.raises(InvalidInput, match="look at full resolution"):
+        setup.worker.make(replace(setup.seen(binned, calibration), scale=FULL_SCALE))
 
 
 def test_look_without_texture_leaves_the_point_and_says_why(setup: Setup, calibration: Calibration) -> None:

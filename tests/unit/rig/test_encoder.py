@@ -9,6 +9,7 @@ import pytest
 from foveacam_hardware.contract import VirtualClock
 from foveacam_server.rig.encoder import EncodedPicture, JpegStore, Scale, eight_bit, encode_jpeg, halve
 from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.stream_messages import HEADER, frame
 
 
 @pytest.fixture
@@ -85,6 +86,8 @@ def test_a_binned_picture_is_at_most_as_large_as_it_is(
     assert picture is not None
     assert picture.shape == shape
     assert encodes == (1 if found == 2 else 2)  # scales 1 and 2 share one encoding
+    header = HEADER.unpack_from(frame(encoded, hub))
+    assert (header[1], header[6]) == (found, 2)  # scale and binning
     status = hub.status("wide")
     assert (status.width, status.height, status.picture_scale) == (64, 48, 2)
 

@@ -19,6 +19,7 @@ from foveacam_server.resources.rig_setup.schema import (
 
 EXAMPLES = Path(foveacam_hardware.__file__).parent / "examples"
 SERIAL = (EXAMPLES / "serial.toml").read_text(encoding="utf-8")
+BINNING_LINE = next(line for line in SERIAL.splitlines(True) if line.startswith("working_binning"))
 WIDE, LEFT, RIGHT = (DraftCamera(kind="pylon", name=f"0815-000{number}") for number in range(3))
 COMPLETE = RigDraft(
     rig_id="lab-2",
@@ -57,6 +58,26 @@ def test_changed_value_changes_its_line_alone_and_keeps_its_comment() -> None:
         "-baseline_m = 0.2            # between the mirrors, as built; a calibration measures it better",
         "+baseline_m = 0.2015            # between the mirrors, as built; a calibration measures it better",
     ]
+
+
+def test_working_binning_is_written_when_it_is_chosen_and_dropped_for_the_usual_one() -> None:
+    assert drafted(SERIAL).working_binning == 1
+    text = SERIAL.replace(BINNING_LINE, "")
+    before = drafted(text)
+    assert before.working_binning is None
+    after = merge_draft(text, before.model_copy(update={"working_binning": 2}), before=before)
+
+    assert changed_lines(text, after) == ["+working_binning = 2"]
+    assert "working_binning = 2\n\n[mirrors]" in after
+    assert merge_draft(after, before, before=drafted(after)) == text
+    simulated = COMPLETE.model_copy(
+        update={
+            "cameras": DraftCameras(wide=DraftCamera(kind="simulated", name="wide")),
+            "mirrors": DraftMirrors(port="simulated"),
+            "working_binning": 1,
+        }
+    )
+    assert drafted(merge_draft(None, simulated, before=None)).working_binning == 1
 
 
 def test_foveae_without_a_trigger_cable_are_exposed_by_command_in_both_tables() -> None:

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.report.facts import AxisFacts, SessionFacts
 from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
+from foveacam_pipeline.models.resolution import ahead_rad, px_per_deg
 
 _GRID = 9
-_PER_DEG = math.radians(1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,13 +39,12 @@ class _EyeOptics:
 
 def table2(calibration: Calibration, session: SessionFacts | None) -> tuple[Specification, ...]:
     """Return the rows of Table 2 for a rig."""
-    eyes = [_optics(calibration, eye) for eye in (calibration.left, calibration.right)]
+    eyes = [_optics(calibration, role) for role in (Role.LEFT, Role.RIGHT)]
     return (*_fields(calibration, eyes), *_steering(eyes), *_actuation(eyes, session))
 
 
 def _fields(calibration: Calibration, eyes: list[_EyeOptics]) -> list[Specification]:
     left, right, top, bottom = np.rad2deg(calibration.wide.field_rad)
-    wide_px_per_deg = _PER_DEG * (calibration.wide.fx_px + calibration.wide.fy_px) / 2.0
     field = _mean([eye.field_deg for eye in eyes])
     resolution = (eyes[0].px_per_deg + eyes[1].px_per_deg) / 2.0
     each = f"left {_box(eyes[0].field_deg, 3)}, right {_box(eyes[1].field_deg, 3)}"
@@ -67,7 +67,7 @@ def _fields(calibration: Calibration, eyes: list[_EyeOptics]) -> list[Specificat
             group="Angular resolution",
             name="Wide",
             paper="~55 px/°",
-            measured=f"{wide_px_per_deg:.1f} px/°",
+            measured=f"{px_per_deg(calibration, Role.WIDE):.1f} px/°",
             note="at the optical centre",
         ),
         Specification(
@@ -148,40 +148,26 @@ def _actuation(eyes: list[_EyeOptics], session: SessionFacts | None) -> list[Spe
     ]
 
 
-def _optics(calibration: Calibration, eye: EyeCalibration) -> _EyeOptics:
-    ahead = (0.0, 0.0) if eye.mirror.contains(0.0, 0.0) else _middle(eye)
-    plane_from_raw = eye.homography.at(*ahead)
+def _optics(calibration: Calibration, role: Role) -> _EyeOptics:
+    eye = calibration.eye(role)
+    plane_from_raw = eye.homography.at(*ahead_rad(eye))
     right, bottom = calibration.fovea_width - 0.5, calibration.fovea_height - 0.5
     x_px, y_px = eye.homography.centre_px
     sides = homography_apply(plane_from_raw, [[-0.5, y_px], [right, y_px], [x_px, -0.5], [x_px, bottom]])
     across, down = (float(np.linalg.norm(sides[k + 1] - sides[k])) for k in (0, 2))
-    px_per_deg = _PER_DEG * calibration.fovea_f_px / _magnification(plane_from_raw, (x_px, y_px))
+    resolution = px_per_deg(calibration, role)
     step_deg = DAC_STEP_V * _gain_deg_per_v(eye)
     steering = np.rad2deg(np.ptp(eye.mirror.hull_rad, axis=0))
     return _EyeOptics(
         field_deg=(_opening_deg(across, calibration), _opening_deg(down, calibration)),
         steering_deg=(float(steering[0]), float(steering[1])),
-        px_per_deg=px_per_deg,
-        step_px=(px_per_deg * float(step_deg[0]), px_per_deg * float(step_deg[1])),
+        px_per_deg=resolution,
+        step_px=(resolution * float(step_deg[0]), resolution * float(step_deg[1])),
     )
-
-
-def _middle(eye: EyeCalibration) -> tuple[float, float]:
-    low, high = eye.mirror.hull_rad.min(axis=0), eye.mirror.hull_rad.max(axis=0)
-    middle = (low + high) / 2.0
-    return float(middle[0]), float(middle[1])
 
 
 def _opening_deg(length_px: float, calibration: Calibration) -> float:
     return 2.0 * math.degrees(math.atan(0.5 * length_px / calibration.fovea_f_px))
-
-
-def _magnification(plane_from_raw: NDArray[np.float64], at_px: tuple[float, float]) -> float:
-    """Return the size of a raw pixel in px of the virtual pinhole (root of the area)."""
-    x, y = at_px
-    square = homography_apply(plane_from_raw, [[x, y], [x + 1.0, y], [x, y + 1.0]])
-    across, down = square[1] - square[0], square[2] - square[0]
-    return math.sqrt(abs(float(across[0] * down[1] - across[1] * down[0])))
 
 
 def _gain_deg_per_v(eye: EyeCalibration) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ from fastapi.responses import JSONResponse
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import AutoMode, Clock, InvalidInput, PixelFormat, Role, ValueRange
+from foveacam_pipeline.models.resolution import px_per_deg
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.http.answers import (
@@ -38,6 +39,7 @@ from foveacam_server.resources.cameras.service import CameraSettingsService
 from foveacam_server.resources.cameras.trigger_tests import TriggerTests
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import CameraStatus
 
 router = GuardedRouter("/cameras", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
@@ -49,6 +51,11 @@ class CameraStateServices(Protocol):
     cameras: CameraSettingsService
     hardware: HardwareThread
     clock: Clock
+
+    @property
+    def calibration(self) -> CalibrationInForce:
+        """Calibration in force."""
+        ...
 
 
 class CameraRouteServices(CameraStateServices, Protocol):
@@ -155,6 +162,7 @@ def camera_document(camera: CameraStatus, services: CameraStateServices) -> Came
     """Return one camera as REST shows it."""
     now_ns = services.clock.now_ns()
     age_ms = None if camera.newest_t_ns is None else round((now_ns - camera.newest_t_ns) / 1e6, 1)
+    calibration = services.calibration.current
     return CameraDocument(
         role=camera.role.value,
         vendor=camera.info.vendor,
@@ -164,6 +172,7 @@ def camera_document(camera: CameraStatus, services: CameraStateServices) -> Came
         connected=camera.connected,
         width=camera.width,
         height=camera.height,
+        px_per_deg=None if calibration is None else round(px_per_deg(calibration, camera.role), 2),
         exposure_ms=camera.settings.exposure_ns / 1e6,
         frame_rate_hz=round(camera.frame_rate_hz, 2),
         frame_age_ms=age_ms,
@@ -242,6 +251,7 @@ def _settings(camera: CameraStatus, *, kept: bool) -> CameraSettingsDocument:
         frame_rate_hz=round(settings.frame_rate_hz, 4),
         frame_rate_auto=settings.frame_rate_auto,
         pixel_format=settings.pixel_format.value,
+        binning=settings.binning,
         trigger=settings.trigger_source.value if settings.triggered else "none",
         kept=kept,
     )

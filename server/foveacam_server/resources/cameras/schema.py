@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+from foveacam_hardware.contract import Binning
 from foveacam_server.foundation.quantities import BlackLevel, Decibels, ExposureMs, Hertz
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -44,6 +45,8 @@ class CameraSettingsDocument(ResponseModel):
     frame_rate_hz: float
     frame_rate_auto: bool
     pixel_format: PixelFormatName
+    binning: Binning
+    """In force now: sensor pixels along each side of a picture's. Set for all cameras: `/rig/binning`."""
     trigger: Literal["none", "hardware", "software"]
     kept: bool
 
@@ -69,7 +72,10 @@ class CameraDocument(ResponseModel):
     """Firmware; empty when unknown."""
     connected: bool
     width: int | None
+    """Of the sensor, px, however it is binned; null before the first frame."""
     height: int | None
+    px_per_deg: float | None
+    """Sensor pixels a degree, straight ahead, by the calibration in force; null without one."""
     exposure_ms: float
     frame_rate_hz: float
     """Measured rate."""

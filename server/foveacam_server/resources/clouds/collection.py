@@ -57,6 +57,10 @@ class FixationShape:
     depth_picture: NDArray[np.uint8]
     backend: str
     network_sha256: str | None
+    look_size: tuple[int, int]
+    """Width and height of each fovea's frame, px, as its camera delivered it."""
+    depth_size: tuple[int, int]
+    """Width and height of the depth map, px."""
     patch: DepthPatch | None
     look: LookDepth | None = None
 
@@ -120,6 +124,10 @@ class CloudCollection:
             raise NotFound(f"there is no cloud {cloud_id}; see /api/v1/clouds", asked=cloud_id)
         return row.document
 
+    def get_by_url(self, url: str) -> CloudDocument:
+        """Return the cloud that a job's result URL names."""
+        return self.get(url.rsplit("/", 1)[1])
+
     def of_fixation(self, fixation_id: str) -> CloudDocument | None:
         """Return the newest cloud of a fixation, None when it has none."""
         query = select(CloudRow).where(CloudRow.fixation_id == fixation_id).order_by(CloudRow.seq.desc())
@@ -179,6 +187,10 @@ def _describe(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> CloudDo
         sigma_median_m=round(float(np.median(shape.cloud.sigma_m)), 6),
         backend=shape.backend,
         network_sha256=shape.network_sha256,
+        look_width=shape.look_size[0],
+        look_height=shape.look_size[1],
+        depth_width=shape.depth_size[0],
+        depth_height=shape.depth_size[1],
         ply_url=f"{url}.ply",
         glb_url=f"{url}.glb" if has_mesh else None,
         depth_url=f"{url}/depth.png",

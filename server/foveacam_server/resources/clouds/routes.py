@@ -18,8 +18,8 @@ router = GuardedRouter("/clouds", tags=["clouds"], reading=Right.VIEW, changing=
 class CloudOwners(Protocol):
     """Fixations that name the cloud that was made of them."""
 
-    def remove_cloud(self, fixation_id: str) -> None:
-        """Remove the mention of a cloud from its fixation and target."""
+    def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
+        """Let fixation and target mention the newest cloud that is left, or none."""
         ...
 
 
@@ -90,8 +90,8 @@ def one(cloud_id: CloudId, services: ServicesDep) -> CloudDocument:
 @router.delete("/{cloud_id}", status_code=204, summary="Remove a cloud", responses=problems(404))
 @needs(Right.ADMINISTER)
 def remove(cloud_id: CloudId, services: ServicesDep) -> None:
-    """Remove a cloud and its files; its fixation and target stay."""
+    """Remove a cloud and its files; fixation and target stay, with an earlier cloud if there is one."""
     cloud = services.clouds.remove(cloud_id)
-    services.fixations.remove_cloud(cloud.fixation_id)
+    services.fixations.remove_cloud(cloud.fixation_id, left=services.clouds.of_fixation(cloud.fixation_id))
     if services.viewer is not None:
         services.viewer.remove_fixation(cloud.fixation_id)

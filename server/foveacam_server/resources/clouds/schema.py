@@ -18,6 +18,12 @@ class CloudDocument(ResponseModel):
     """Depth backend that matched the look."""
     network_sha256: str | None = None
     """Of the graph, where the backend is a network."""
+    look_width: int | None = None
+    """Pixels of each fovea's frame as its camera delivered it; null of clouds of earlier versions."""
+    look_height: int | None = None
+    depth_width: int | None = None
+    """Pixels of the depth map that the points are from; null of clouds of earlier versions."""
+    depth_height: int | None = None
     ply_url: str
     glb_url: str | None
     depth_url: str

@@ -1,6 +1,6 @@
 """Computes depth, pictures, cloud and mesh of a fixation's last look on a thread of its own.
 
-The fixation's answer does not wait for them.
+The fixation's answer does not wait for them. A job that waits for a shape has it made on its own thread.
 """
 
 import logging
@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from contextvars import copy_context
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +47,8 @@ PUT_BACK = 12
 """Number of the newest fixations of an earlier run that are drawn in the 3D pane again."""
 MAX_POINTS = 50_000
 MESH_STEP_PX = 4
-SCALE = 0.5
-"""Scale of the rectified windows."""
+SCALE, FULL_SCALE = 0.5, 1.0
+"""Scales of the rectified windows: of ordinary looks, and of those at full resolution."""
 
 
 class PairMatcher(Protocol):
@@ -57,6 +57,10 @@ class PairMatcher(Protocol):
     def estimate(self, pair: RectifiedPair) -> MatchedPair:
         """Return the disparities and who computed them."""
         ...
+
+
+def _unchecked() -> None:
+    """Let the work go on."""
 
 
 OnCloud = Callable[[str, CloudDocument], None]
@@ -76,6 +80,13 @@ class VergedLook:
     distance_sigma_m: float
     on_cloud: OnCloud
     basis: Basis = Basis.BOTH_FOVEAE
+    scale: float = SCALE
+    """Of the depth map: pixels of it for one of the sensor; `FULL_SCALE` needs frames at binning 1."""
+
+    @property
+    def most_points(self) -> int:
+        """Number of points that the cloud may have: as dense in the depth map at each scale."""
+        return round(MAX_POINTS * (self.scale / SCALE) ** 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,16 +198,26 @@ class ShapeWorker:
         ):  # the other fovea does not see it, so there is no pair to match
             self._show(seen, cloud=None, mesh=None)
             return
-        pair = rectify(seen.sighting, seen.calibration, scale=SCALE)
+        self.make(seen)
+
+    def make(self, seen: VergedLook, *, check: Callable[[], None] = _unchecked) -> CloudDocument:
+        """Compute the shape of a look, store and show it; raise `NotFound` where nothing matches.
+
+        `check`: called between its parts; it raises to end the work before anything is stored.
+        """
+        pair = rectify(seen.sighting, seen.calibration, scale=seen.scale)
         self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
         self._publish("difference", difference(pair), t_ns=pair.t_ns)
         with timings.DEPTH.time(), span("depth"):
             matched = self._matcher.estimate(pair)
+        check()
         shape = self._shape(seen, pair, matched)
+        check()
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
         seen.on_cloud(seen.fixation_id, cloud)
+        return cloud
 
     def _publish(self, view: str, picture: NDArray[np.uint8], *, t_ns: int) -> None:
         """Publish a picture of a fixation to a view that is not live now."""
@@ -250,7 +271,7 @@ class ShapeWorker:
 
     def _shape(self, seen: VergedLook, pair: RectifiedPair, matched: MatchedPair) -> FixationShape:
         depth = depth_map(pair, matched.disparity)
-        cloud = cloud_of(pair, depth, max_points=MAX_POINTS)
+        cloud = cloud_of(pair, depth, max_points=seen.most_points)
         if len(cloud) == 0:
             raise NotFound("no pixel of the last look could be matched between the foveae")
         patch = project_patch(
@@ -263,9 +284,11 @@ class ShapeWorker:
             depth_picture=depth_picture(depth),
             backend=matched.backend,
             network_sha256=matched.sha256,
+            look_size=_size_px(seen.sighting.left.image),
+            depth_size=_size_px(depth.z_m),
             patch=patch,
             look=look_depth(
-                pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=SCALE
+                pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=seen.scale
             ),
         )
 
@@ -276,3 +299,8 @@ class ShapeWorker:
             level=EventLevel.WARNING,
             data=CloudFailure(fixation_id=seen.fixation_id, detail=reason),
         )
+
+
+def _size_px(image: NDArray[Any]) -> tuple[int, int]:  # Any: of any depth
+    height, width = image.shape[:2]
+    return int(width), int(height)

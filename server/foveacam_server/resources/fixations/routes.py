@@ -19,6 +19,8 @@ from foveacam_server.foundation.http.answers import (
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.clouds.collection import CloudCollection
+from foveacam_server.resources.clouds.schema import CloudDocument
 from foveacam_server.resources.fixations.schema import FixationDocument, FixationEstimate, FixationRequest
 from foveacam_server.resources.fixations.service import FixationService
 
@@ -29,6 +31,7 @@ class FixationRouteServices(Protocol):
     """Services that these routes use."""
 
     fixations: FixationService
+    clouds: CloudCollection
     jobs: JobRunner
     lease: Lease
 
@@ -81,3 +84,29 @@ def estimate(fixation_id: str, services: ServicesDep) -> FixationEstimate:
 def one(fixation_id: str, services: ServicesDep) -> FixationDocument:
     """Return one fixation with all its steps."""
     return services.fixations.table.get(fixation_id)
+
+
+@router.post(
+    "/{fixation_id}/full_resolution",
+    status_code=202,
+    summary="Look once more, at full resolution",
+    response_model=JobDocument,
+    responses={
+        200: {"model": CloudDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def look_at_full_resolution(
+    fixation_id: str,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue one look of both foveae at the answer's point at binning 1; its result is the new cloud.
+
+    Distance and target stay; cloud and depth are then those of this look, with four times as many points.
+    """
+    services.lease.check(x_lease)
+    job = services.fixations.full_resolution.look(fixation_id, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.clouds.get_by_url)

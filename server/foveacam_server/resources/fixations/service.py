@@ -33,6 +33,7 @@ from foveacam_server.resources.fixations.documents import (
     stored_look,
 )
 from foveacam_server.resources.fixations.estimates import FixationEstimates, Report
+from foveacam_server.resources.fixations.full_resolution import FullResolutionLooks, FullResolutionTools
 from foveacam_server.resources.fixations.request import check_target, depth_range_of, target_of
 from foveacam_server.resources.fixations.schema import (
     CorrectionDocument,
@@ -82,6 +83,17 @@ class FixationService:
         self.table = FixationTable(store)
         self.targets = TargetTable(store)
         self.estimates = FixationEstimates(tools.events)
+        self.full_resolution = FullResolutionLooks(
+            FullResolutionTools(
+                hardware=tools.hardware,
+                calibration=tools.calibration,
+                jobs=tools.jobs,
+                shapes=tools.shapes,
+                find=self.table.get,
+                label_of=self._label_of,
+                on_cloud=self.add_cloud,
+            )
+        )
         tools.jobs.handle(KIND, self._run)
 
     def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
@@ -134,12 +146,18 @@ class FixationService:
         if target is not None:
             self._emit("target.updated", f"{target.label} has got its shape", target)
 
-    def remove_cloud(self, fixation_id: str) -> None:
-        """Store that a fixation's cloud was removed, and emit an event."""
-        self.table.set_cloud(fixation_id, None)
-        target = self.targets.set_cloud(fixation_id, None)
+    def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
+        """Store that a cloud of a fixation was removed, and emit an event; `left`: the newest that it has."""
+        cloud_id = None if left is None else left.id
+        self.table.set_cloud(fixation_id, cloud_id)
+        target = self.targets.set_cloud(fixation_id, cloud_id)
         if target is not None:
-            self._emit("target.updated", f"{target.label} has no shape any more", target)
+            now = "has no shape any more" if left is None else "has its earlier shape"
+            self._emit("target.updated", f"{target.label} {now}", target)
+
+    def _label_of(self, fixation: FixationDocument) -> str:
+        target = None if fixation.target_id is None else self.targets.find(fixation.target_id)
+        return target.label if target else (fixation.order.label or "fixation")
 
     def remove(self, fixation_id: str) -> None:
         """Delete a fixation for good, and the target that shows it; emit an event of that."""

@@ -9,7 +9,7 @@ from typing import TypeVar, get_args
 import tomlkit
 from pydantic import BaseModel, ValidationError
 from tomlkit import TOMLDocument
-from tomlkit.items import Table
+from tomlkit.items import AoT, Table
 
 from foveacam_hardware.camera_config import (
     ROLES,
@@ -31,6 +31,7 @@ from foveacam_server.resources.rig_setup.schema import (
 )
 
 FOVEAE = ("left", "right")
+BINNING = "working_binning"
 CAMERAS: dict[str, type[BaseModel]] = {
     "aravis": AravisCameraConfig,
     "pylon": PylonCameraConfig,
@@ -105,7 +106,7 @@ def draft_of(content: TomlTable) -> RigDraft:
     if content.get("kind", SIMULATED) == SIMULATED:
         return _simulated_draft(content)
     cameras = _table(content, "cameras")
-    head: TomlTable = {key: content[key] for key in ("rig_id", "name") if key in content}
+    head: TomlTable = {key: content[key] for key in ("rig_id", "name", BINNING) if key in content}
     if isinstance(baseline_m := content.get("baseline_m"), int | float):
         head["baseline_mm"] = round(1e3 * baseline_m, 6)
     parts = {
@@ -126,6 +127,7 @@ def merge_draft(text: str | None, draft: RigDraft, *, before: RigDraft | None) -
         document, before = tomlkit.parse(NEW_SIMULATED_RIG if kind == SIMULATED else NEW_RIG), None
     if kind == SIMULATED:
         _put(document, "name", draft.name, None if before is None else before.name)
+        _merge_binning(document, draft, before)
         return tomlkit.dumps(document)
     _merge_head(document, draft, before)
     _merge_values(document, "mirrors", draft.mirrors, None if before is None else before.mirrors)
@@ -146,6 +148,21 @@ def _merge_head(document: TOMLDocument, draft: RigDraft, before: RigDraft | None
     _put(document, "name", draft.name, None if before is None else before.name)
     if before is None or before.baseline_mm != draft.baseline_mm:
         document["baseline_m"] = round(1e-3 * draft.baseline_mm, 9)
+    _merge_binning(document, draft, before)
+
+
+def _merge_binning(document: TOMLDocument, draft: RigDraft, before: RigDraft | None) -> None:
+    """Write the working binning, or drop it where the usual one of the rig's kind is to count."""
+    if draft.working_binning == (None if before is None else before.working_binning):
+        return
+    head = [item for key, item in document.body if key is not None and not isinstance(item, Table | AoT)]
+    if draft.working_binning is None:
+        document.pop(BINNING, None)
+    elif BINNING in document or not head:
+        document[BINNING] = draft.working_binning
+    else:  # after the last one, before what is written above the first table
+        trivia = head[-1].trivia
+        trivia.trail = f"{trivia.trail or chr(10)}{BINNING} = {draft.working_binning}\n"
 
 
 def _merge_values(document: TOMLDocument, name: str, now: BaseModel, before: BaseModel | None) -> None:
@@ -228,7 +245,7 @@ def _put(document: TOMLDocument, key: str, value: object, before: object) -> Non
 
 def _simulated_draft(content: TomlTable) -> RigDraft:
     cameras = {role: DraftCamera(kind=SIMULATED, name=role) for role in ROLES}
-    head = {"name": content["name"]} if "name" in content else {}
+    head = {key: content[key] for key in ("name", BINNING) if key in content}
     parts = {"cameras": DraftCameras(**cameras), "mirrors": DraftMirrors(port=SIMULATED)}
     return _valid(RigDraft, head | parts) or RigDraft()
 

@@ -4,6 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
+from foveacam_hardware.contract import Binning
 from foveacam_server.foundation.quantities import Degrees, Label, Millimetres, Text
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -125,6 +126,8 @@ class RigDraft(RequestModel):
     rig_id: Text = "my-rig"
     name: Label = "FoveaCam Duo"
     baseline_mm: Millimetres = 200.0
+    working_binning: Binning | None = None
+    """Of looks, following and live views; null: the usual one of its kind, 2 simulated and 1 real."""
     cameras: DraftCameras = DraftCameras()
     fovea_trigger: FoveaTrigger = "hardware"
     """What starts the exposures of left and right: the controller's pulse, a command, or nothing."""

@@ -14,6 +14,7 @@ from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.cameras.routes import CameraStateServices, camera_document, divergence
 from foveacam_server.resources.mirrors.routes import MirrorStateServices, mirrors_document
+from foveacam_server.resources.rig_state.binning_routes import binning_document
 from foveacam_server.resources.rig_state.schema import (
     ClockDocument,
     RigDocument,
@@ -94,6 +95,7 @@ async def rig(services: ServicesDep) -> RigDocument:
         divergence=divergence(services),
         mirrors=mirrors_document(services),
         trigger=_trigger(services),
+        binning=binning_document(services.hardware),
         calibration=None if calibration is None else services.records.describe(calibration),
         calibration_problem=services.calibration.problem,
         clock=ClockDocument(t_ns=services.clock.now_ns(), utc=utc_now()),

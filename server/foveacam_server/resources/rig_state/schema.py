@@ -2,7 +2,8 @@
 
 from typing import Literal
 
-from foveacam_server.foundation.schema import ResponseModel
+from foveacam_hardware.contract import Binning
+from foveacam_server.foundation.schema import RequestModel, ResponseModel
 from foveacam_server.resources.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.cameras.schema import CameraDocument, DifferenceDocument
 from foveacam_server.resources.mirrors.schema import MirrorsDocument
@@ -58,6 +59,29 @@ class StartDocument(ResponseModel):
     steps: list[StartStepDocument]
 
 
+class BinningRequest(RequestModel):
+    """Working binning of all cameras."""
+
+    working_binning: Binning
+
+
+class RigBinningDocument(ResponseModel):
+    """How many pixels of the sensor, along each side, are one pixel of the cameras' pictures.
+
+    `working_binning`: for looks, following, the loop and live views, until the rig is opened again.
+    """
+
+    working_binning: Binning
+    in_force: Binning | None
+    """Of the cameras now; null while none is connected, or they differ."""
+    held_by: str | None
+    """The session or recording for whose time the cameras have a binning of their own."""
+    problem: str | None
+    """Why the cameras do not have the working binning, where one of them refuses it."""
+    switch_s: float | None
+    """Time that the last switch of these cameras took: stop, set, start; null before the first."""
+
+
 class RigDocument(ResponseModel):
     """The whole rig."""
 
@@ -74,6 +98,8 @@ class RigDocument(ResponseModel):
     """Settings in which the foveae differ, though one pulse exposes both."""
     mirrors: MirrorsDocument
     trigger: TriggerDocument | None
+    binning: RigBinningDocument | None
+    """Null until the rig is open."""
     calibration: CalibrationDocument | None
     calibration_problem: str | None
     clock: ClockDocument

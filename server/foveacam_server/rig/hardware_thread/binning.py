@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
-from foveacam_hardware.contract import Binning, Camera, CameraPhase, FoveaError
+from foveacam_hardware.contract import Binning, Busy, Camera, CameraPhase, FoveaError
 from foveacam_hardware.contract.spans import span
 from foveacam_server.rig.ports import AssembledRig
 
@@ -21,12 +21,28 @@ class RigBinning:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._recorded: list[Binning] = []
+        self._in_session = False
         self._session: Binning | None = None
         self._refused: Binning | None = None
+        self.problem: str | None = None
+        """Why the cameras do not have the binning that is wanted; None while they have it."""
+        self.switch_s: float | None = None
+        """Time that the last switch of this rig's cameras took: stop, set, start; None before the first."""
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether a recording keeps the binning."""
+        with self._lock:
+            return bool(self._recorded)
 
     def wanted(self, rig: AssembledRig) -> Binning:
-        """Return the binning to be in force: a recording's before a session's before the rig's own."""
+        """Return the binning to be in force: a recording's before a session's before the rig's own.
+
+        A session that chooses none keeps the rig's own as it was when the session began.
+        """
         with self._lock:
+            if self._in_session and self._session is None:
+                self._session = rig.working_binning
             recorded = self._recorded[0] if self._recorded else None
             return recorded or self._session or rig.working_binning
 
@@ -43,14 +59,33 @@ class RigBinning:
 
     @contextmanager
     def session(self, binning: Binning | None) -> Iterator[None]:
-        """Let the session that has the rig choose; None for the rig's own."""
+        """Let the session that has the rig choose; None for the rig's own.
+
+        Raise `Busy` while a recording keeps another binning than the one that is chosen.
+        """
         with self._lock:
-            self._session = binning
+            recorded = self._recorded[0] if self._recorded else None
+            if binning is not None and recorded not in (None, binning):
+                raise _recorded_at(recorded, asked=binning)
+            self._in_session, self._session = True, binning
         try:
             yield
         finally:
             with self._lock:
-                self._session = None
+                self._in_session, self._session = False, None
+
+    def choose_working(self, rig: AssembledRig, binning: Binning) -> None:
+        """Change the rig's own binning, or leave it and raise what a camera refuses the new one with.
+
+        While a session or a recording has the cameras, they are switched after its end.
+        """
+        before, rig.working_binning = rig.working_binning, binning
+        try:
+            self.apply(rig)
+        except FoveaError:
+            rig.working_binning = before
+            self.keep(rig)
+            raise
 
     def apply(self, rig: AssembledRig) -> None:
         """Switch the cameras that have another binning, all or none; raise what a camera refuses it with.
@@ -60,13 +95,13 @@ class RigBinning:
         wanted = self.wanted(rig)
         cameras = [camera for camera in (rig.wide, rig.left, rig.right) if camera.link.phase in OPEN]
         others = [camera for camera in cameras if camera.settings.binning != wanted]
-        if not others:
-            self._refused = None
-            return
-        with span("binning"):
-            _switch(others, wanted)
-        self._refused = None
-        _log.debug("the cameras bin by %d", wanted)
+        if others:
+            began_ns = rig.clock.now_ns()
+            with span("binning"):
+                _switch(others, wanted)
+            self.switch_s = (rig.clock.now_ns() - began_ns) / 1e9
+            _log.debug("the cameras bin by %d", wanted)
+        self._refused = self.problem = None
 
     def keep(self, rig: AssembledRig) -> None:
         """Apply without failing; what was refused is logged once, and the cameras stay as they were."""
@@ -75,8 +110,12 @@ class RigBinning:
         try:
             self.apply(rig)
         except FoveaError as error:
-            self._refused = self.wanted(rig)
+            self._refused, self.problem = self.wanted(rig), str(error)
             _log.warning("the cameras stay at their binning: %s", error)
+
+    def forget(self) -> None:
+        """Forget the cameras of a rig that was closed: how long they take, and what they refused."""
+        self._refused = self.problem = self.switch_s = None
 
 
 def _switch(cameras: list[Camera], wanted: Binning) -> None:
@@ -90,3 +129,13 @@ def _switch(cameras: list[Camera], wanted: Binning) -> None:
             with suppress(FoveaError):
                 camera.configure(settings)
         raise
+
+
+def _recorded_at(recorded: Binning | None, *, asked: Binning) -> Busy:
+    found = f"a recording keeps all cameras at binning {recorded}"
+    return Busy(
+        f"asked for binning {asked}: {found}; end the recording first",
+        asked=f"binning {asked}",
+        found=found,
+        remedy="end the recording first",
+    )

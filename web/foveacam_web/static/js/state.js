@@ -108,6 +108,7 @@ function sharedState() {
     server_stats: {},
     overlay: null,
     current: null,
+    full_look: null,
     targets: null,
     hidden_targets: [],
     selected_target: null,

@@ -6,18 +6,23 @@ import { request } from "../transport/api.js";
 import { changing, fill, h, html, say } from "../elements/dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { hasEnded } from "../transport/jobs.js";
 import { computedBy } from "../video/depth_words.js";
+import { ofLook, sizeText } from "../video/resolution.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
+import { largerLook } from "./full_resolution.js";
 import { drawSteps } from "./stepplot.js";
 import { API } from "../root.js";
 
 /**
  * @import { CloudDocument, FixationDocument, FixationEstimate, FixationRequest } from "#api"
- * @import { CurrentFixation } from "#page"
+ * @import { ConsoleState, CurrentFixation, FullLook } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { FollowOrders } from "../follow/orders.js"
  * @import { Store } from "../store.js"
- * @typedef {{commands: Commands, follows: FollowOrders}} Orders
+ * @import { FullResolution } from "./full_resolution.js"
+ * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution}} Orders
+ * @typedef {{fixation_id: string, size: string, look: FullLook | null}} MoreToSee
  */
 
 const RUNNING = Object.freeze(
@@ -33,9 +38,14 @@ const RUNNING = Object.freeze(
 export function mountFixation(place, announcer, { store, ...orders }) {
   const head = h("div", { class: "outcome" });
   const plot = h("div", { class: "plot" });
-  fill(place, head, plot);
+  const full = h("div", { class: "outcome" });
+  fill(place, head, full, plot);
   const showOutcome = outcomes(head, orders);
   const announcement = announcements();
+  const showFull = changing(full, (/** @type {MoreToSee | null} */ more) =>
+    more ? fullResolution(more, orders.full) : [],
+  );
+  store.on(["current", "rig", "clouds", "full_look"], (state) => showFull(moreToSee(state)));
   store.on(["current"], ({ current }) => {
     place.dataset["state"] = current?.fixation?.state ?? current?.state ?? "none";
     place.dataset["basis"] = (current?.fixation && basisOf(current.fixation)) ?? "";
@@ -45,6 +55,47 @@ export function mountFixation(place, announcer, { store, ...orders }) {
     if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
     say(announcer, announcement(current));
   });
+}
+
+/**
+ * Return what one more look would show, or is showing, of the fixation on the card; null where nothing.
+ * @param {ConsoleState} state
+ * @returns {MoreToSee | null}
+ */
+function moreToSee(state) {
+  const fixation = state.current?.fixation;
+  const larger = fixation && largerLook(state, fixation);
+  if (!fixation || !larger) return null;
+  const look = state.full_look?.fixation_id === fixation.id ? state.full_look : null;
+  return { fixation_id: fixation.id, size: sizeText(larger.width, larger.height), look };
+}
+
+/** @param {MoreToSee} more @param {FullResolution} full */
+function fullResolution({ fixation_id, size, look }, full) {
+  if (look && !hasEnded(look.state))
+    return [
+      html`<p class="state running" role="status">
+        <span class="spinner" aria-hidden="true"></span>
+        ${sentence(look.note || "waiting its turn")}
+        <button
+          type="button" class="plain" ?disabled=${look.state === "cancelling" || !look.job_id}
+          @click=${() => void full.cancel()}
+        >
+          Cancel
+        </button>
+      </p>`,
+    ];
+  return [
+    look?.problem &&
+      html`<p class="remedy" role="alert">${sentence(look.problem.detail)} ${remedyOf(look.problem)}</p>`,
+    html`<button
+      type="button" class="plain" title="One more look at ${size}: cloud and depth with every pixel; the distance stays"
+      @click=${() => void full.look(fixation_id)}
+    >
+      ${icon("expand")}
+      Full resolution
+    </button>`,
+  ];
 }
 
 /** @param {HTMLElement} plot @param {CurrentFixation | null} current */
@@ -233,8 +284,8 @@ function downloads(cloud_id) {
   const by = h("p", { class: "note" });
   void request("GET", `/clouds/${cloud_id}`)
     .then((found) => {
-      const { backend, network_sha256 } = /** @type {CloudDocument} */ (found);
-      by.textContent = `Depth by ${computedBy(backend, network_sha256)}`;
+      const cloud = /** @type {CloudDocument} */ (found);
+      by.textContent = `Depth by ${computedBy(cloud.backend, cloud.network_sha256)}${ofLook(cloud)}`;
     })
     .catch(() => {}); // the cloud was deleted meanwhile: its links say so
   return html`<p class="downloads">

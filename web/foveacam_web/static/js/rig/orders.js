@@ -5,8 +5,8 @@ import { RequestError, request } from "../transport/api.js";
 import { hasEnded } from "../transport/jobs.js";
 
 /**
- * @import { CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument, RailDocument } from "#api"
- * @import { SimulatedFaults } from "#api"
+ * @import { BinningRequest, CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument } from "#api"
+ * @import { RailDocument, RigBinningDocument, SimulatedFaults } from "#api"
  * @import { Role } from "#page"
  * @import { Commands } from "../commands.js"
  * @import { Store } from "../store.js"
@@ -43,6 +43,30 @@ export class RigOrders {
     return this.#inTurn(() => this.#camera("PATCH", `/cameras/${role}`, { ...patch, linked }));
   }
 
+  /**
+   * Change the working binning of all cameras.
+   * @param {1 | 2} working_binning
+   * @returns {Promise<string | null>} why it was not changed; null where it was
+   */
+  chooseBinning(working_binning) {
+    return this.#inTurn(async () => {
+      const body = /** @type {BinningRequest} */ ({ working_binning });
+      try {
+        const binning = /** @type {RigBinningDocument} */ (
+          await request("PUT", "/rig/binning", { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS })
+        );
+        const { rig } = this.#store.state;
+        if (rig) this.#store.set({ rig: { ...rig, binning } });
+        return null;
+      } catch (error) {
+        if (!(error instanceof RequestError)) throw error;
+        if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
+        void this.#reader.readRig();
+        return error.message;
+      }
+    });
+  }
+
   /** Reset a camera to the settings of the rig file. @param {Role} role */
   async reset(role) {
     const { refusal } = await this.#inTurn(() => this.#camera("DELETE", `/cameras/${role}/settings`, undefined));
@@ -51,7 +75,8 @@ export class RigOrders {
 
   /**
    * Change cameras one after the other, so that the last response is the newest state.
-   * @param {() => Promise<Answer>} act
+   * @template T
+   * @param {() => Promise<T>} act
    */
   #inTurn(act) {
     const order = this.#queue.then(act);

@@ -6,6 +6,7 @@ import { icon } from "../elements/icons.js";
 import { panel } from "../elements/parts.js";
 import { fill, h, html, say } from "../elements/dom.js";
 import { pageHead } from "../pages.js";
+import { mountBinning } from "./binning.js";
 import { makeCamera } from "./camera.js";
 import { mountController } from "./controller.js";
 import { mountFaults } from "./faults.js";
@@ -31,8 +32,9 @@ const ROLES = ["wide", "left", "right"];
 export function mountRigPage(place, { store, rig_orders, orders, steering }) {
   const context = { store, orders: rig_orders };
   const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
-  const [apart, trigger, controller, turner, rail, faults] = [
+  const [apart, binning, trigger, controller, turner, rail, faults] = [
     h("div", { class: "panel apart-place", hidden: true }),
+    inside(),
     inside(),
     inside(),
     inside(),
@@ -42,6 +44,7 @@ export function mountRigPage(place, { store, rig_orders, orders, steering }) {
   const steer = inside();
   mountSteering(steer, { ...context, steering });
   mountPair(apart, context);
+  mountBinning(binning, context);
   mountTrigger(trigger, context);
   mountController(controller, context);
   mountPanTilt(turner, { store, orders });
@@ -52,7 +55,7 @@ export function mountRigPage(place, { store, rig_orders, orders, steering }) {
     html`<div class="rig-steer">${panel("Steer by hand", steer)}</div>`,
     html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
     html`<div class="rig-devices">
-      <div class="column">${panel("Trigger", trigger)}${panel("Faults", faults)}</div>
+      <div class="column">${panel("Working binning", binning)}${panel("Trigger", trigger)}${panel("Faults", faults)}</div>
       ${panel("Controller", controller)}
       <div class="column">${panel("Pan-tilt", turner)}${panel("Rail", rail)}</div>
     </div>`,

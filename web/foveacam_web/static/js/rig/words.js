@@ -1,10 +1,11 @@
 // Words for the states, settings and test verdicts of the rig's devices. Pure functions.
 
-import { sentence, span } from "../elements/format.js";
+import { number, sentence, span } from "../elements/format.js";
+import { binningText, sizeText } from "../video/resolution.js";
 import { plainly } from "./scale.js";
 
 /**
- * @import { CameraDocument, CameraLinkDocument, RigDocument } from "#api"
+ * @import { CameraDocument, CameraLinkDocument, RigBinningDocument, RigDocument } from "#api"
  * @import { CameraNumber, CameraPhase, Role, SettingName } from "#page"
  * @typedef {import("#api").EyeTestDocument["verdict"]} Verdict
  */
@@ -114,4 +115,29 @@ export function settingText(setting, value) {
  */
 export function settable(rig) {
   return (rig?.divergence ?? []).filter(({ setting }) => setting !== "trigger");
+}
+
+/**
+ * Word the working binning: the size of its pictures, what a switch costs, and what is in its way.
+ * @param {RigBinningDocument} binning
+ * @param {Pick<CameraDocument, "width" | "height"> | null} sensor of a camera, where its size is known
+ */
+export function binningWords({ working_binning, in_force, held_by, problem, switch_s }, sensor) {
+  const what = "Looks, following and live views have";
+  const [width, height] = [sensor?.width, sensor?.height];
+  const own = binningText(working_binning);
+  const whole = width && height ? sizeText(width, height) : "";
+  const half = width && height ? `: ${sizeText(Math.floor(width / 2), Math.floor(height / 2))} of ${whole}` : "";
+  return {
+    size:
+      working_binning === 1
+        ? `${what} every pixel of the sensors${whole && `: ${whole}`}.`
+        : `${what} ${own} pixels as one${half}. Stills, captures, calibrations and recordings have every pixel.`,
+    cost:
+      switch_s === null
+        ? "Not switched yet: how long that takes is not known."
+        : `Switching took ${number(switch_s, 2)} s.`,
+    held: held_by && in_force ? `${binningText(in_force)} now, for ${held_by}; ${own} after it.` : "",
+    problem: problem ? `The cameras stay as they are: ${sentence(problem)}` : "",
+  };
 }

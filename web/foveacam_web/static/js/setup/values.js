@@ -85,11 +85,18 @@ const PAN_TILTS = [
   { value: "manual", text: "by hand" },
 ];
 
+const BINNINGS = [
+  { value: "", text: "usual" },
+  { value: "1", text: "1×1: every pixel" },
+  { value: "2", text: "2×2: four are one" },
+];
+
 /** Every field that the page shows; faults of others stand by themselves. */
 export const FIELDS = new Set(
   [...RIG, ...CONTROLLER, ...MARKERS, ...TURNED]
     .map(({ path }) => path)
     .concat(
+      "working_binning",
       "mirrors.port",
       "pan_tilt",
       "pan_tilt.port",
@@ -110,10 +117,23 @@ export function valuesOf(state, orders) {
     html`<div class="fields">${list.map((field) => fieldOf(field, state, orders))}</div>`;
   const simulated = fixed && html`<p class="lead">The simulated rig has its own.</p>`;
   return html`<div class="setup-values">
-    ${panel("Rig", html`${fields(fixed ? RIG.slice(0, setup.file_exists ? 1 : 2) : RIG)}`)}
+    ${panel("Rig", html`${fields(fixed ? RIG.slice(0, setup.file_exists ? 1 : 2) : RIG)}${binningOf(state, orders)}`)}
     ${panel("Mirrors' controller", controllerOf(state, orders), simulated, !fixed && fields(CONTROLLER))}
     ${panel("Pan-tilt", simulated, !fixed && panTiltOf(state, orders, fields))}
     ${panel("Markers as printed", simulated, !fixed && fields(MARKERS))}
+  </div>`;
+}
+
+/** @param {ConsoleState} state @param {SetupOrders} orders */
+function binningOf(state, orders) {
+  const now = state.setup?.draft.working_binning ?? null;
+  const choose = (/** @type {string} */ value) =>
+    orders.change((draft) => withValue(draft, "working_binning", value ? Number(value) : null));
+  return html`<div
+    class="field" title="Pixels of the sensor in one of a picture, for looks, following and live views. Usual: 2×2 simulated, 1×1 real"
+  >
+    ${chooser({ id: "setup-working_binning", label: "Working binning", choices: BINNINGS, value: now === null ? "" : String(now), change: choose })}
+    ${notesBeside("working_binning", state)}
   </div>`;
 }
 

@@ -52,6 +52,7 @@ const KINDS = [
   "fault.dismissed",
   "rig.settle_time",
   "rig.setup",
+  "rig.binning",
   "camera.self_test",
   "camera.settings",
   "mirrors.recovered",

@@ -5,6 +5,7 @@ import { clockTime, millis, remedyOf, sentence, span } from "../elements/format.
 import { isRunning } from "../calibration/state.js";
 import { isCapturing } from "../capture/state.js";
 import { icon } from "../elements/icons.js";
+import { resolutionWords } from "./resolution.js";
 import { Viewport } from "./viewport.js";
 
 /** @import { AnnotatedName, ConsoleState, ShownView, ViewName } from "#page" */
@@ -58,6 +59,7 @@ export class Pane {
     this.badge = h("div", { class: "frozen-badge", hidden: true, role: "status" });
     this.note = h("p", { class: "eye-note", hidden: true, role: "status" });
     this.readout = h("span", { class: "rate" });
+    this.resolution = h("span", { class: "resolution", hidden: true });
     this.title = h("h2", { text: VIEWS[name].title.replace(ADDED, "") });
     this.tools = h("div", { class: "tools" });
     this.surface = h("div", { class: "surface" }, this.canvas, this.note, this.badge, this.notice);
@@ -74,7 +76,7 @@ export class Pane {
       icon("expand"),
     );
     this.tools.append(this.enlarge);
-    this.header = h("header", {}, this.title, this.readout, this.tools);
+    this.header = h("header", {}, this.title, this.resolution, this.readout, this.tools);
     this.element = h(
       "section",
       {
@@ -157,6 +159,7 @@ export class Pane {
     this.canvas.hidden = trouble !== null && trouble.empty;
     this.#showNote(state, trouble !== null);
     this.#showRate(state, shown);
+    this.#showResolution(state, shown);
     this.#showFrozen(state, shown, trouble !== null);
   }
 
@@ -187,6 +190,15 @@ export class Pane {
       say(this.readout, `${what}${span(shown.age_ms / 1000)} old`);
     else say(this.readout, `${what}${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
     this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
+  }
+
+  /** Show the resolution of a camera's own picture. @param {ConsoleState} state @param {ShownView | undefined} shown */
+  #showResolution({ rig }, shown) {
+    const camera = rig?.cameras.find(({ role }) => role === this.name);
+    const words = shown && shown.count > 0 ? resolutionWords(camera, shown.binning) : null;
+    this.resolution.hidden = words === null;
+    say(this.resolution, words?.text ?? "");
+    this.resolution.title = words?.meaning ?? "";
   }
 
   /** @param {ConsoleState} state @param {ShownView | undefined} shown @param {boolean} noticed */

@@ -6,7 +6,8 @@ export const HEADER_BYTES = 24;
 const FROZEN = 1;
 
 /**
- * @typedef {{view: number, scale: number, frozen: boolean, seq: number, t_capture_us: bigint, age_us: number}} FrameHeader
+ * @typedef {{view: number, scale: number, frozen: boolean, seq: number, t_capture_us: bigint, age_us: number, binning: number}} FrameHeader
+ *   `binning`: of the camera's picture, before it was made smaller by `scale`
  */
 
 /**
@@ -26,6 +27,7 @@ export function readHeader(message) {
     seq: bytes.getUint32(4, true),
     t_capture_us: bytes.getBigUint64(8, true),
     age_us: bytes.getUint32(16, true),
+    binning: bytes.getUint8(20),
   };
 }
 

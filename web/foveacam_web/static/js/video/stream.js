@@ -247,6 +247,7 @@ function shown(slot, now_ms) {
     width: slot.canvas.width,
     height: slot.canvas.height,
     scale: header?.scale ?? 1,
+    binning: header?.binning ?? 1,
     frozen: header?.frozen ?? false,
     silent_ms: since_ms,
   };
