@@ -49,6 +49,8 @@ def shape(*, faces: int = 1, n: int = 100, fixation_id: str = "fix-1") -> Fixati
         backend="sgbm",
         network_sha256=None,
         patch=patch,
+        look_size=(720, 540),
+        depth_size=(3, 3),
     )
 
 

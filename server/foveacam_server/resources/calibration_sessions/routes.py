@@ -10,6 +10,7 @@ from foveacam_server.accounts.errors import require
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     LeaseHeader,
@@ -40,6 +41,7 @@ class CalibrationSessionRouteServices(Protocol):
     """Services that these routes use."""
 
     sessions: CalibrationSessionService
+    computing: ComputeQueue
     jobs: JobRunner
     lease: Lease
 
