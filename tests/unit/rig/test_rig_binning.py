@@ -109,8 +109,8 @@ def test_a_recordings_binning_comes_before_a_sessions(setup: HardwareSetup) -> N
     assert chosen.wanted(setup.rig) == 2
 
 
-def test_the_working_binning_is_one_unless_the_settings_say_otherwise() -> None:
-    assert (Settings().binning, Settings(binning="rig").binning) == ("1", "rig")
+def test_the_working_binning_is_the_rigs_own_unless_the_settings_say_otherwise() -> None:
+    assert (Settings().binning, Settings(binning="1").binning) == ("rig", "1")
     with pytest.raises(ValueError, match="'1', '2' or 'rig'"):
         Settings(binning="4")  # type: ignore[arg-type]  # what the command line may say
 
