@@ -19,7 +19,7 @@ from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.tiles import SearchPlan, match_tiles, plan_search
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
-MAX_WRONG_IN_SCENE = 0.4
+MAX_WRONG_IN_SCENE = 0.37
 """Largest probability of an error above 1 px where the scene decides what is searched: `max_wrong` belongs to
 wide ranges, in which other disparities contradict more of the mismatches."""
 

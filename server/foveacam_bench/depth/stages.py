@@ -51,6 +51,11 @@ class LookCost:
     bare_ms: float
     stages_ms: dict[str, float]
 
+    @staticmethod
+    def overhead_ratio(looks: "list[LookCost]") -> float:
+        """Return the time of the depth of looks beyond that of bare OpenCV, over the latter."""
+        return sum(one.ours_ms for one in looks) / sum(one.bare_ms for one in looks) - 1.0
+
 
 def staged_depth(
     sighting: Sighting, calibration: Calibration, times: StageTimes, *, scale: float = 0.5
@@ -86,10 +91,12 @@ def overhead_figures(
     costs = {
         name: [look_cost(each, calibration, runs=runs, scale=scale) for each in looks[name]] for name in looks
     }
-    ratios = {name: _ratio(each) for name, each in costs.items()}
+    ratios = {name: LookCost.overhead_ratio(each) for name, each in costs.items()}
     figures: Figures = {
         "overhead_ratio": max(ratios.values()),
-        "overhead_ratio_worst_look": max(_ratio([one]) for each in costs.values() for one in each),
+        "overhead_ratio_worst_look": max(
+            LookCost.overhead_ratio([one]) for each in costs.values() for one in each
+        ),
         "stages_ms": {name: _mean_stages(each) for name, each in costs.items()},
     }
     for name, each in costs.items():
@@ -132,10 +139,6 @@ def _bare_search(pair: RectifiedPair) -> Callable[[], object]:
     images, _ = with_margins((gray(pair.left), gray(pair.right)), first=first, count=count)
     opencv = matcher(first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px)
     return lambda: opencv.compute(*images)
-
-
-def _ratio(costs: list[LookCost]) -> float:
-    return sum(one.ours_ms for one in costs) / sum(one.bare_ms for one in costs) - 1.0
 
 
 def _mean_stages(costs: list[LookCost]) -> dict[str, float]:
