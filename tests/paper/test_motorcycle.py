@@ -28,7 +28,7 @@ def test_errors_and_wrong_matches_are_as_frequent_as_stated() -> None:
     real = next(real_pairs(None))
     pair, settings = rectified_real(real)
     found, refinement = find_and_refine(pair, settings)
-    odds = match_errors(found, refinement, SEMI_GLOBAL).wrong_log_odds
+    odds = match_errors(found, refinement, SEMI_GLOBAL).wrong_log_odds[::2, ::2]
     error = (refinement.residual_px - real.truth_px)[::2, ::2]
     judged = np.isfinite(error) & np.isfinite(found[::2, ::2]) & refinement.seen[::2, ::2]
     stated, wrong = 1.0 / (1.0 + np.exp(-odds[judged])), np.abs(error[judged]) > 1.0

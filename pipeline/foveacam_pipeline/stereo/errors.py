@@ -111,12 +111,11 @@ LIVE = ErrorModel(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchErrors:
-    """Errors of a disparity map; valid where the matcher gave a disparity."""
+    """Errors of a disparity map, both (h, w); valid where the matcher gave a disparity."""
 
     sigma_px: FloatImage
-    """(h, w), of the map's size."""
     wrong_log_odds: FloatImage
-    """(n, m) log-odds that the error exceeds 1 px, of the cells of the refinement."""
+    """Log-odds that the error exceeds 1 px."""
 
 
 def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorModel) -> MatchErrors:
@@ -126,7 +125,8 @@ def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorM
     cv2.exp(sigma, dst=sigma)
     np.clip(sigma, np.float32(LEAST_SIGMA_PX), np.float32(LARGEST_SIGMA_PX), out=sigma)
     if sigma.shape != disparity_px.shape:
-        sigma = np.asarray(cv2.resize(sigma, disparity_px.shape[::-1]), dtype=np.float32)
+        size = disparity_px.shape[::-1]
+        sigma, log_odds = (np.asarray(cv2.resize(of, size), dtype=np.float32) for of in (sigma, log_odds))
     return MatchErrors(sigma_px=sigma, wrong_log_odds=log_odds)
 
 
@@ -149,10 +149,10 @@ def acceptable(
     found_px: FloatImage, refinement: Refinement, errors: MatchErrors, *, settings: MatchSettings
 ) -> NDArray[np.bool_]:
     """Return (h, w) bool: where a disparity was found, is seen by both eyes, and is not too doubtful."""
-    likely = gradients_correlate(refinement)
-    likely &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
-    kept = cv2.resize(likely.view(np.uint8), found_px.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    known = np.asarray(kept, dtype=np.uint8).view(np.bool_)
+    alike = gradients_correlate(refinement).view(np.uint8)
+    alike = np.asarray(cv2.resize(alike, found_px.shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8)
+    known = alike.view(np.bool_)
+    known &= errors.wrong_log_odds <= np.float32(math.log(settings.max_wrong / (1.0 - settings.max_wrong)))
     known &= np.isfinite(found_px)
     known &= refinement.seen
     known &= errors.sigma_px <= np.float32(settings.max_sigma_px)
