@@ -21,6 +21,9 @@ LARGEST_STEP_CUE_PX = 3.0
 LEAST_STEP_PX, LEAST_SPREAD_PX = 0.1, 0.25
 LARGEST_NOISE_SIGMA_PX, LEAST_NOISE_SIGMA_PX = 10.0, 0.01
 LEAST_SIGMA_PX, LARGEST_SIGMA_PX = 0.02, 20.0
+SPREAD_CELLS, WIDE_SPREAD_CELLS, HOLES_CELLS, WIDE_HOLES_CELLS = 3, 7, 5, 13
+"""Sides of the windows of the neighbourhood cues, cells of 2 x 2 pixels."""
+_FARTHEST = np.float32(1e6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,45 +38,28 @@ class CueWeights:
     step: float
     """Of log(0.1 px + size of the sub-pixel step that the images ask for)."""
     spread: float
-    """Of log(0.25 px + spread of disparity in `CueWindows.spread`): slanted surfaces and edges."""
+    """Of log(0.25 px + spread of disparity in `SPREAD_CELLS`): slanted surfaces and edges."""
     wide_spread: float
-    """Of log(0.25 px + spread of disparity in `CueWindows.wide_spread`)."""
+    """Of log(0.25 px + spread of disparity in `WIDE_SPREAD_CELLS`)."""
     holes: float
-    """Of the share in `CueWindows.holes` that the matcher rejected: ambiguous, or unlike at right."""
+    """Of the share in `HOLES_CELLS` that the matcher rejected: ambiguous, or unlike at right."""
     wide_holes: float
-    """Of the share in `CueWindows.wide_holes` that the matcher rejected."""
+    """Of the share in `WIDE_HOLES_CELLS` that the matcher rejected."""
     likeness: float
     """Of the correlation of both windows' gradients in 6 x 6 pixels."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CueWindows:
-    """Sides of the windows of the neighbourhood cues, pixels of the matcher's map."""
-
-    spread: int = 5
-    wide_spread: int = 13
-    holes: int = 9
-    wide_holes: int = 25
-
-
-FULL_SIZE = CueWindows()
-HALF_SIZE = CueWindows(spread=3, wide_spread=7, holes=5, wide_holes=13)
-"""About the same surroundings in a map of half the size."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorModel:
     """The fitted weights of the cues for one matcher."""
 
-    windows: CueWindows
     log_sigma: CueWeights
     log_odds_wrong: CueWeights
 
 
 SEMI_GLOBAL = ErrorModel(
-    windows=FULL_SIZE,
     log_sigma=CueWeights(
-        constant=-0.858,
+        constant=-0.908,
         noise_sigma=0.257,
         noise=0.223,
         step=0.028,
@@ -84,7 +70,7 @@ SEMI_GLOBAL = ErrorModel(
         likeness=0.050,
     ),
     log_odds_wrong=CueWeights(
-        constant=-3.041,
+        constant=-3.19,
         noise_sigma=0.039,
         noise=0.742,
         step=0.149,
@@ -97,7 +83,6 @@ SEMI_GLOBAL = ErrorModel(
 )
 """Error model of `match`."""
 LIVE = ErrorModel(
-    windows=HALF_SIZE,
     log_sigma=CueWeights(
         constant=-0.014,
         noise_sigma=0.362,
@@ -135,10 +120,13 @@ class MatchErrors:
 
 def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorModel) -> MatchErrors:
     """Return the errors of a disparity map (h, w), px, NaN where the matcher gave none."""
-    cues = match_cues(disparity_px, refinement, model.windows)
+    cues = match_cues(disparity_px, refinement)
     sigma, log_odds = (_weighted(cues, weights) for weights in (model.log_sigma, model.log_odds_wrong))
     cv2.exp(sigma, dst=sigma)
     np.clip(sigma, np.float32(LEAST_SIGMA_PX), np.float32(LARGEST_SIGMA_PX), out=sigma)
+    if sigma.shape != disparity_px.shape:
+        size = disparity_px.shape[::-1]
+        sigma, log_odds = (np.asarray(cv2.resize(of, size), dtype=np.float32) for of in (sigma, log_odds))
     return MatchErrors(sigma_px=sigma, wrong_log_odds=log_odds)
 
 
@@ -161,32 +149,37 @@ def acceptable(
     found_px: FloatImage, refinement: Refinement, errors: MatchErrors, *, settings: MatchSettings
 ) -> NDArray[np.bool_]:
     """Return (h, w) bool: where a disparity was found, is seen by both eyes, and is not too doubtful."""
-    known = np.isfinite(found_px) & refinement.seen & (errors.sigma_px <= settings.max_sigma_px)
-    known &= gradients_correlate(refinement)
-    known &= errors.wrong_log_odds <= math.log(settings.max_wrong / (1.0 - settings.max_wrong))
+    alike = gradients_correlate(refinement).view(np.uint8)
+    alike = np.asarray(cv2.resize(alike, found_px.shape[::-1], interpolation=cv2.INTER_NEAREST), np.uint8)
+    known = alike.view(np.bool_)
+    known &= errors.wrong_log_odds <= np.float32(math.log(settings.max_wrong / (1.0 - settings.max_wrong)))
+    known &= np.isfinite(found_px)
+    known &= refinement.seen
+    known &= errors.sigma_px <= np.float32(settings.max_sigma_px)
     return known
 
 
-def match_cues(
-    disparity_px: FloatImage, refinement: Refinement, windows: CueWindows
-) -> tuple[FloatImage, ...]:
-    """Return the cues in the order of `CueWeights` after the constant, each (h, w)."""
-    missing = np.isnan(disparity_px).astype(np.float32)
+def match_cues(disparity_px: FloatImage, refinement: Refinement) -> tuple[FloatImage, ...]:
+    """Return the cues in the order of `CueWeights` after the constant, each (n, m), of cells.
+
+    `disparity_px`: (h, w) of pixels or (n, m) of cells.
+    """
+    low, high, missing = _cells(disparity_px, refinement.step_px.shape)
     noise_sigma = np.clip(
         refinement.noise_sigma_px, np.float32(LEAST_NOISE_SIGMA_PX), np.float32(LARGEST_NOISE_SIGMA_PX)
     )
     step = np.abs(refinement.step_px)
     np.minimum(step, np.float32(LARGEST_STEP_CUE_PX), out=step)
     step += np.float32(LEAST_STEP_PX)
-    spread, wide_spread = _spreads(disparity_px, (windows.spread, windows.wide_spread))
+    spread, wide_spread = _spreads(low, high, (SPREAD_CELLS, WIDE_SPREAD_CELLS))
     return (
         _log(noise_sigma),
         _log(refinement.noise.copy()),
         _log(step),
         _log(spread),
         _log(wide_spread),
-        _share(missing, windows.holes),
-        _share(missing, windows.wide_holes),
+        _share(missing, HOLES_CELLS),
+        _share(missing, WIDE_HOLES_CELLS),
         refinement.likeness,
     )
 
@@ -208,15 +201,32 @@ def _weighted(cues: tuple[FloatImage, ...], weights: CueWeights) -> FloatImage:
     return total
 
 
-def _spreads(disparity_px: FloatImage, sides: tuple[int, int]) -> Iterator[FloatImage]:
+def _cells(disparity_px: FloatImage, size: tuple[int, ...]) -> tuple[FloatImage, FloatImage, FloatImage]:
+    """Return the least and the largest known disparity, px, and the share of unknown ones, of every cell."""
+    unknown = np.isnan(disparity_px)
+    low = np.where(unknown, _FARTHEST, disparity_px)
+    high = np.where(unknown, -_FARTHEST, disparity_px)
+    missing = unknown.astype(np.float32)
+    if size == disparity_px.shape:
+        return low, high, missing
+    low, high = _paired(np.minimum, low), _paired(np.maximum, high)
+    return low, high, np.asarray(cv2.resize(missing, size[::-1], interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _paired(which: np.ufunc, image: FloatImage) -> FloatImage:
+    """Return `which` of both rows, then of both columns of each cell; the last may have one alone."""
+    rows = which(image[:-1:2], image[1::2])
+    rows = np.concatenate([rows, image[-1:]]) if len(image) % 2 else rows
+    columns = which(rows[:, :-1:2], rows[:, 1::2])
+    return np.concatenate([columns, rows[:, -1:]], axis=1) if rows.shape[1] % 2 else columns
+
+
+def _spreads(low: FloatImage, high: FloatImage, sides: tuple[int, int]) -> Iterator[FloatImage]:
     """Yield `LEAST_SPREAD_PX` and the largest minus the smallest known disparity in each window, px."""
-    known = np.isfinite(disparity_px)
-    highest = np.where(known, disparity_px, np.float32(-1e6))
-    lowest = np.where(known, disparity_px, np.float32(1e6))
     for side in sides:
         window = np.ones((side, side), dtype=np.uint8)
-        spread = np.asarray(cv2.dilate(highest, window), dtype=np.float32)
-        spread -= np.asarray(cv2.erode(lowest, window), dtype=np.float32)
+        spread = np.asarray(cv2.dilate(high, window), dtype=np.float32)
+        spread -= np.asarray(cv2.erode(low, window), dtype=np.float32)
         np.clip(spread, np.float32(0.0), np.float32(LARGEST_SPREAD_PX), out=spread)
         spread += np.float32(LEAST_SPREAD_PX)
         yield spread

@@ -16,10 +16,10 @@ from foveacam_pipeline.stereo.errors import SEMI_GLOBAL, accept_matches
 from foveacam_pipeline.stereo.occlusion import occluded_pixels
 from foveacam_pipeline.stereo.refine import FloatImage, Refinement, refine
 from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
-from foveacam_pipeline.stereo.tiles import match_tiles, plan_search
+from foveacam_pipeline.stereo.tiles import SearchPlan, match_tiles, plan_search
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
-MAX_WRONG_IN_SCENE = 0.4
+MAX_WRONG_IN_SCENE = 0.37
 """Largest probability of an error above 1 px where the scene decides what is searched: `max_wrong` belongs to
 wide ranges, in which other disparities contradict more of the mismatches."""
 
@@ -28,8 +28,7 @@ def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMa
     """Return the signed residual disparity of every left pixel, its error, and NaN where unknown."""
     started = time.perf_counter()
     found, refinement = find_and_refine(pair, settings)
-    if settings.scene_decides:
-        settings = replace(settings, max_wrong=min(settings.max_wrong, MAX_WRONG_IN_SCENE))
+    settings = acceptance(settings)
     residual, sigma = accept_matches(found, refinement, model=SEMI_GLOBAL, settings=settings)
     occluded = occluded_pixels(residual)
     return DisparityMap(
@@ -40,16 +39,27 @@ def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMa
     )
 
 
+def acceptance(settings: MatchSettings) -> MatchSettings:
+    """Return the settings by which matches are accepted."""
+    if not settings.scene_decides:
+        return settings
+    return replace(settings, max_wrong=min(settings.max_wrong, MAX_WRONG_IN_SCENE))
+
+
 def find_and_refine(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> tuple[FloatImage, Refinement]:
     """Return the disparities (h, w) of the matcher, px, NaN where it gave none, and their refinement."""
-    left, right = gray(pair.left), gray(pair.right)
-    grays = left, right
+    grays = gray(pair.left), gray(pair.right)
     plan = plan_search(pair, grays, settings)
     found = match_tiles(grays, plan.tiles, settings)
-    found[~pair.valid_left] = np.nan
+    leave_out(found, pair, plan)
+    return found, refine(*grays, np.nan_to_num(found), pair.valid_right)
+
+
+def leave_out(found_px: FloatImage, pair: RectifiedPair, plan: SearchPlan) -> None:
+    """Set disparities (h, w) to NaN outside the left frame and where the coarse search contradicts them."""
+    found_px[~pair.valid_left] = np.nan
     if plan.coarse is not None:
-        found[contradicted(plan.coarse, found)] = np.nan
-    return found, refine(left, right, np.nan_to_num(found), pair.valid_right)
+        found_px[contradicted(plan.coarse, found_px)] = np.nan
 
 
 def gray(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -43,7 +43,11 @@ CLEAR_LIKENESS, LEAST_LOCAL_LIKENESS = 0.25, 0.4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Refinement:
-    """A refined disparity map, all (h, w)."""
+    """A refined disparity map, and what was measured about it on cells (n, m).
+
+    `residual_px`, `seen`: of the map's size. The others: of cells of 2 x 2 pixels, or of the map's size where
+    it is a map of cells.
+    """
 
     residual_px: FloatImage
     step_px: FloatImage
@@ -66,8 +70,7 @@ def refine(
     disparity_px: FloatImage,
     valid_right: NDArray[np.bool_],
 ) -> Refinement:
-    """Refine a finite disparity map (h, w), px, of two grey images (h, w)."""
-    height, width = left.shape
+    """Refine a finite disparity map (h, w), px, of two grey images (h, w); rows and columns may be odd."""
     places = _places_at_right(disparity_px)
     matched = cv2.remap(right, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     sums = _gauss_newton(left, np.asarray(matched, dtype=np.uint8))
@@ -77,14 +80,15 @@ def refine(
     applied = step / (1.0 + step_variance / np.float32(PRIOR_SIGMA_PX**2))
     applied[np.abs(step) > np.float32(LARGEST_STEP_PX)] = 0.0
     likeness, wide_likeness = energy_ratios(sums.energy, sums.own_energy)
-    size = (width, height)
+    residual = _float(cv2.resize(applied, left.shape[::-1]))
+    residual += disparity_px
     return Refinement(
-        residual_px=disparity_px + _float(cv2.resize(applied, size)),
-        step_px=_float(cv2.resize(step, size)),
-        noise=_float(cv2.resize(np.sqrt(variance), size)),
-        noise_sigma_px=_float(cv2.resize(np.sqrt(step_variance), size)),
-        likeness=_float(cv2.resize(likeness, size)),
-        wide_likeness=_float(cv2.resize(wide_likeness, size)),
+        residual_px=residual,
+        step_px=step,
+        noise=np.sqrt(variance),
+        noise_sigma_px=np.sqrt(step_variance),
+        likeness=likeness,
+        wide_likeness=wide_likeness,
         seen=_seen_at(places, valid_right),
     )
 
@@ -159,7 +163,7 @@ def energy_ratios(energy: FloatImage, own_energy: FloatImage) -> tuple[FloatImag
 
 
 def gradients_correlate(refinement: Refinement) -> NDArray[np.bool_]:
-    """Return (h, w) bool: where the gradients of both windows correlate more than those of noise."""
+    """Return (n, m) bool: where the gradients of both windows correlate more than those of noise."""
     return (refinement.wide_likeness >= np.float32(LEAST_LIKENESS)) & (
         (refinement.wide_likeness >= np.float32(CLEAR_LIKENESS))
         | (refinement.likeness >= np.float32(LEAST_LOCAL_LIKENESS))

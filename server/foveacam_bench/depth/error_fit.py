@@ -18,7 +18,7 @@ from scipy.optimize import minimize
 from foveacam_bench.depth.dense import ONE_SIGMA, WRONG_PX, rectified_real
 from foveacam_bench.depth.real_pairs import real_pairs
 from foveacam_bench.depth.rendered_looks import true_looks
-from foveacam_pipeline.stereo.errors import LIVE, SEMI_GLOBAL, CueWeights, match_cues
+from foveacam_pipeline.stereo.errors import CueWeights, match_cues
 from foveacam_pipeline.stereo.estimator import DepthBackend
 from foveacam_pipeline.stereo.kernels import enlarge_cells
 from foveacam_pipeline.stereo.live import LARGEST_BEND_PX, match_cells, refine_match
@@ -84,34 +84,30 @@ def _pairs(backend: DepthBackend) -> Iterator[FitData]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MatchedPixels:
-    """Disparities (h, w) px, NaN where unknown; cues and `alike` of every `step` th pixel."""
+    """Disparities (h, w) px, NaN where unknown; cues and `alike` of every cell of 2 x 2 pixels."""
 
     residual_px: FloatImage
     cues: tuple[FloatImage, ...]
     alike: NDArray[np.bool_]
-    step: int
 
 
 def _matched(backend: DepthBackend, pair: RectifiedPair, settings: MatchSettings) -> MatchedPixels:
     if backend == "sgbm":
         found, refinement = find_and_refine(pair, settings)
         residual = np.where(np.isfinite(found) & refinement.seen, refinement.residual_px, np.float32(np.nan))
-        return _as_matched(residual, found, refinement, step=1)
+        return _as_matched(residual, found, refinement)
     match = match_cells(pair, settings)
     refinement = refine_match(match)
     cells = np.where(refinement.seen, refinement.residual_px, np.float32(np.nan))
     height, width = pair.left.shape[:2]
     residual = np.empty(match.left.shape, dtype=np.float32)
     enlarge_cells(cells, np.float32(LARGEST_BEND_PX), 0, match.valid_left, residual)
-    return _as_matched(residual[:height, :width], match.found_px, refinement, step=2)
+    return _as_matched(residual[:height, :width], match.found_px, refinement)
 
 
-def _as_matched(
-    residual_px: FloatImage, found_px: FloatImage, refinement: Refinement, *, step: int
-) -> MatchedPixels:
-    windows = (SEMI_GLOBAL if step == 1 else LIVE).windows
-    cues = match_cues(found_px, refinement, windows)
-    return MatchedPixels(residual_px=residual_px, cues=cues, alike=gradients_correlate(refinement), step=step)
+def _as_matched(residual_px: FloatImage, found_px: FloatImage, refinement: Refinement) -> MatchedPixels:
+    cues = match_cues(found_px, refinement)
+    return MatchedPixels(residual_px=residual_px, cues=cues, alike=gradients_correlate(refinement))
 
 
 def _sampled(
@@ -123,7 +119,7 @@ def _sampled(
     share: float,
 ) -> FitData:
     """Return `count` random pixels of those with a disparity and a ground truth."""
-    error_px = (found.residual_px - truth_px)[:: found.step, :: found.step]
+    error_px = (found.residual_px - truth_px)[::2, ::2]
     rows, columns = np.nonzero(np.isfinite(error_px))
     chosen = rng.choice(len(rows), min(count, len(rows)), replace=False)
     here = rows[chosen], columns[chosen]

@@ -1,32 +1,31 @@
 """Measure the cost of depth over bare OpenCV, and its accuracy on a real pair and on rendered looks.
 
-`overhead_ratio`: CPU time of rectify + match + depth map, minus and over the time of one call of OpenCV's
-matcher on the same images and settings (left-right check included); medians of alternating runs. `density`,
-`epe_px`, `bad1`: on the Motorcycle pair (Middlebury 2014, in scikit-image): share of pixels with ground truth
-that are answered, their mean error, and the share of them with an error above 1 px. The `rendered_` figures
-compare looks at the simulated bench with the renderer's exact depth.
+`overhead_ratio`: CPU time of rectify + match + depth map, errors included, of looks at the simulated bench,
+minus and over that of one call of OpenCV's matcher on the same images, 128 px about the verged depth
+(left-right check included); medians of alternating runs, one thread; of frames at binning 1 (`_full`) and 2
+(`_binned`), both at 720 x 540 px. `stages_ms`: where it goes. `density`, `epe_px`, `bad1`: on the Motorcycle
+pair (Middlebury 2014, in scikit-image): share of pixels with ground truth that are answered, their mean
+error, and the share of them with an error above 1 px. The `rendered_` figures compare the looks with the
+renderer's exact depth.
 """
 
 import json
 import sys
-import time
-from collections.abc import Callable
-from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_bench.depth.stages import overhead_figures
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
-from foveacam_hardware.contract import InvalidInput, Role, Sighting, install_command
+from foveacam_bench.judging import bin_cameras, truth_of
+from foveacam_hardware.contract import Binning, InvalidInput, Role, Sighting, install_command
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_pipeline.stereo.depth import depth_map
-from foveacam_pipeline.stereo.match import gray, match
+from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import plane_from_raw, rectify
-from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings, matcher, search_window, with_margins
-from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+from foveacam_pipeline.stereo.search import MatchSettings
+from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.resources.calibrations.service import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
@@ -41,54 +40,29 @@ LOOKS: tuple[tuple[float, float, float], ...] = (
     (7.0, 1.0, 2.7),
 )
 """(ax_deg, ay_deg, distance_m) of the rendered looks. The first sees no texture, the last only texture."""
+BINNINGS: dict[str, Binning] = {"full": 1, "binned": 2}
+RUNS, QUICK_RUNS = 15, 5
 
 
 def run(*, quick: bool = False) -> Figures:
     """Measure, and return the figures."""
-    with open_simulated(scene="bench", inline=True) as rig:
-        calibration = load_calibration(CERTIFICATE)
-        sightings = [_look(rig, calibration, look) for look in LOOKS[-1 if quick else 0 :]]
-        found: Figures = dict(_overhead(sightings[0], calibration, runs=5 if quick else 25))
-        found |= motorcycle_figures()
-        found |= _rendered(rig, calibration, sightings)
+    calibration = load_calibration(CERTIFICATE)
+    looks, rendered = {}, {}
+    for name, binning in BINNINGS.items():
+        with open_simulated(scene="bench", inline=True) as rig:
+            bin_cameras(rig, binning)
+            looks[name] = [_look(rig, calibration, look) for look in LOOKS[-1 if quick else 0 :]]
+            rendered[name] = _rendered(rig, calibration, looks[name])
+    found = overhead_figures(looks, calibration, runs=QUICK_RUNS if quick else RUNS)
+    found |= motorcycle_figures()
+    found |= rendered["full"]
+    found |= {f"{key}_binned": value for key, value in rendered["binned"].items()}
     return found
 
 
 def _look(rig: Rig, calibration: Calibration, look: tuple[float, float, float]) -> Sighting:
     ax_rad, ay_rad = np.deg2rad(look[:2]).tolist()
     return rig.head.look(calibration.steer(ax_rad, ay_rad, distance_m=look[2]))
-
-
-def _overhead(sighting: Sighting, calibration: Calibration, *, runs: int) -> dict[str, float]:
-    """Time our pipeline and OpenCV's matcher alternately."""
-    pair = rectify(sighting, calibration)
-    first, count = search_window(pair)
-    images, _ = with_margins((gray(pair.left), gray(pair.right)), first=first, count=count)
-    opencv = matcher(first=first, count=count, settings=DEFAULT, speckle_px=DEFAULT.speckle_px)
-
-    def ours() -> DepthMap:
-        pair = rectify(sighting, calibration)
-        return depth_map(pair, match(pair))
-
-    def bare() -> object:
-        return opencv.compute(*images)
-
-    ours_ms, bare_ms = [], []
-    for _ in range(runs + 1):
-        ours_ms.append(_cpu_ms(ours))
-        bare_ms.append(_cpu_ms(bare))
-    ours_median_ms, bare_median_ms = median(ours_ms[1:]), median(bare_ms[1:])
-    return {
-        "overhead_ratio": (ours_median_ms - bare_median_ms) / bare_median_ms,
-        "ours_cpu_ms": ours_median_ms,
-        "opencv_cpu_ms": bare_median_ms,
-    }
-
-
-def _cpu_ms(work: Callable[[], object]) -> float:
-    before_s = time.process_time()
-    work()
-    return 1e3 * (time.process_time() - before_s)
 
 
 def _published_pair() -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float32]]:

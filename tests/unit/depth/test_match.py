@@ -72,6 +72,22 @@ def test_colour_pairs_match_like_grey_ones() -> None:
     assert np.nanmedian(match(colour).residual_px) == pytest.approx(9.0, abs=0.05)
 
 
+def test_a_window_with_odd_sides_is_answered_to_its_last_pixel() -> None:
+    pair, odd = pair_of(flat(7.25)), (slice(HEIGHT - 1), slice(WIDTH - 1))
+    found = match(
+        replace(
+            pair,
+            left=pair.left[odd],
+            right=pair.right[odd],
+            valid_left=pair.valid_left[odd],
+            valid_right=pair.valid_right[odd],
+        )
+    )
+    assert found.residual_px.shape == found.sigma_px.shape == (HEIGHT - 1, WIDTH - 1)
+    assert np.isfinite(found.residual_px[-20:, 60:]).mean() > 0.9
+    assert np.nanmedian(np.abs(found.residual_px - 7.25)) < 0.1
+
+
 def test_the_search_is_centred_on_the_verged_depth() -> None:
     assert search_window(pair_of(flat(0.0), offset_px=280.0)) == (-64, 128)
     assert search_window(pair_of(flat(0.0)), MatchSettings(disparities=64)) == (-32, 64)
