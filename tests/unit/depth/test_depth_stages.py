@@ -1,4 +1,4 @@
-"""Stages of dense depth as `bench stereo` times them: each is timed, and together they give the same depth."""
+"""Stages of dense depth as `bench stereo` times them: together they give the product's depth."""
 
 import math
 from collections.abc import Iterator
