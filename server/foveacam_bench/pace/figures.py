@@ -31,6 +31,9 @@ def run(*, quick: bool = False, report: Report = lambda progress: None) -> Figur
     report("imports and set-up")
     found |= import_figures(quick=quick)
     found |= _with_a_page(quick=quick, report=report)
+    ready_s, click_s = found["clone_to_ready_s"], found["click_to_distance_s_median"]
+    if isinstance(ready_s, float) and isinstance(click_s, float):
+        found["clone_to_click_s"] = ready_s + click_s
     figures = with_multiples(found, reference_ms=reference_ms())
     report("computing of a look")
     return figures | steps.run(quick=quick)

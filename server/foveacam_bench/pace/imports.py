@@ -1,4 +1,4 @@
-"""What the start of a server loads, how long a set-up takes, and how large an environment it leaves."""
+"""What the start of a server loads, how long a set-up takes with its first start, and what it leaves."""
 
 import os
 import shutil
@@ -6,9 +6,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from foveacam_bench.figures import Figures
+from foveacam_bench.pace.start import TimedServer
 
 ROOT = Path(__file__).parents[3]
 PROGRAM = (
@@ -41,15 +43,37 @@ PACKAGES = ("hardware", "pipeline", "web", "server")
 SETUP_LIMIT_S = 900.0
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewEnvironment:
+    """What a set-up took; None where it was not made, or failed."""
+
+    set_up_s: float | None = None
+    ready_s: float | None = None
+    """From the call of its server to the first answer that it is ready."""
+    base_mb: float | None = None
+    """Size of what is needed without extras."""
+
+    @property
+    def clone_to_ready_s(self) -> float | None:
+        """Time of both; None without either."""
+        return None if self.set_up_s is None or self.ready_s is None else self.set_up_s + self.ready_s
+
+
 def import_figures(*, quick: bool = False) -> Figures:
     """Return processor time and modules of a server's start, and, not `quick`, what the set-ups take.
 
-    Packages come from uv's or pip's cache where it has them; a set-up that fails is null.
+    Packages come from uv's or pip's cache where it has them; a set-up that fails is null. `clone_to_ready_s`:
+    the set-up and the first start of what it installed, without bytecode or kernels.
     """
-    nothing: tuple[None, None] = (None, None)
-    base_s, base_mb = nothing if quick else _set_up(".venv/.installed")
-    dev_s, _ = nothing if quick else _set_up("setup")
-    return {**start_figures(), "setup_base_s": base_s, "setup_dev_s": dev_s, "environment_base_mb": base_mb}
+    base = NewEnvironment() if quick else _set_up(".venv/.installed", start=True)
+    dev = NewEnvironment() if quick else _set_up("setup")
+    return {
+        **start_figures(),
+        "setup_base_s": base.set_up_s,
+        "setup_dev_s": dev.set_up_s,
+        "environment_base_mb": base.base_mb,
+        "clone_to_ready_s": base.clone_to_ready_s,
+    }
 
 
 def start_figures() -> Figures:
@@ -65,11 +89,11 @@ def start_figures() -> Figures:
     return {"start_import_cpu_s": min(times_s), "start_modules": modules}
 
 
-def _set_up(target: str) -> tuple[float | None, float | None]:
-    """Return the seconds that make takes in a new folder, and the size of what no extra asks for, MB."""
+def _set_up(target: str, *, start: bool = False) -> NewEnvironment:
+    """Have make set up a new folder, and start what it installed where asked to."""
     make = shutil.which("make")
     if make is None:
-        return None, None
+        return NewEnvironment()
     with tempfile.TemporaryDirectory(prefix="foveacam-setup-") as name:
         folder = Path(name)
         _copy_sources(folder)
@@ -77,7 +101,18 @@ def _set_up(target: str) -> tuple[float | None, float | None]:
         began_s = time.monotonic()
         made = subprocess.run(command, cwd=folder, capture_output=True, timeout=SETUP_LIMIT_S, check=False)  # noqa: S603 - the project's own
         took_s = time.monotonic() - began_s
-        return (None, None) if made.returncode else (took_s, _base_mb(folder / ".venv"))
+        if made.returncode != 0:
+            return NewEnvironment()
+        ready_s = _first_ready_s(folder) if start else None
+        return NewEnvironment(set_up_s=took_s, ready_s=ready_s, base_mb=_base_mb(folder / ".venv"))
+
+
+def _first_ready_s(folder: Path) -> float:
+    """Return how long a server of a new environment takes to be ready."""
+    kernels = folder / "kernels"
+    kernels.mkdir()
+    with TimedServer(folder, kernels=kernels, python=str(folder / ".venv/bin/python")) as server:
+        return server.times().ready_s
 
 
 def _copy_sources(folder: Path) -> None:

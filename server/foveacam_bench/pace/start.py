@@ -41,11 +41,11 @@ class StartTimes:
     ready_s: float
 
 
-class _TimedServer:
+class TimedServer:
     """A server whose start is timed; it ends with the context."""
 
-    def __init__(self, folder: Path, *, kernels: Path) -> None:
-        """`kernels`: folder of the stored kernels."""
+    def __init__(self, folder: Path, *, kernels: Path, python: str = sys.executable) -> None:
+        """`kernels`: folder of the stored kernels; `python`: of the environment that serves."""
         port = free_port()
         self._url = f"http://127.0.0.1:{port}/"
         command = [part.format(port=port, data=folder / "data") for part in SERVE]
@@ -53,7 +53,7 @@ class _TimedServer:
         with (folder / "serve.log").open("a") as log:
             self._began_s = time.monotonic()
             self._process = subprocess.Popen(  # noqa: S603 - our own program
-                [sys.executable, "-m", *command], stdout=log, stderr=subprocess.STDOUT, env=environment
+                [python, "-m", *command], stdout=log, stderr=subprocess.STDOUT, env=environment
             )
 
     def __enter__(self) -> Self:
@@ -123,11 +123,11 @@ def _empty_folders() -> Iterator[tuple[Path, Path]]:
 def measure_start(*, quick: bool = False) -> Figures:
     """Return the figures of a first and a second start, and of an idle server without a page."""
     with _empty_folders() as (folder, kernels):
-        with _TimedServer(folder, kernels=kernels) as server:
+        with TimedServer(folder, kernels=kernels) as server:
             first = server.times()
             time.sleep(SETTLED_S)
             resident_mb = server.resident_mb()
-        with _TimedServer(folder, kernels=kernels) as server:
+        with TimedServer(folder, kernels=kernels) as server:
             second = server.times()
             time.sleep(SETTLED_S)
             cores = server.cores(QUICK_IDLE_S if quick else IDLE_S)
