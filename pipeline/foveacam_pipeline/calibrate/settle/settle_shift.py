@@ -30,6 +30,8 @@ ROUNDS = 12
 STOP_PX = 0.003
 LARGEST_ROUND_PX = 6.0
 MIN_SCORE = 0.25
+CUT_STEP_PX = 1.0 / 32.0
+"""Step to which OpenCV rounds the place of a patch that it cuts out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +119,8 @@ class SettledPicture:
         reference = self._patch.ravel() - float(self._patch.mean())
         shift, score = start.copy(), 0.0
         for _ in range(ROUNDS):
-            seen = _cut_patch(image, self._at + shift, self._half_px).ravel()
+            cut_at = np.rint(shift / CUT_STEP_PX) * CUT_STEP_PX
+            seen = _cut_patch(image, self._at + cut_at, self._half_px).ravel()
             seen = seen - float(seen.mean())
             power = float(seen @ seen)
             if power <= 0.0:
@@ -125,11 +128,10 @@ class SettledPicture:
             gain = float(reference @ seen) / power
             score = float(reference @ seen) / math.sqrt(power * float(reference @ reference))
             step = inverse @ (columns.T @ (reference - gain * seen))
-            moved_px = self._binning * float(np.abs(step).max())
-            if moved_px > LARGEST_ROUND_PX:
+            if self._binning * float(np.abs(step).max()) > LARGEST_ROUND_PX:
                 return start, score
-            shift = shift + step
-            if moved_px < STOP_PX:
+            before, shift = shift, cut_at + step
+            if self._binning * float(np.abs(shift - before).max()) < STOP_PX:
                 break
         return shift, score
 
@@ -147,7 +149,8 @@ def _cut_patch(
     side = 2 * half_px
     corner = np.asarray(at_px, dtype=np.float64) - half_px
     matrix = np.array([[1.0, 0.0, corner[0]], [0.0, 1.0, corner[1]]])
-    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
+    # not by cubic interpolation, which moves coarse texture by up to 0.05 px between the pixels
     view = cv2.warpAffine(image, matrix, (side, side), flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(view, dtype=np.float32)
 

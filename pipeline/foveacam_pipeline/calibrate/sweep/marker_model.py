@@ -1,8 +1,8 @@
 """Fit of a blurred image model of a printed square marker to all its pixels.
 
 Corners that are located one by one are shifted inwards by the blur (at an outer corner by some tenths of its
-sigma). The unknowns here are a homography, the blur without that by the pixels themselves, the black level, and
-a white level with a slope.
+sigma). The unknowns here are a homography, the blur without that by the pixels, the black level, and a white
+level with a slope.
 """
 
 from dataclasses import dataclass
@@ -263,8 +263,8 @@ def _slopes(by_x: Rows, by_y: Rows) -> _Slopes:
 def _cover(place: Rows, slopes: _Slopes, blur_px: float) -> tuple[Rows, Rows, Rows]:
     """Return (6, n) weights of the cells of a row over pixels, and derivatives by the place and by the blur.
 
-    A pixel is a box along the axis on which the place changes more; along the other one, where that of a marker
-    which is nearly upright changes little, it counts as blur.
+    A pixel is a box along the axis on which the place changes more. Along the other one, on which that of a
+    marker that is nearly upright changes little, it counts as blur.
     """
     blur = np.sqrt((slopes.whole * blur_px) ** 2 + slopes.less**2 / 12.0 + LEAST_BLUR_CELLS**2)
     sharpness, half = 1.0 / blur, 0.5 * slopes.more
