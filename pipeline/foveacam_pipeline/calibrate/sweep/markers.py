@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Binning
 from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
 from foveacam_pipeline.calibrate.sweep.marker_model import (
+    LARGEST_SAMPLE,
     MarkerFit,
     cell_corners,
     fit_marker,
@@ -35,6 +36,8 @@ LEAST_CONTRAST = 12.0
 """Grey levels between black and white."""
 REDUCTION = 4
 """Sensor pixels along a side of a pixel of the image in which a large marker is detected."""
+COARSE_SAMPLE = 800
+"""Pixels that place a marker in the reduced image, from which the fit at full size starts."""
 MIN_DISTANCE_RATE = 0.02
 """Share of a marker's perimeter: with OpenCV's default 0.125 the rim of the white paper often hides its
 marker."""
@@ -157,7 +160,7 @@ def _measured(
 ) -> MarkerView | None:
     if step == 1:
         return _view(gray, marker_id, corners, blur_px=1.0, side_m=side_m)
-    coarse = _fitted(reduced, corners, marker_id, blur_px=0.6)
+    coarse = _fitted(reduced, corners, marker_id, blur_px=0.6, sample=COARSE_SAMPLE)
     if coarse is None:
         return None
     full = coarse.pixels_of(outer_corners()) * step + (step - 1) / 2.0
@@ -165,13 +168,18 @@ def _measured(
 
 
 def _fitted(
-    gray: NDArray[np.uint8], corners_px: NDArray[np.float64], marker_id: int, *, blur_px: float
+    gray: NDArray[np.uint8],
+    corners_px: NDArray[np.float64],
+    marker_id: int,
+    *,
+    blur_px: float,
+    sample: int = LARGEST_SAMPLE,
 ) -> MarkerFit | None:
     sides = np.linalg.norm(corners_px - np.roll(corners_px, 1, axis=0), axis=1)
     if sides.min() < SMALLEST_CELL_PX * CELLS:
         return None
     try:
-        fit = fit_marker(gray, corners_px, _black(marker_id), blur_px=blur_px)
+        fit = fit_marker(gray, corners_px, _black(marker_id), blur_px=blur_px, sample=sample)
     except ValueError:
         return None
     return fit if fit.contrast >= LEAST_CONTRAST else None
