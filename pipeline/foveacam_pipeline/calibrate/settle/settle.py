@@ -192,23 +192,29 @@ class _SettleRun:
     def _after(self, step: _Step, delay_us: int) -> dict[Role, float]:
         """Step to the other end, look `delay_us` later, and wait there until all is at rest.
 
-        The picture is read and measured meanwhile.
+        The picture is measured meanwhile.
         """
         raise_if_cancelled(self._watch, doing=DOING)
         end = step.ends[1 if self._at_first else 0]
         sighting = self._head.look(end.volts, settle_us=delay_us)
+        rested_ns = self._rested_ns()
         self._begins_us[delay_us] = delay_us + sighting.exposure_after_trigger_ns / 1e3
         left = end.remaining(sighting)
         self._at_first = not self._at_first
-        self._clock.sleep_until_ns(sighting.left.t_ns + 1000 * self._settings.settled_us)
+        self._clock.sleep_until_ns(rested_ns)
         self._done += 1
         self._watch.progress(min(self._done, self._total), total=self._total, note=f"{step.axis} axis")
         return left
 
     def _rest(self, volts: StereoVolts) -> Sighting:
-        """Return a look at rest, after which the mirrors still are."""
         raise_if_cancelled(self._watch, doing=DOING)
-        return self._head.look(volts, settle_us=self._settings.settled_us)
+        sighting = self._head.look(volts, settle_us=self._settings.settled_us)
+        self._clock.sleep_until_ns(self._rested_ns())
+        return sighting
+
+    def _rested_ns(self) -> int:
+        """Return when a mirror that has just moved is at rest."""
+        return self._clock.now_ns() + 1000 * self._settings.settled_us
 
 
 def _axis_settle(

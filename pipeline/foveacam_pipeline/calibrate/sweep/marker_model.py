@@ -86,21 +86,15 @@ def cell_corners(black: Rows) -> Rows:
 
 
 def fit_marker(
-    gray: NDArray[np.generic],
-    corners_px: Rows,
-    black: Rows,
-    *,
-    blur_px: float = 1.0,
-    sample: int = LARGEST_SAMPLE,
+    gray: NDArray[np.generic], corners_px: Rows, black: Rows, *, blur_px: float = 1.0
 ) -> MarkerFit:
     """Fit a marker to an image, (h, w), from its outer corners, (4, 2) px, known to about a blur's width.
 
-    `sample`: number of pixels near edges that are fitted, of a marker that has so many.
     Raise ValueError when the fit diverges from the marker, which happens only where there is none. The damped
     steps stay by hand, as a sweep fits hundreds of markers: scipy's least squares took 1.9 times as long (28
     ms for 15 ms), and its corners were as far from the drawn ones.
     """
-    problem = _Problem(gray, corners_px, black, blur_px=blur_px, sample=sample)
+    problem = _Problem(gray, corners_px, black, blur_px=blur_px)
     state = problem.start(blur_px)
     damping = 1e-3
     residual, jacobian = problem.linearised(state)
@@ -127,15 +121,13 @@ def fit_marker(
 class _Problem:
     """The pixels about one marker; the state is 8 of the homography, blur px, black, white and its slopes."""
 
-    def __init__(
-        self, gray: NDArray[np.generic], corners_px: Rows, black: Rows, *, blur_px: float, sample: int
-    ) -> None:
+    def __init__(self, gray: NDArray[np.generic], corners_px: Rows, black: Rows, *, blur_px: float) -> None:
         self._black = black
         self._corners_px = corners_px
         self._middle_px = corners_px.mean(axis=0)
         self._unit_px = float(np.linalg.norm(corners_px - self._middle_px, axis=1).mean())
         self._guess = _homography(self._scaled(corners_px), outer_corners())
-        self.pixels_px = self._sample(gray.shape, blur_px, sample)
+        self.pixels_px = self._sample(gray.shape, blur_px)
         columns = self.pixels_px.astype(np.intp)
         self._values = np.asarray(gray[columns[:, 1], columns[:, 0]], dtype=np.float64)
         self._xy = self._scaled(self.pixels_px)
@@ -143,7 +135,7 @@ class _Problem:
     def _scaled(self, pixels_px: Rows) -> Rows:
         return np.asarray((pixels_px - self._middle_px) / self._unit_px, dtype=np.float64)
 
-    def _sample(self, shape: tuple[int, ...], blur_px: float, sample: int) -> Rows:
+    def _sample(self, shape: tuple[int, ...], blur_px: float) -> Rows:
         """Return pixels on and around the marker: those near edges, and a few of the others."""
         reach = 1.0 + 2.0 * MARGIN_CELLS / CELLS
         edge = self._middle_px + reach * (self._corners_px - self._middle_px)
@@ -156,7 +148,7 @@ class _Problem:
         cell_px = np.sqrt(2.0) * self._unit_px / CELLS
         off = np.abs(cells - np.rint(cells))
         near = np.minimum(off[:, 0], off[:, 1]) * cell_px <= 3.0 * blur_px + 1.5
-        share = np.where(near, min(1.0, sample / max(int(near.sum()), 1)), 0.0)
+        share = np.where(near, min(1.0, LARGEST_SAMPLE / max(int(near.sum()), 1)), 0.0)
         share[~near] = FLAT_SHARE * share.max(initial=0.0)
         # A seeded random choice, because a regular grid would alias with the cells.
         chosen = np.random.default_rng(len(pixels)).random(len(pixels)) < share

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Binning
 from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
 from foveacam_pipeline.calibrate.sweep.marker_model import (
-    LARGEST_SAMPLE,
     MarkerFit,
     cell_corners,
     fit_marker,
@@ -36,8 +35,6 @@ LEAST_CONTRAST = 12.0
 """Grey levels between black and white."""
 REDUCTION = 4
 """Sensor pixels along a side of a pixel of the image in which a large marker is detected."""
-COARSE_SAMPLE = 800
-"""Pixels that place a marker in the reduced image, from which the fit at full size starts."""
 MIN_DISTANCE_RATE = 0.02
 """Share of a marker's perimeter: with OpenCV's default 0.125 the rim of the white paper often hides its
 marker."""
@@ -160,7 +157,7 @@ def _measured(
 ) -> MarkerView | None:
     if step == 1:
         return _view(gray, marker_id, corners, blur_px=1.0, side_m=side_m)
-    coarse = _fitted(reduced, corners, marker_id, blur_px=0.6, sample=COARSE_SAMPLE)
+    coarse = _fitted(reduced, corners, marker_id, blur_px=0.6)
     if coarse is None:
         return None
     full = coarse.pixels_of(outer_corners()) * step + (step - 1) / 2.0
@@ -168,18 +165,13 @@ def _measured(
 
 
 def _fitted(
-    gray: NDArray[np.uint8],
-    corners_px: NDArray[np.float64],
-    marker_id: int,
-    *,
-    blur_px: float,
-    sample: int = LARGEST_SAMPLE,
+    gray: NDArray[np.uint8], corners_px: NDArray[np.float64], marker_id: int, *, blur_px: float
 ) -> MarkerFit | None:
     sides = np.linalg.norm(corners_px - np.roll(corners_px, 1, axis=0), axis=1)
     if sides.min() < SMALLEST_CELL_PX * CELLS:
         return None
     try:
-        fit = fit_marker(gray, corners_px, _black(marker_id), blur_px=blur_px, sample=sample)
+        fit = fit_marker(gray, corners_px, _black(marker_id), blur_px=blur_px)
     except ValueError:
         return None
     return fit if fit.contrast >= LEAST_CONTRAST else None
