@@ -20,7 +20,7 @@ HALF_DEG = 7.0
 DISTANCE_M = 4.0
 CALIBRATION_SCENE = "calibration"
 PATIENCE_S = 900.0
-POLL_S = 0.05
+POLL_S = 0.25
 
 
 def long_job_figures(folder: Path, *, quick: bool = False, report: Report = lambda progress: None) -> Figures:

@@ -53,12 +53,14 @@ def find_markers(
     `large`: they fill much of the image, as in a fovea, so they are detected at a quarter of the sensor's
     size. `only`: other ids are not measured. `binning`: of the image.
     """
-    found: dict[int, MarkerView] = {}
     step = REDUCTION // binning if large else 1
     reduced = _reduced(gray, step) if large else gray
-    for marker_id, corners in _detected(reduced):
-        if only is not None and marker_id not in only:
-            continue
+    detected = _detected(reduced, only)
+    small = binning > 1 and not large and only is not None
+    if small and not {marker_id for marker_id, _ in detected}.issuperset(only or ()):
+        detected = _detected_enlarged(gray, only, times=binning)
+    found: dict[int, MarkerView] = {}
+    for marker_id, corners in detected:
         view = _measured(gray, reduced, corners, marker_id, step=step, side_m=side_m)
         known = found.get(marker_id)
         if view is not None and (known is None or _extent_px(view) > _extent_px(known)):
@@ -130,14 +132,25 @@ def _detector() -> cv2.aruco.ArucoDetector:
     return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), parameters)
 
 
-def _detected(gray: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
+def _detected(gray: NDArray[np.uint8], only: Collection[int] | None) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return the ids and outer corners, (4, 2) px, of the markers of an image; None: of all ids."""
     corners, ids, _ = _detector().detectMarkers(gray)
     if len(corners) == 0:
         return []
     return [
         (int(marker_id), np.asarray(quad, dtype=np.float64).reshape(4, 2))
         for marker_id, quad in zip(np.asarray(ids).ravel(), corners, strict=True)
+        if only is None or int(marker_id) in only
     ]
+
+
+def _detected_enlarged(
+    gray: NDArray[np.uint8], only: Collection[int] | None, *, times: Binning
+) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return markers as `_detected`, those too whose cells are too small for OpenCV in the image itself."""
+    enlarged = cv2.resize(gray, None, fx=times, fy=times, interpolation=cv2.INTER_LINEAR)
+    found = _detected(np.asarray(enlarged, dtype=np.uint8), only)
+    return [(marker_id, picture_px(corners, times)) for marker_id, corners in found]
 
 
 def _reduced(gray: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
