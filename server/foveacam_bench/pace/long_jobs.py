@@ -64,13 +64,13 @@ def look_around_figures(folder: Path) -> Figures:
 
 
 def command_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
-    """Run `foveacam calibrate all`, which simulates in virtual time; return the seconds until it has ended."""
+    """Run `foveacam calibrate all`, which has its own time; return the seconds until it has ended."""
     folder.mkdir(parents=True)
     options = ["--nodes", f"{nodes}x{nodes}", "--data", str(folder / "data"), "--json"]
     options += [] if views is None else ["--views", str(views)]
     command = [sys.executable, "-m", "foveacam_server", "calibrate", "all", *options]
     began_s = time.monotonic()
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own
     took_s = time.monotonic() - began_s
     if ended.returncode != 0:
         raise DeviceFault(f"the bench's `calibrate all` has failed: {ended.stderr.strip()[-500:]}")
