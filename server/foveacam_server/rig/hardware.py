@@ -189,10 +189,6 @@ class HardwareThread:
         """Enqueue one wide frame."""
         return self.submit(lambda rig: self._wide(rig, max_age_ms))
 
-    def count_wide_frame(self) -> None:
-        """Count a wide frame that a session has shown itself as a live one: the next is due later."""
-        self._live.start_wide_period(in_session=True)
-
     def steer(self, volts: StereoVolts) -> "Future[StereoVolts]":
         """Enqueue a move of both mirrors; raise `Stopped`, or `Busy` while a job or a hand has them."""
         self._guard.check_free("steer")

@@ -1,7 +1,6 @@
 """Reports a running capture (progress as events, frames as views) and passes on pause and cancel."""
 
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from foveacam_hardware.contract import Clock, Frame, Role, StereoVolts
@@ -48,16 +47,13 @@ class CaptureJobWatcher:
         overlay: OverlayOf,
         events: EventLog,
         clock: Clock,
-        on_wide_frame: Callable[[], None],
     ) -> None:
-        """`on_wide_frame`: called when a wide frame was shown."""
         self._context = context
         self._live = live
         self._sink = sink
         self._overlay = overlay
         self._events = events
         self._clock = clock
-        self._on_wide_frame = on_wide_frame
         self._due_ns = 0
         self._phase: CapturePhase | None = None
         self._gaze: StereoVolts | None = None
@@ -111,8 +107,6 @@ class CaptureJobWatcher:
             gaze = self._gaze if frame.role is Role.WIDE else None
             meta = None if gaze is None else self._overlay(gaze)
             self._sink.publish_frame(frame, meta=meta)
-            if frame.role is Role.WIDE:
-                self._on_wide_frame()
 
 
 def _progress_words(report: CaptureReport) -> str:

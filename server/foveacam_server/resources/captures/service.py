@@ -176,13 +176,7 @@ class CaptureService:
         tools, live = self._tools, self._live_of(context.job)
         request = _JOB_REQUEST.validate_python(context.job.request, strict=False)
         watch = CaptureJobWatcher(
-            context,
-            live,
-            sink=tools.sink,
-            overlay=tools.overlay,
-            events=tools.events,
-            clock=tools.clock,
-            on_wide_frame=tools.hardware.count_wide_frame,
+            context, live, sink=tools.sink, overlay=tools.overlay, events=tools.events, clock=tools.clock
         )
         try:
             holder = f"capture {live.name}"
