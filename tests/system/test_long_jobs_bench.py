@@ -1,5 +1,7 @@
 """`bench pace` times jobs from the request to their success, and a job that fails ends the bench."""
 
+import subprocess
+from contextlib import nullcontext
 from pathlib import Path
 
 import httpx
@@ -49,6 +51,24 @@ def test_a_job_that_never_ends_is_no_figure(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(long_jobs, "PATIENCE_S", 0.1)
     with pytest.raises(Timeout, match="did not end within"):
         run(StubServer("running"))
+
+
+@pytest.mark.parametrize(("code", "views"), [(0, None), (0, 8), (1, None)])
+def test_the_command_is_timed_and_its_failure_is_no_figure(
+    code: int, views: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    called: list[list[str]] = []
+
+    def run_command(command: list[str], **_options: object) -> subprocess.CompletedProcess[str]:
+        called.append(command)
+        return subprocess.CompletedProcess(command, code, stdout="", stderr="the disk is full")
+
+    monkeypatch.setattr(subprocess, "run", run_command)
+    with pytest.raises(DeviceFault, match="the disk is full") if code else nullcontext():
+        found = long_jobs.command_figures(tmp_path / "command", nodes=5, views=views)
+        assert found["calibrate_all_nodes"] == 25
+    assert called[0][1:7] == ["-m", "foveacam_server", "calibrate", "all", "--nodes", "5x5"]
+    assert ("--views" in called[0]) == (views is not None)
 
 
 def test_a_raster_is_taken_whole_at_full_size(tmp_path: Path) -> None:
