@@ -27,7 +27,7 @@ from foveacam_bench.calibration.truth import (
 )
 from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms, truth_of
-from foveacam_hardware.contract import PARKED, DeviceFault, NotCalibrated, Role
+from foveacam_hardware.contract import PARKED, Binning, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -80,7 +80,7 @@ class _SilentStepWatcher:
 
 @dataclass(slots=True)
 class StageTimer:
-    """Times each stage, by the rig's clock and by the wall clock."""
+    """Times each stage, by the rig's clock, by the wall clock and by the processor's time."""
 
     rig: Rig
     seconds: dict[str, float] = field(default_factory=dict)
@@ -88,14 +88,18 @@ class StageTimer:
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Time a stage."""
-        rig_ns, wall_s = self.rig.clock.now_ns(), time.perf_counter()
+        rig_ns, wall_s, cpu_s = self.rig.clock.now_ns(), time.perf_counter(), time.process_time()
         yield
         self.seconds[f"{stage}_simulated_s"] = round((self.rig.clock.now_ns() - rig_ns) / 1e9, 1)
         self.seconds[f"{stage}_wall_s"] = round(time.perf_counter() - wall_s, 1)
+        self.seconds[f"{stage}_cpu_s"] = round(time.process_time() - cpu_s, 1)
 
 
-def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> Figures:
-    """Calibrate a rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses."""
+def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120", binning: Binning = 2) -> Figures:
+    """Calibrate a rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses.
+
+    `binning`: the rig's working binning, at which the sweeps are measured.
+    """
     nodes = QUICK_NODES if quick else None
     poses = QUICK_POSES if quick else POSES
     with (
@@ -103,6 +107,7 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120") -> Fig
         open_simulated("calibration", preset=preset, seed=seed, inline=True) as rig,
     ):
         truth = truth_of(rig)
+        rig.working_binning = binning
         rig.mirrors.enable()
         watch = StageTimer(rig)
         calibration, paper = calibrate_rig(rig, Path(folder), nodes=nodes, watch=watch)

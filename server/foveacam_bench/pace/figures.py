@@ -12,6 +12,7 @@ from foveacam_bench.pace import steps
 from foveacam_bench.pace.following import following_figures
 from foveacam_bench.pace.imports import import_figures
 from foveacam_bench.pace.live_views import live_view_figures
+from foveacam_bench.pace.long_jobs import long_job_figures
 from foveacam_bench.pace.reference import reference_ms, with_multiples
 from foveacam_bench.pace.slow_line import slow_line_figures
 from foveacam_bench.pace.start import measure_start
@@ -24,7 +25,7 @@ SECONDS, QUICK_SECONDS = 60.0, 10.0
 
 
 def run(*, quick: bool = False, report: Report = lambda progress: None) -> Figures:
-    """Measure and return the figures; takes about fifteen minutes, quick four."""
+    """Measure and return the figures; takes about twenty minutes, quick six."""
     found: Figures = {}
     report("first and second start")
     found |= measure_start(quick=quick)
@@ -34,6 +35,8 @@ def run(*, quick: bool = False, report: Report = lambda progress: None) -> Figur
     ready_s, click_s = found["clone_to_ready_s"], found["click_to_distance_s_median"]
     if isinstance(ready_s, float) and isinstance(click_s, float):
         found["clone_to_click_s"] = ready_s + click_s
+    with TemporaryDirectory(prefix="foveacam-jobs-") as name:
+        found |= long_job_figures(Path(name), quick=quick, report=report)
     figures = with_multiples(found, reference_ms=reference_ms())
     report("computing of a look")
     return figures | steps.run(quick=quick)

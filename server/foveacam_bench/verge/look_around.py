@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
+from foveacam_bench.judging import bin_cameras, truth_of
 from foveacam_bench.verge.fixations import CERTIFICATE, WRONG_SHARE, WRONG_SIGMA
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -52,10 +53,10 @@ class JudgedContext:
     lost: float
 
 
-def run(*, quick: bool = False) -> Figures:
-    """Return the figures of both scenes together, and each scene's."""
+def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
+    """Return the figures of both scenes together, and each scene's; `binning`: of all cameras."""
     count = JUDGED // 4 if quick else JUDGED
-    scenes = {scene: survey(scene, count) for scene in SCENES}
+    scenes = {scene: survey(scene, count, binning=binning) for scene in SCENES}
     every = list(scenes.values())
     rel = np.concatenate([one.rel_error for one in every])
     sigmas = np.concatenate([one.sigmas for one in every])
@@ -71,11 +72,12 @@ def run(*, quick: bool = False) -> Figures:
     } | {f"context_{scene}": _scene_figures(one) for scene, one in scenes.items()}
 
 
-def survey(scene: str, count: int) -> JudgedContext:
+def survey(scene: str, count: int, *, binning: Binning = 1) -> JudgedContext:
     """Look around in one scene and judge `count` cells of the resulting depth."""
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(scene=scene, inline=True) as rig:
         truth = truth_of(rig)
+        bin_cameras(rig, binning)
         context = WideContext(calibration.wide, now_s=lambda: rig.clock.now_ns() / 1e9)
         began_s = time.perf_counter()
         looked = look_around(rig.head, calibration, context, clock=rig.clock)

@@ -2,12 +2,12 @@
 
 from contextlib import AbstractContextManager, nullcontext
 
-from foveacam_hardware.contract import MarkerPrint, Role, VirtualClock
+from foveacam_hardware.contract import Binning, MarkerPrint, Role, VirtualClock
 from foveacam_server.resources.calibration_sessions.mirrors_step import sweep_settings
 from foveacam_server.resources.calibration_sessions.step_environment import ExclusiveRig, StepEnvironment
 
 
-def nobody(_name: str) -> AbstractContextManager[ExclusiveRig]:
+def nobody(what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:
     return nullcontext()  # type: ignore[return-value]  # never used: nothing moves here
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.unit.settle_report import REPORT
 from tests.unit.swept_rig import SweptRig, swept, wide_lens
 
-from foveacam_hardware.contract import MarkerPrint, VirtualClock
+from foveacam_hardware.contract import Binning, MarkerPrint, VirtualClock
 from foveacam_pipeline.calibrate.settle.settle_report import save_settle
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
@@ -119,7 +119,7 @@ class Desk:
 
     @property
     def environment(self) -> StepEnvironment:
-        def use(what: str) -> AbstractContextManager[ExclusiveRig]:
+        def use(what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:
             raise Touched(what)
 
         return StepEnvironment(

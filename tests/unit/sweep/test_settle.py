@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from tests.unit.plane_head import noise_texture
 
 from foveacam_hardware.contract import (
+    Binning,
     CameraSettings,
     Cancelled,
     DeviceFault,
@@ -278,19 +279,21 @@ def test_it_can_be_cancelled() -> None:
     assert head.exposures[-1] == (NORMAL.exposure_ns, NORMAL.gain_db)
 
 
+@pytest.mark.parametrize("binning", [1, 2])
 @pytest.mark.parametrize("shift_px", [(0.0, 0.0), (0.37, -0.62), (7.3, 2.1), (-180.4, 3.3), (240.2, -20.9)])
-def test_a_shift_is_found_to_a_fraction_of_a_pixel(shift_px: tuple[float, float]) -> None:
+def test_a_shift_is_found_to_a_fraction_of_a_pixel(shift_px: tuple[float, float], binning: Binning) -> None:
     rng = np.random.default_rng(6)
-    wall = noise_texture()
+    wall = cv2.GaussianBlur(noise_texture(), (0, 0), 1.4)  # a fovea's diffraction
 
     def picture(x_px: float, y_px: float) -> NDArray[np.uint8]:
         matrix = np.array([[1.0, 0.0, 300.0 - x_px], [0.0, 1.0, 300.0 - y_px]])
-        flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+        flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
         view = cv2.warpAffine(wall, matrix, (1440, 1080), flags=flags, borderMode=cv2.BORDER_WRAP)
         noisy = np.clip(view + rng.normal(0.0, 6.0, view.shape), 0, 255)
-        return np.asarray(noisy, dtype=np.uint8)
+        size = (1440 // binning, 1080 // binning)
+        return np.asarray(cv2.resize(noisy, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
-    reference = SettledPicture(picture(0.0, 0.0), towards_px=np.array([260.0, 0.0]))
+    reference = SettledPicture(picture(0.0, 0.0), towards_px=np.array([260.0, 0.0]), binning=binning)
     found = reference.shift(picture(*shift_px))
     assert found.seen
     assert (found.x_px, found.y_px) == pytest.approx(shift_px, abs=0.05)

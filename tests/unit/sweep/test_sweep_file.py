@@ -90,6 +90,7 @@ def test_a_sweep_comes_back_from_its_file_bit_for_bit(tmp_path: Path) -> None:
     assert found.header == header()
     assert [p.index for p in found.poses] == [0, 4]
     assert found.missing == (1, 2, 3, 5, 6, 7, 8)
+    assert [p.binning for p in found.poses] == [1, 1]
     wanted, read = pose(4), found.poses[1]
     assert read.left is not None and wanted.left is not None
     assert read.left.volts_v == wanted.left.volts_v
@@ -97,6 +98,17 @@ def test_a_sweep_comes_back_from_its_file_bit_for_bit(tmp_path: Path) -> None:
     assert np.array_equal(read.wide[2].places_m, wanted.wide[2].places_m)
     assert read.refusal(Role.RIGHT) == "marker 2 is covered"
     assert [p.index for p in found.accepted(Role.RIGHT)] == []
+
+
+def test_a_pose_keeps_the_binning_that_it_was_measured_at(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.jsonl"
+    save_sweep(Sweep(header=header(), poses=(pose(0),)), path)
+    append_pose(path, replace(pose(1), binning=2))
+    before = path.read_bytes()
+    path.write_bytes(before.replace(b',"binning":1', b""))  # as written before cameras could bin
+
+    assert path.read_bytes() != before
+    assert [found.binning for found in load_sweep(path).poses] == [1, 2]
 
 
 def test_a_line_that_was_cut_off_is_left_out_and_the_next_pose_follows_the_whole_ones(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.unit.binned_head import BinnedHead
 
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Timeout, VirtualClock
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
@@ -17,6 +18,7 @@ PERIOD_NS = 33_000_000
 EXPOSURE_NS = 8_000_000
 READY_NS = 9_000_000
 LAYOUT = MarkerLayout()
+WIDE_SIZE = (140, 120)
 
 
 class WideHead:
@@ -36,7 +38,7 @@ class WideHead:
             seq += 1
             self._clock.sleep_until_ns(seq * PERIOD_NS + READY_NS)
         placed = homography(38.0, (self._place(seq), 60.2), turn_rad=0.1)
-        image = draw_marker(0, placed, size=(140, 120), blur_px=0.6, seed=seq, finer=3)
+        image = draw_marker(0, placed, size=WIDE_SIZE, blur_px=0.6, seed=seq, finer=3)
         return Frame(image=image, role=Role.WIDE, seq=seq, t_ns=seq * PERIOD_NS, exposure_ns=EXPOSURE_NS)
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
@@ -74,6 +76,17 @@ def test_the_frames_at_rest_are_averaged() -> None:
     assert at_rest.moved_px() < 0.05
     assert np.allclose(middle_px(mean), [70.0, 60.2], atol=0.03)
     assert mean.sigma_px == pytest.approx(at_rest.views[0].sigma_px / 2.0, rel=0.3)
+
+
+def test_binned_frames_at_rest_show_the_markers_at_the_same_places_of_the_sensor() -> None:
+    clock = VirtualClock(1_000_000_000)
+    at_rest = WideMarkersAtRest(BinnedHead(WideHead(clock)), clock, LAYOUT, since_ns=clock.now_ns())
+
+    at_rest.fill(4)
+
+    assert at_rest.size == WIDE_SIZE
+    assert at_rest.moved_px() < 0.05
+    assert np.allclose(middle_px(at_rest.mean_views()[0]), [70.0, 60.2], atol=0.03)
 
 
 def test_a_rig_that_is_not_at_rest_is_noticed() -> None:

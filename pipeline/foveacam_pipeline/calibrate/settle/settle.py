@@ -129,12 +129,16 @@ class _SettleRun:
         settings = self._settings
         volts = [offset_volts(settings.centre, axis, share * settings.step_v) for share in (-0.5, 0.0, 0.5)]
         sightings = [self._rest(each) for each in volts]
-        ways = {role: _measure_step_px([_picture(s, role) for s in sightings], role, axis) for role in EYES}
+        ways = {role: _measure_step_px(sightings, role, axis) for role in EYES}
         first, last = (
             _StepEnd(
                 volts=at,
                 references={
-                    role: SettledPicture(_picture(sighting, role), towards_px=sign * ways[role])
+                    role: SettledPicture(
+                        _picture(sighting, role),
+                        towards_px=sign * ways[role],
+                        binning=sighting.left.binning,
+                    )
                     for role in EYES
                 },
                 way_px={role: sign * ways[role] for role in EYES},
@@ -186,14 +190,18 @@ class _SettleRun:
         self._at_first = True
 
     def _after(self, step: _Step, delay_us: int) -> dict[Role, float]:
-        """Step to the other end, look `delay_us` later, and wait there until all is at rest."""
+        """Step to the other end, look `delay_us` later, and wait there until all is at rest.
+
+        The picture is measured meanwhile.
+        """
         raise_if_cancelled(self._watch, doing=DOING)
         end = step.ends[1 if self._at_first else 0]
         sighting = self._head.look(end.volts, settle_us=delay_us)
+        rested_ns = self._rested_ns()
         self._begins_us[delay_us] = delay_us + sighting.exposure_after_trigger_ns / 1e3
         left = end.remaining(sighting)
         self._at_first = not self._at_first
-        self._wait()
+        self._clock.sleep_until_ns(rested_ns)
         self._done += 1
         self._watch.progress(min(self._done, self._total), total=self._total, note=f"{step.axis} axis")
         return left
@@ -201,11 +209,12 @@ class _SettleRun:
     def _rest(self, volts: StereoVolts) -> Sighting:
         raise_if_cancelled(self._watch, doing=DOING)
         sighting = self._head.look(volts, settle_us=self._settings.settled_us)
-        self._wait()
+        self._clock.sleep_until_ns(self._rested_ns())
         return sighting
 
-    def _wait(self) -> None:
-        self._clock.sleep_until_ns(self._clock.now_ns() + 1000 * self._settings.settled_us)
+    def _rested_ns(self) -> int:
+        """Return when a mirror that has just moved is at rest."""
+        return self._clock.now_ns() + 1000 * self._settings.settled_us
 
 
 def _axis_settle(
@@ -244,12 +253,13 @@ def _axis_settle(
     )
 
 
-def _measure_step_px(pictures: list[NDArray[np.uint8]], role: Role, axis: str) -> NDArray[np.float64]:
+def _measure_step_px(sightings: list[Sighting], role: Role, axis: str) -> NDArray[np.float64]:
     """Return the (2,) px from the middle of the last picture to the same scene in the first one."""
-    way = np.zeros(2)
-    for before, after in pairwise(pictures):
-        search_px = np.array(after.shape[::-1]) * SEARCH_SHARE
-        shift = SettledPicture(after, towards_px=np.zeros(2), search_px=search_px).shift(before)
+    way, binning = np.zeros(2), sightings[0].left.binning
+    for before, after in pairwise(_picture(sighting, role) for sighting in sightings):
+        search_px = binning * np.array(after.shape[::-1]) * SEARCH_SHARE
+        settled = SettledPicture(after, towards_px=np.zeros(2), search_px=search_px, binning=binning)
+        shift = settled.shift(before)
         if not shift.seen:
             raise DeviceFault(
                 f"settling of the {role} eye, {axis} axis: the picture after half a step is not recognised "

@@ -1,4 +1,8 @@
-"""Measurement of the shift between two fovea images of one scene, to a few hundredths of a pixel."""
+"""Measurement of the shift between two fovea images of one scene, to a few hundredths of a pixel.
+
+Pixels of arguments, results and constants are the sensor's; binned images are compared in their own, with
+windows of the same angle.
+"""
 
 import math
 from dataclasses import dataclass
@@ -7,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.verge.matching.contrast import even
 from foveacam_pipeline.verge.matching.wide_patch import peak
 
@@ -25,6 +30,8 @@ ROUNDS = 12
 STOP_PX = 0.003
 LARGEST_ROUND_PX = 6.0
 MIN_SCORE = 0.25
+CUT_STEP_PX = 1.0 / 32.0
+"""Step to which OpenCV rounds the place of a patch that it cuts out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +53,7 @@ class SettledPicture:
 
     `towards_px`: (2,) px from the middle at which a picture before the step shows the same scene. The patch
     is the most textured one that stays in view from there to the largest overshoot. `search_px`: (2,) search
-    range about that, for a step that is not known yet.
+    range about that, for a step that is not known yet. `binning`: of all its pictures.
     """
 
     def __init__(
@@ -55,42 +62,47 @@ class SettledPicture:
         *,
         towards_px: NDArray[np.float64],
         search_px: NDArray[np.float64] | None = None,
+        binning: Binning = 1,
     ) -> None:
+        self._binning: Binning = binning
+        self._half_px, self._reduction = HALF_PX // binning, REDUCTION // binning
         ends = np.array([towards_px, -OVERSHOOT * towards_px, [0.0, 0.0]])
         spare = np.full(2, SIDEWAYS_PX) if search_px is None else search_px
-        self._low = np.floor(ends.min(axis=0) - spare)
-        self._high = np.ceil(ends.max(axis=0) + spare)
-        self._even = _normalised(gray)
-        self._at = _best_patch_centre(self._even, self._low, self._high)
-        self._patch = _cut_patch(self._even, self._at)
+        self._low = np.floor((ends.min(axis=0) - spare) / binning)
+        self._high = np.ceil((ends.max(axis=0) + spare) / binning)
+        self._even = _normalised(gray, binning)
+        self._at = _best_patch_centre(self._even, self._low, self._high, binning)
+        self._patch = _cut_patch(self._even, self._at, self._half_px)
         self._small = cv2.resize(
-            self._patch, None, fx=1 / REDUCTION, fy=1 / REDUCTION, interpolation=cv2.INTER_AREA
+            self._patch, None, fx=1 / self._reduction, fy=1 / self._reduction, interpolation=cv2.INTER_AREA
         )
 
     def shift(self, gray: NDArray[np.uint8]) -> PictureShift:
         """Return the shift of a picture against the reference."""
-        image = _normalised(gray)
+        image = _normalised(gray, self._binning)
         coarse, score = self._coarse(image)
         if score < MIN_SCORE:
             return PictureShift(x_px=math.nan, y_px=math.nan, score=score)
         fine, score = self._refined(image, coarse)
-        return PictureShift(x_px=float(fine[0]), y_px=float(fine[1]), score=score)
+        x_px, y_px = (self._binning * fine).tolist()
+        return PictureShift(x_px=x_px, y_px=y_px, score=score)
 
     def _coarse(self, image: NDArray[np.float32]) -> tuple[NDArray[np.float64], float]:
         """Return shift and correlation by a search along the step and around it, at a quarter of the size."""
-        low, high = self._at + self._low - HALF_PX, self._at + self._high + HALF_PX
+        half_px, step = self._half_px, self._reduction
+        low, high = self._at + self._low - half_px, self._at + self._high + half_px
         height, width = image.shape
-        x0, y0 = (int(max(0, v)) // REDUCTION * REDUCTION for v in low)
+        x0, y0 = (int(max(0, v)) // step * step for v in low)
         x1, y1 = int(min(width, high[0])), int(min(height, high[1]))
         part = cv2.resize(
             image[y0:y1, x0:x1],
-            ((x1 - x0) // REDUCTION, (y1 - y0) // REDUCTION),
+            ((x1 - x0) // step, (y1 - y0) // step),
             interpolation=cv2.INTER_AREA,
         )
         scores = cv2.matchTemplate(part, self._small, cv2.TM_CCOEFF_NORMED)
         x, y, score = peak(np.nan_to_num(scores).astype(np.float32))
-        start = self._at - HALF_PX
-        return np.array([x0 + REDUCTION * x - start[0], y0 + REDUCTION * y - start[1]]), score
+        start = self._at - half_px
+        return np.array([x0 + step * x - start[0], y0 + step * y - start[1]]), score
 
     def _refined(
         self, image: NDArray[np.float32], start: NDArray[np.float64]
@@ -107,7 +119,8 @@ class SettledPicture:
         reference = self._patch.ravel() - float(self._patch.mean())
         shift, score = start.copy(), 0.0
         for _ in range(ROUNDS):
-            seen = _cut_patch(image, self._at + shift).ravel()
+            cut_at = np.rint(shift / CUT_STEP_PX) * CUT_STEP_PX
+            seen = _cut_patch(image, self._at + cut_at, self._half_px).ravel()
             seen = seen - float(seen.mean())
             power = float(seen @ seen)
             if power <= 0.0:
@@ -115,49 +128,53 @@ class SettledPicture:
             gain = float(reference @ seen) / power
             score = float(reference @ seen) / math.sqrt(power * float(reference @ reference))
             step = inverse @ (columns.T @ (reference - gain * seen))
-            if float(np.abs(step).max()) > LARGEST_ROUND_PX:
+            if self._binning * float(np.abs(step).max()) > LARGEST_ROUND_PX:
                 return start, score
-            shift = shift + step
-            if float(np.abs(step).max()) < STOP_PX:
+            before, shift = shift, cut_at + step
+            if self._binning * float(np.abs(shift - before).max()) < STOP_PX:
                 break
         return shift, score
 
 
-def _normalised(gray: NDArray[np.uint8]) -> NDArray[np.float32]:
-    quiet = np.asarray(cv2.GaussianBlur(gray.astype(np.float32), (0, 0), QUIET_SIGMA_PX), dtype=np.float32)
-    return even(quiet, shading_px=SHADING_PX, contrast_px=CONTRAST_PX, least=LEAST_CONTRAST)
+def _normalised(gray: NDArray[np.uint8], binning: Binning) -> NDArray[np.float32]:
+    sigma_px = QUIET_SIGMA_PX / binning
+    quiet = np.asarray(cv2.GaussianBlur(gray.astype(np.float32), (0, 0), sigma_px), dtype=np.float32)
+    shading_px, contrast_px = SHADING_PX / binning, CONTRAST_PX / binning
+    return even(quiet, shading_px=shading_px, contrast_px=contrast_px, least=LEAST_CONTRAST)
 
 
 def _cut_patch(
-    image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.intp]
+    image: NDArray[np.float32], at_px: NDArray[np.float64] | NDArray[np.intp], half_px: int
 ) -> NDArray[np.float32]:
-    side = 2 * HALF_PX
-    corner = np.asarray(at_px, dtype=np.float64) - HALF_PX
+    side = 2 * half_px
+    corner = np.asarray(at_px, dtype=np.float64) - half_px
     matrix = np.array([[1.0, 0.0, corner[0]], [0.0, 1.0, corner[1]]])
-    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    flags = cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
+    # not by cubic interpolation, which moves coarse texture by up to 0.05 px between the pixels
     view = cv2.warpAffine(image, matrix, (side, side), flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(view, dtype=np.float32)
 
 
 def _best_patch_centre(
-    image: NDArray[np.float32], low_px: NDArray[np.float64], high_px: NDArray[np.float64]
+    image: NDArray[np.float32], low_px: NDArray[np.float64], high_px: NDArray[np.float64], binning: Binning
 ) -> NDArray[np.intp]:
-    """Return the middle of the patch with the most texture along its worst direction.
+    """Return the middle of the patch with the most texture along its worst direction, in the image's pixels.
 
     It stays in view while it moves from `low_px` to `high_px`, (2,) each, or as nearly so as possible.
     """
-    coarse = cv2.GaussianBlur(image, (0, 0), TEXTURE_SIGMA_PX)
+    half_px = HALF_PX // binning
+    coarse = cv2.GaussianBlur(image, (0, 0), TEXTURE_SIGMA_PX / binning)
     across, down = (cv2.Sobel(coarse, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
-    side = (2 * HALF_PX, 2 * HALF_PX)
+    side = (2 * half_px, 2 * half_px)
     xx, yy, xy = (
         cv2.blur(cv2.multiply(a, b), side) for a, b in ((across, across), (down, down), (across, down))
     )
     texture = (xx + yy) / 2.0 - np.sqrt((xx - yy) ** 2 / 4.0 + xy**2)
     first, last = [], []
     for size, low, high in zip(image.shape[::-1], low_px.tolist(), high_px.tolist(), strict=True):
-        begin, end = HALF_PX - low, size - 1 - HALF_PX - high
+        begin, end = half_px - low, size - 1 - half_px - high
         if begin > end:  # it leaves the picture at one end of the motion, as late as possible
-            begin = end = min(max((begin + end) / 2.0, HALF_PX), size - 1 - HALF_PX)
+            begin = end = min(max((begin + end) / 2.0, half_px), size - 1 - half_px)
         first.append(int(begin))
         last.append(int(end))
     part = texture[first[1] : last[1] + 1, first[0] : last[0] + 1]

@@ -174,7 +174,10 @@ class HandTurnedBase:
                 continue
             last_seq = frame.seq
             found = find_markers(
-                gray(to_uint8(frame)), side_m=self.layout.side_m, only=(self.layout.wide_id,)
+                gray(to_uint8(frame)),
+                side_m=self.layout.side_m,
+                only=(self.layout.wide_id,),
+                binning=frame.binning,
             ).get(self.layout.wide_id)
             if found is None:
                 middles = []

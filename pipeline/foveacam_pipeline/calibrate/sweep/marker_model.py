@@ -1,7 +1,8 @@
 """Fit of a blurred image model of a printed square marker to all its pixels.
 
 Corners that are located one by one are shifted inwards by the blur (at an outer corner by some tenths of its
-sigma). The unknowns here are a homography, the blur, the black level, and a white level with a slope.
+sigma). The unknowns here are a homography, the blur without that by the pixels, the black level, and a white
+level with a slope.
 """
 
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ HUBER = 2.5
 HUBER_SHARE = 0.06
 """Misfits below this share of the contrast keep full weight: at an edge the sensor's noise is larger."""
 COST_TOLERANCE = 1.0005
+LEAST_BLUR_CELLS = 1e-3
 FAR_SIGMAS = 6.0
 """From here on an edge is as if it were sharp."""
 BLUR_INDEX = 8
@@ -167,18 +169,19 @@ class _Problem:
         below = 1.0 / (g[6] * x + g[7] * y + 1.0)
         u = (g[0] * x + g[1] * y + g[2]) * below
         v = (g[3] * x + g[4] * y + g[5]) * below
-        slope_u = np.hypot(g[0] - u * g[6], g[1] - u * g[7]) * np.abs(below) / self._unit_px
-        slope_v = np.hypot(g[3] - v * g[6], g[4] - v * g[7]) * np.abs(below) / self._unit_px
-        across, across_du, across_ds = _cover(u, slope_u * state[BLUR_INDEX])
-        down, down_dv, down_ds = _cover(v, slope_v * state[BLUR_INDEX])
+        per_px = below / self._unit_px
+        across, across_du, across_ds = _cover(
+            u, _slopes((g[0] - u * g[6]) * per_px, (g[1] - u * g[7]) * per_px), state[BLUR_INDEX]
+        )
+        down, down_dv, down_ds = _cover(
+            v, _slopes((g[3] - v * g[6]) * per_px, (g[4] - v * g[7]) * per_px), state[BLUR_INDEX]
+        )
         rows = self._black.T @ down
         white = 1.0 - _summed(rows, across)
         light = state[10] + (state[11] * u + state[12] * v) / HALF
         by_u = -light * _summed(rows, across_du) + white * state[11] / HALF
         by_v = -light * _summed(self._black.T @ down_dv, across) + white * state[12] / HALF
-        by_blur = -light * (
-            _summed(rows, across_ds) * slope_u + _summed(self._black.T @ down_ds, across) * slope_v
-        )
+        by_blur = -light * (_summed(rows, across_ds) + _summed(self._black.T @ down_ds, across))
         by_below = -(by_u * u + by_v * v)
         jacobian = np.empty((len(x), len(state)))
         for column, factor in ((0, by_u), (3, by_v), (6, by_below)):
@@ -243,14 +246,37 @@ class _Problem:
         return np.asarray(self._unit_px * slopes.reshape(BLUR_INDEX, BLUR_INDEX), dtype=np.float64)
 
 
-def _cover(place: Rows, blur: Rows) -> tuple[Rows, Rows, Rows]:
-    """Return (6, n) weights of the cells of a row at blurred points, and derivatives by both arguments."""
-    sharpness = 1.0 / blur
-    offset = np.multiply.outer(-np.arange(-HALF, HALF + 1.0), sharpness) + place * sharpness
-    step, bell = _blurred_steps(offset)
-    bell *= sharpness / np.sqrt(2.0 * np.pi)
-    by_blur = bell * offset
-    return step[:-1] - step[1:], bell[:-1] - bell[1:], by_blur[1:] - by_blur[:-1]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Slopes:
+    """Change of a place on a marker over a pixel, (n,) cells: in all, along the axis of more and of less."""
+
+    whole: Rows
+    more: Rows
+    less: Rows
+
+
+def _slopes(by_x: Rows, by_y: Rows) -> _Slopes:
+    by_x, by_y = np.abs(by_x), np.abs(by_y)
+    return _Slopes(np.hypot(by_x, by_y), np.maximum(by_x, by_y), np.minimum(by_x, by_y))
+
+
+def _cover(place: Rows, slopes: _Slopes, blur_px: float) -> tuple[Rows, Rows, Rows]:
+    """Return (6, n) weights of the cells of a row over pixels, and derivatives by the place and by the blur.
+
+    A pixel is a box along the axis on which the place changes more. Along the other one, on which that of a
+    marker that is nearly upright changes little, it counts as blur.
+    """
+    blur = np.sqrt((slopes.whole * blur_px) ** 2 + slopes.less**2 / 12.0 + LEAST_BLUR_CELLS**2)
+    sharpness, half = 1.0 / blur, 0.5 * slopes.more
+    middle = np.multiply.outer(-np.arange(-HALF, HALF + 1.0), sharpness) + place * sharpness
+    apart = half * sharpness
+    (begin, bell_begin), (end, bell_end) = _blurred_steps(middle - apart), _blurred_steps(middle + apart)
+    share = 1.0 / (2.0 * apart)
+    bells = (bell_end - bell_begin) / np.sqrt(2.0 * np.pi)
+    mean = share * ((middle + apart) * end - (middle - apart) * begin + bells)
+    by_place = share * sharpness * (end - begin)
+    by_blur = share * sharpness * bells * (slopes.whole**2 * blur_px * sharpness)
+    return mean[:-1] - mean[1:], by_place[:-1] - by_place[1:], by_blur[:-1] - by_blur[1:]
 
 
 def _blurred_steps(offset: Rows) -> tuple[Rows, Rows]:

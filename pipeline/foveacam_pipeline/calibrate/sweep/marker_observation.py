@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Frame, Role
+from foveacam_hardware.contract import Binning, Frame, Role
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
@@ -27,6 +27,7 @@ GUARD = 9
 FULL_LEVEL = 251.0
 """White above this level is clipped by its noise."""
 WIDE_REDUCTION = 2
+"""Sensor pixels along a side of a pixel of the images that are matched."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,7 +35,7 @@ class EyeObservation:
     """Observation of one eye in one look.
 
     `view`: of its own marker. `others`: the target's other markers, searched for when its own is missing.
-    `volts_v`: (2,) in force. `image`: (h, w) or (h, w, 3) uint8.
+    `size`: of the sensor, px. `volts_v`: (2,) in force. `image`: (h, w) or (h, w, 3) uint8, of `binning`.
     """
 
     role: Role
@@ -44,6 +45,7 @@ class EyeObservation:
     view: MarkerView | None
     others: dict[int, MarkerView]
     image: NDArray[np.uint8]
+    binning: Binning = 1
 
     @property
     def offset_px(self) -> NDArray[np.float64]:
@@ -71,19 +73,22 @@ def observe_eye(frame: Frame, layout: MarkerLayout) -> EyeObservation:
     """Return the observation of an eye's marker in its frame."""
     image = to_uint8(frame)
     shades, own = gray(image), layout.id_of(frame.role)
-    found = find_markers(shades, side_m=layout.side_m, large=True, only=(own,))
+    found = find_markers(shades, side_m=layout.side_m, large=True, only=(own,), binning=frame.binning)
     view, others = found.get(own), {}
     if view is None:
-        others = find_markers(shades, side_m=layout.side_m, large=True, only=layout.ids)
+        others = find_markers(
+            shades, side_m=layout.side_m, large=True, only=layout.ids, binning=frame.binning
+        )
     volts = frame.volts
     return EyeObservation(
         role=frame.role,
         t_ns=frame.t_ns,
-        size=(image.shape[1], image.shape[0]),
+        size=(frame.binning * image.shape[1], frame.binning * image.shape[0]),
         volts_v=np.zeros(2) if volts is None else np.array([volts.x_v, volts.y_v]),
         view=view,
         others=others,
         image=image,
+        binning=frame.binning,
     )
 
 
@@ -122,10 +127,9 @@ def gaze_from_wide(
 
     `turn_rad`: rotation of the eye's image against the wide one. Return None when the match is not clear.
     """
-    whole = cv2.resize(
-        wide_gray, None, fx=1 / WIDE_REDUCTION, fy=1 / WIDE_REDUCTION, interpolation=cv2.INTER_AREA
-    )
-    patch = _shrunk(gray(observation.image), 1.0 / (WIDE_REDUCTION * zoom), turn_rad)
+    share = wide.binning_of(wide_gray.shape) / WIDE_REDUCTION
+    whole = cv2.resize(wide_gray, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    patch = _shrunk(gray(observation.image), observation.binning / (WIDE_REDUCTION * zoom), turn_rad)
     scores = np.asarray(cv2.matchTemplate(whole, patch, cv2.TM_CCOEFF_NORMED))
     y, x = np.unravel_index(int(np.argmax(scores)), scores.shape)
     best = float(scores[y, x])

@@ -9,12 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import InvalidInput, Role
+from foveacam_hardware.contract import Binning, InvalidInput, Role
 from foveacam_pipeline.geometry.shapes import as_finite_rows
 
 GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
 SUBPIXEL_BITS = 3
 PICTURE_SCALE = 0.5
+"""Size of a drawing against the sensor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,10 +93,19 @@ class MarkerView:
 
 
 def draw_markers(
-    image: NDArray[np.uint8], views: list[MarkerView], *, accepted: bool, aim_px: NDArray[np.float64] | None
+    image: NDArray[np.uint8],
+    views: list[MarkerView],
+    *,
+    accepted: bool,
+    aim_px: NDArray[np.float64] | None,
+    binning: Binning = 1,
 ) -> NDArray[np.uint8]:
-    """Return the picture, (h/2, w/2, 3) uint8 RGB, with the markers' outlines and corners and the aim."""
-    small = cv2.resize(image, None, fx=PICTURE_SCALE, fy=PICTURE_SCALE, interpolation=cv2.INTER_AREA)
+    """Return the picture, uint8 RGB, with the markers' outlines and corners and the aim.
+
+    It is half the sensor's size; `binning`: of the image.
+    """
+    share = binning * PICTURE_SCALE
+    small = cv2.resize(image, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     picture = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small.copy()
     colour = GREEN if accepted else AMBER
     for view in views:

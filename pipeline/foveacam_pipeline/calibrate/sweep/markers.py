@@ -1,16 +1,18 @@
 """Detection of square markers (dictionary 4X4_50) in a grey image, with corners to hundredths of a pixel.
 
 `marker_model` fits a marker; this module detects markers, refits them at full size, and rates them: which
-corners are visible, how sharp they are.
+corners are visible, how sharp they are. Views are in pixels of the sensor, whatever the binning of the image.
 """
 
 from collections.abc import Collection
+from dataclasses import replace
 from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.calibrate.sweep.marker_code import CELLS, black_cells
 from foveacam_pipeline.calibrate.sweep.marker_model import (
     MarkerFit,
@@ -20,6 +22,7 @@ from foveacam_pipeline.calibrate.sweep.marker_model import (
     within,
 )
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
+from foveacam_pipeline.geometry.binning import picture_px, sensor_px
 
 SIDE_M = 0.060
 INSIDE_PX = 2.0
@@ -31,6 +34,7 @@ SMALLEST_CELL_PX = 2.0
 LEAST_CONTRAST = 12.0
 """Grey levels between black and white."""
 REDUCTION = 4
+"""Sensor pixels along a side of a pixel of the image in which a large marker is detected."""
 MIN_DISTANCE_RATE = 0.02
 """Share of a marker's perimeter: with OpenCV's default 0.125 the rim of the white paper often hides its
 marker."""
@@ -42,28 +46,47 @@ def find_markers(
     side_m: float = SIDE_M,
     large: bool = False,
     only: Collection[int] | None = None,
+    binning: Binning = 1,
 ) -> dict[int, MarkerView]:
     """Return the markers of a grey image, (h, w), by id.
 
-    `large`: they fill much of the image, as in a fovea, so they are detected at a quarter of its size.
-    `only`: other ids are not measured.
+    `large`: they fill much of the image, as in a fovea, so they are detected at a quarter of the sensor's
+    size. `only`: other ids are not measured. `binning`: of the image.
     """
+    step = REDUCTION // binning if large else 1
+    reduced = _reduced(gray, step) if large else gray
+    detected = _detected(reduced, only)
+    small = binning > 1 and not large and only is not None
+    if small and not {marker_id for marker_id, _ in detected}.issuperset(only or ()):
+        detected = _detected_enlarged(gray, only, times=binning)
     found: dict[int, MarkerView] = {}
-    reduced = _reduced(gray) if large else gray
-    step = REDUCTION if large else 1
-    for marker_id, corners in _detected(reduced):
-        if only is not None and marker_id not in only:
-            continue
+    for marker_id, corners in detected:
         view = _measured(gray, reduced, corners, marker_id, step=step, side_m=side_m)
         known = found.get(marker_id)
         if view is not None and (known is None or _extent_px(view) > _extent_px(known)):
             found[marker_id] = view
-    return found
+    return {marker_id: _on_sensor(view, binning) for marker_id, view in found.items()}
 
 
-def refind_marker(gray: NDArray[np.uint8], known: MarkerView, *, side_m: float = SIDE_M) -> MarkerView | None:
+def refind_marker(
+    gray: NDArray[np.uint8], known: MarkerView, *, side_m: float = SIDE_M, binning: Binning = 1
+) -> MarkerView | None:
     """Return a marker that has moved by at most a pixel since another image; None when it is gone."""
-    return _view(gray, known.id, known.corners_px[:4], blur_px=known.blur_px, side_m=side_m)
+    start_px = picture_px(known.corners_px[:4], binning)
+    view = _view(gray, known.id, start_px, blur_px=known.blur_px / binning, side_m=side_m)
+    return None if view is None else _on_sensor(view, binning)
+
+
+def _on_sensor(view: MarkerView, binning: Binning) -> MarkerView:
+    """Return a view in pixels of a picture in those of the sensor."""
+    if binning == 1:
+        return view
+    return replace(
+        view,
+        corners_px=sensor_px(view.corners_px, binning),
+        sharpness=view.sharpness / binning,
+        sigma_px=view.sigma_px * binning,
+    )
 
 
 def mean_view(views: list[MarkerView]) -> MarkerView:
@@ -109,19 +132,30 @@ def _detector() -> cv2.aruco.ArucoDetector:
     return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), parameters)
 
 
-def _detected(gray: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
+def _detected(gray: NDArray[np.uint8], only: Collection[int] | None) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return the ids and outer corners, (4, 2) px, of the markers of an image; None: of all ids."""
     corners, ids, _ = _detector().detectMarkers(gray)
     if len(corners) == 0:
         return []
     return [
         (int(marker_id), np.asarray(quad, dtype=np.float64).reshape(4, 2))
         for marker_id, quad in zip(np.asarray(ids).ravel(), corners, strict=True)
+        if only is None or int(marker_id) in only
     ]
 
 
-def _reduced(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    height, width = gray.shape[0] // REDUCTION, gray.shape[1] // REDUCTION
-    whole = gray[: height * REDUCTION, : width * REDUCTION]
+def _detected_enlarged(
+    gray: NDArray[np.uint8], only: Collection[int] | None, *, times: Binning
+) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return markers as `_detected`, those too whose cells are too small for OpenCV in the image itself."""
+    enlarged = cv2.resize(gray, None, fx=times, fy=times, interpolation=cv2.INTER_LINEAR)
+    found = _detected(np.asarray(enlarged, dtype=np.uint8), only)
+    return [(marker_id, picture_px(corners, times)) for marker_id, corners in found]
+
+
+def _reduced(gray: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
+    height, width = gray.shape[0] // step, gray.shape[1] // step
+    whole = gray[: height * step, : width * step]
     return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 

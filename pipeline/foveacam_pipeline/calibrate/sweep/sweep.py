@@ -6,7 +6,7 @@ Corners are raw pixels, so that any model can be fitted to them later. `sweep_fi
 import re
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import PanTiltPose, Role, Station
+from foveacam_hardware.contract import Binning, PanTiltPose, Role, Station
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 
@@ -53,7 +53,8 @@ class SweepPose:
 
     `node_rad`: the planned gaze (ax, ay). `wide`: by id, means over several frames. `repeat`: 0 for the
     planned measurement of a node, else the number of a further visit. `run`: the run of the procedure in
-    which it was measured; times are comparable within one run alone.
+    which it was measured; times are comparable within one run alone. `binning`: of the frames that it was
+    measured in; its pixels are those of the sensor.
     """
 
     index: int
@@ -67,6 +68,7 @@ class SweepPose:
     right_refusal: str | None = None
     repeat: int = 0
     run: str = ""
+    binning: Binning = 1
 
     def eye(self, role: Role) -> EyePose | None:
         """Return the measurement of an eye."""

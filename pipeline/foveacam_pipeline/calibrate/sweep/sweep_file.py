@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypeAlias, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from foveacam_hardware.contract import InvalidInput, PanTiltPose, Station, StationTarget
+from foveacam_hardware.contract import Binning, InvalidInput, PanTiltPose, Station, StationTarget
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import NodeSpacing, SweepPlan
@@ -140,6 +140,7 @@ class _Pose(_Document):
     right_refusal: str | None
     repeat: Annotated[int, Field(ge=0)] = 0
     run: str = ""
+    binning: Binning = 1
 
     def build(self) -> SweepPose:
         return SweepPose(
@@ -154,6 +155,7 @@ class _Pose(_Document):
             right_refusal=self.right_refusal,
             repeat=self.repeat,
             run=self.run,
+            binning=self.binning,
         )
 
 

@@ -128,6 +128,7 @@ class PoseMeter:
             right=right.result,
             left_refusal=left.refusal,
             right_refusal=right.refusal,
+            binning=at_rest.frame.binning,
         )
         return pose, at_rest.moved_px()
 
@@ -290,11 +291,15 @@ class PoseMeter:
 
     def _show_wide(self, at_rest: WideMarkersAtRest, *, accepted: bool) -> None:
         views = list(at_rest.views.values())
-        self._watch.show("wide", draw_markers(at_rest.image, views, accepted=accepted, aim_px=None))
+        drawn = draw_markers(
+            at_rest.image, views, accepted=accepted, aim_px=None, binning=at_rest.frame.binning
+        )
+        self._watch.show("wide", drawn)
 
     def _show_eye(self, observation: EyeObservation, *, accepted: bool) -> None:
         views = [] if observation.view is None else [observation.view]
         aim_px = centre_px(observation.size)
-        self._watch.show(
-            str(observation.role), draw_markers(observation.image, views, accepted=accepted, aim_px=aim_px)
+        drawn = draw_markers(
+            observation.image, views, accepted=accepted, aim_px=aim_px, binning=observation.binning
         )
+        self._watch.show(str(observation.role), drawn)

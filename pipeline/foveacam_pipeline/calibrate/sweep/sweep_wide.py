@@ -24,15 +24,17 @@ class WideMarkersAtRest:
         self.frame = next_wide_frame(head, clock, since_ns=since_ns)
         self.image = to_uint8(self.frame)
         self.gray = gray(self.image)
-        self.views = find_markers(self.gray, side_m=layout.side_m, only=layout.ids)
+        self.views = find_markers(
+            self.gray, side_m=layout.side_m, only=layout.ids, binning=self.frame.binning
+        )
         self._series: dict[int, list[MarkerView]] = {k: [view] for k, view in self.views.items()}
         self._last = self.frame
         self._frames = 1
 
     @property
     def size(self) -> tuple[int, int]:
-        """(width, height), px."""
-        return self.gray.shape[1], self.gray.shape[0]
+        """(width, height) of the sensor, px."""
+        return self.frame.binning * self.gray.shape[1], self.frame.binning * self.gray.shape[0]
 
     def add(self, frame: Frame) -> None:
         """Add a frame, unless it was added already; a marker that it does not show is dropped."""
@@ -42,7 +44,7 @@ class WideMarkersAtRest:
         self._frames += 1
         shades = gray(to_uint8(frame))
         for marker_id, series in list(self._series.items()):
-            again = refind_marker(shades, series[0], side_m=self._layout.side_m)
+            again = refind_marker(shades, series[0], side_m=self._layout.side_m, binning=frame.binning)
             if again is None:
                 del self._series[marker_id]
             else:

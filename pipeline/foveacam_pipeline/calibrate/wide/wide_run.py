@@ -21,6 +21,8 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSample
 
 _ENOUGH_VIEWS = 15
 _ENOUGH_COVERAGE = 0.9
+IDLE_TIMES = 3.0
+"""Times between images, in those of a board that is about to be taken, while a known view is shown."""
 _LOOK_NS = 250_000_000
 """Longest time that one look counts for, so that a slow computer waits for as many looks as a fast one."""
 
@@ -40,7 +42,7 @@ class WideSettings:
 
     `views`: enough, whatever their coverage; fewer suffice when nothing new has been shown for `patience_s`,
     or for `content_s` once the image is covered and the board was tilted every way; an image that takes
-    longer counts as a quarter of a second. `every_s`: time between images, twice that while nothing changes.
+    longer counts as a quarter of a second. `every_s`: time between images, thrice that while nothing changes.
     `still_px`: maximum movement of a corner of a still board. `frames`: averaged for a view. `folder`: where
     views are stored as they are captured, and from where an earlier run continues. `role`: the camera; a
     fovea looks where its mirror rests at 0 V.
@@ -48,7 +50,7 @@ class WideSettings:
 
     views: int = 40
     patience_s: float = 20.0
-    content_s: float = 12.0
+    content_s: float = 6.0
     every_s: float = 0.08
     still_px: float = 0.4
     frames: int = 3
@@ -142,7 +144,7 @@ class _CaptureRun:
         overlay = draw_overlay(image, quick, cover=cover, words=STATE_NOTES[verdict.state])
         self._watch.show(self._samples.role.value, overlay)
         idle = verdict.state in ("taken", "nothing new")
-        return self._settings.every_s * (2.0 if idle else 1.0)
+        return self._settings.every_s * (IDLE_TIMES if idle else 1.0)
 
     def _read_frame(self) -> Frame:
         role = self._samples.role

@@ -1,6 +1,7 @@
 """Stage 2 of a calibration session: sweep the markers at every station, or continue interrupted sweeps.
 
-At the end some nodes of the first station are measured again, which gives the drift of the mounts.
+At the end some nodes of the first station are measured again, which gives the drift of the mounts. All of it
+is measured at the rig's working binning: a binned fovea loses nothing, and `bench calibration` compares both.
 """
 
 import math
@@ -50,7 +51,7 @@ def measure_mirrors(
         if is_swept(path, options, station, retry=retry):
             watch.progress(1, total=1, note=f"{station.name}: complete already")
             continue
-        with environment.use(f"the sweep at {station.name}") as rig:
+        with environment.use(f"the sweep at {station.name}", binning=None) as rig:
             if rig.pan_tilt is None:
                 raise no_pan_tilt("sweep the mirrors")
             run_sweep(
@@ -96,7 +97,7 @@ def measure_nodes_again(
 ) -> tuple[SweepPose, ...]:
     """Measure some nodes of a swept station again and return their poses."""
     path = session.folder / sweep_filename(station)
-    with environment.use(f"the return to {station.name}") as rig:
+    with environment.use(f"the return to {station.name}", binning=None) as rig:
         if rig.pan_tilt is None:
             raise no_pan_tilt("return to the markers")
         return return_to_nodes(

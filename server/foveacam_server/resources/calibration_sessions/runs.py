@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from foveacam_hardware.contract import (
+    Binning,
     Busy,
     Clock,
     InvalidInput,
@@ -177,9 +178,9 @@ class CalibrationRuns:
 
     def _environment(self, status: RigStatus, context: JobContext | None = None) -> StepEnvironment:
         @contextmanager
-        def use(what: str) -> Iterator[ExclusiveRig]:
+        def use(what: str, *, binning: Binning | None = 1) -> Iterator[ExclusiveRig]:
             cancelled = context.cancelled if context is not None else _never
-            with self._tools.hardware.session(what, cancelled=cancelled, binning=1) as head:
+            with self._tools.hardware.session(what, cancelled=cancelled, binning=binning) as head:
                 yield ExclusiveRig(
                     head=head, pan_tilt=exclusive_pan_tilt(self._tools.hardware, cancelled=cancelled)
                 )

@@ -26,7 +26,7 @@ def measure_settle(
     """Measure all four axes at the first marker station, or where a rig without one looks."""
     watch.stage("settle")
     stations = [station for station in environment.stations if station.target is StationTarget.MARKERS]
-    with environment.use("the settle characterisation") as rig:
+    with environment.use("the settle characterisation", binning=None) as rig:
         if stations and rig.pan_tilt is not None:
             turn_to_station(
                 rig.pan_tilt,

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from foveacam_hardware.contract import (
+    Binning,
+    Camera,
     CameraSettings,
     Clock,
     Head,
@@ -32,12 +34,22 @@ class ExclusiveRig:
     pan_tilt: PanTilt | None
 
 
+class RigUse(Protocol):
+    """Reserves the rig."""
+
+    def __call__(self, what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:
+        """Reserve the rig for one step, named for people, until the context ends.
+
+        `binning`: of its frames; None: the rig's working binning.
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepEnvironment:
     """A rig and its calibration stations.
 
-    `use`: reserves the rig for one step, named for people, until the context ends. `wait_after_moves`: puts
-    a measured settle time in use, now and at every start.
+    `wait_after_moves`: puts a measured settle time in use, now and at every start.
     """
 
     rig_id: str
@@ -48,7 +60,7 @@ class StepEnvironment:
     fovea_settings: CameraSettings | None
     max_v: float
     markers: MarkerPrint
-    use: Callable[[str], AbstractContextManager[ExclusiveRig]]
+    use: RigUse
     wait_after_moves: Callable[[SettleTime], None]
 
     def station(self, name: str) -> Station:
@@ -140,8 +152,9 @@ def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironmen
         rig.settle_us = time.settle_us
 
     @contextmanager
-    def use(_what: str) -> Iterator[ExclusiveRig]:
-        yield ExclusiveRig(head=rig.head, pan_tilt=rig.pan_tilt)
+    def use(what: str, *, binning: Binning | None = 1) -> Iterator[ExclusiveRig]:
+        with _binned_cameras(rig, binning or rig.working_binning):
+            yield ExclusiveRig(head=rig.head, pan_tilt=rig.pan_tilt)
 
     return StepEnvironment(
         rig_id=rig.rig_id,
@@ -155,3 +168,22 @@ def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironmen
         use=use,
         wait_after_moves=wait_after_moves,
     )
+
+
+@contextmanager
+def _binned_cameras(rig: Rig, binning: Binning) -> Iterator[None]:
+    """Bin the frames of all cameras, and restore their binning afterwards."""
+    cameras = [rig.camera(role) for role in Role]
+    before = [camera.settings.binning for camera in cameras]
+    try:
+        for camera in cameras:
+            _bin(camera, binning)
+        yield
+    finally:
+        for camera, known in zip(cameras, before, strict=True):
+            _bin(camera, known)
+
+
+def _bin(camera: Camera, binning: Binning) -> None:
+    if camera.settings.binning != binning:
+        camera.configure(replace(camera.settings, binning=binning))
