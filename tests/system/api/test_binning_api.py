@@ -64,9 +64,7 @@ def test_other_binnings_are_refused(server: Running, body: object) -> None:
     assert (answer.status_code, answer.json()["type"]) == (422, "/problems/invalid-input")
 
 
-def test_only_who_has_control_changes_it_or_orders_a_look(
-    server: Running, fixation: dict[str, Any]
-) -> None:
+def test_only_who_has_control_changes_it_or_orders_a_look(server: Running, fixation: dict[str, Any]) -> None:
     token = server.post("/lease", {"holder": "somebody"}).json()["token"]
     try:
         refused = [
