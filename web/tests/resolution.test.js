@@ -133,6 +133,7 @@ test("the rig's page words the working binning, its cost, and what is in its way
   const now = binningWords(BINNING, SENSOR);
   assert.match(now.size, /^Looks, following and live views have 2×2 pixels as one: 720×540 of 1440×1080\. Stills/);
   assert.equal(now.cost, "Switching took 0.12 s.");
+  assert.equal(binningWords({ ...BINNING, switch_s: 0.0001 }, SENSOR).cost, "Switching took less than 0.01 s.");
   assert.deepEqual([now.held, now.problem], ["", ""]);
   const full = binningWords({ ...BINNING, working_binning: 1, switch_s: null }, null);
   assert.equal(full.size, "Looks, following and live views have every pixel of the sensors.");

@@ -166,7 +166,7 @@ def test_a_look_at_full_resolution_reports_progress_and_is_cancelled(
     assert len(server.get("/clouds").json()) == before
 
 
-def test_a_fixation_without_a_pair_or_of_another_id_has_no_such_look(server: Running) -> None:
+def test_a_fixation_that_is_not_there_has_no_such_look(server: Running) -> None:
     missing = server.post("/fixations/fix-none/full_resolution")
     assert (missing.status_code, missing.json()["type"]) == (404, "/problems/not-found")
 

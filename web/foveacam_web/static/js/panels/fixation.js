@@ -88,13 +88,15 @@ function fullResolution({ fixation_id, size, look }, full) {
   return [
     look?.problem &&
       html`<p class="remedy" role="alert">${sentence(look.problem.detail)} ${remedyOf(look.problem)}</p>`,
-    html`<button
-      type="button" class="plain" title="One more look at ${size}: cloud and depth with every pixel; the distance stays"
-      @click=${() => void full.look(fixation_id)}
-    >
-      ${icon("expand")}
-      Full resolution
-    </button>`,
+    html`<p class="correct">
+      <button
+        type="button" class="plain" title="One more look at ${size}: cloud and depth with every pixel; the distance stays"
+        @click=${() => void full.look(fixation_id)}
+      >
+        ${icon("expand")}
+        Full resolution
+      </button>
+    </p>`,
   ];
 }
 

@@ -45,7 +45,7 @@ function binningOf({ binning, sensor, refusal, busy }, choose) {
   if (!binning) return [nothing("Not known: the rig is not open yet.")];
   const { size, cost, held, problem } = binningWords(binning, sensor);
   return [
-    html`<div class="actions" role="group" aria-label="Working binning">
+    html`<div class="actions binnings" role="group" aria-label="Working binning">
       ${CHOICES.map(
         (each) =>
           html`<button

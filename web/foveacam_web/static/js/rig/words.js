@@ -136,7 +136,7 @@ export function binningWords({ working_binning, in_force, held_by, problem, swit
     cost:
       switch_s === null
         ? "Not switched yet: how long that takes is not known."
-        : `Switching took ${number(switch_s, 2)} s.`,
+        : `Switching took ${switch_s < 0.01 ? "less than 0.01" : number(switch_s, 2)} s.`,
     held: held_by && in_force ? `${binningText(in_force)} now, for ${held_by}; ${own} after it.` : "",
     problem: problem ? `The cameras stay as they are: ${sentence(problem)}` : "",
   };

@@ -19,7 +19,7 @@ export function resolutionWords(camera, binning) {
     binning === 1
       ? `Every pixel of the sensor: ${whole}`
       : `${binningText(binning)} pixels are one: ${size} of ${whole}`;
-  if (camera.px_per_deg === null)
+  if (camera.px_per_deg == null)
     return { text: size, meaning: `${meaning}. Pixels a degree are not known without a calibration` };
   const px_per_deg = camera.px_per_deg / binning;
   return { text: `${number(px_per_deg, px_per_deg < 10 ? 1 : 0)} px/°`, meaning };
