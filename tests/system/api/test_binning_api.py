@@ -183,15 +183,3 @@ def test_a_recording_holds_a_switch_back_and_a_still_during_it_has_every_pixel(s
     finally:
         server.post(f"/recordings/{server.get('/recordings').json()[0]['id']}/stop")
     server.poll(URL, lambda now: now["in_force"] == 2 and now["held_by"] is None)
-
-
-def test_a_step_of_a_calibration_runs_at_binning_1(server: Running) -> None:
-    session = server.post("/calibration_sessions", {"label": "binned rig"}).json()
-    run = server.post(f"/calibration_sessions/{session['id']}/runs", {"step": "settle", "options": {}})
-    assert run.status_code == 202, run.text
-    now = server.poll(URL, lambda found: found["in_force"] == 1)
-    server.post(f"/jobs/{run.json()['id']}/cancel")
-    server.ended(run.json())
-    assert now["working_binning"] == 2
-    assert "settle" in now["held_by"] or "calibration" in now["held_by"]
-    server.poll(URL, lambda found: found["in_force"] == 2)

@@ -46,6 +46,7 @@ NEEDING_THE_RIG = [
     "get /cameras/wide",
     "get /depth",
     "get /reach",
+    "get /rig/binning",
     "get /settle_time",
     "get /simulation/faults",
     "get /suggestions",
@@ -83,6 +84,7 @@ NEEDING_THE_RIG = [
     "put /cameras/presets/wide",
     "put /loop/eyes/left",
     "put /mirrors/volts",
+    "put /rig/binning",
     "put /simulation/faults",
 ]
 
