@@ -1,8 +1,8 @@
 """`foveacam serve` on a scene of walkers, with what the simulation knows of the first of them in a file.
 
 `python -m foveacam_bench.pace.judged_server PORT DATA SCENE LOG` appends a line of JSON every 50 ms: the time
-since the first line, where the wide view shows the walker's chest, and whether both foveae do. What is
-written is read by nobody in the server.
+since the first line, where the wide view shows the walker's chest, how far that is, and whether both foveae
+show it. What is written is read by nobody in the server.
 """
 
 import json
@@ -56,7 +56,13 @@ def _line(truth: Truth) -> dict[str, object]:
     placed = next(one for one in truth.world.animated_scene.file.objects if one.name == WALKER)
     chest = pose(placed, truth.world.scene_s(t_ns))[:3, 3] - np.array([0.0, CHEST_M, 0.0])
     x_px, y_px = truth.wide_pixels(chest[None])[0].tolist()
-    return {"x_px": x_px, "y_px": y_px, "in_both": all(_shows(truth, role, chest, t_ns) for role in EYES)}
+    range_m = float(np.linalg.norm(chest))
+    return {
+        "x_px": x_px,
+        "y_px": y_px,
+        "range_m": range_m,
+        "in_both": all(_shows(truth, role, chest, t_ns) for role in EYES),
+    }
 
 
 def _shows(truth: Truth, role: Role, point_rig_m: NDArray[np.float64], t_ns: int) -> bool:
