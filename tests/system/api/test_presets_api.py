@@ -17,9 +17,7 @@ def settings(server: Running, role: str) -> Document:
 
 
 def test_settings_of_all_cameras_are_saved_changed_and_applied_again(server: Running) -> None:
-    server.poll(
-        "/rig", lambda rig: all(camera["connected"] for camera in rig["cameras"])
-    )
+    server.poll("/rig", lambda rig: all(camera["connected"] for camera in rig["cameras"]))
     server.poll("/rig/binning", lambda found: found["in_force"] == found["working_binning"])
     before = {role: settings(server, role) for role in ("wide", "left", "right")}
     saved = server.http.put(f"{PRESETS}/Bright room").json()

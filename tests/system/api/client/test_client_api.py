@@ -96,8 +96,11 @@ def test_every_plain_read_fits_its_model(rig: Rig) -> None:
 def test_the_asynchronous_client_has_the_same_frames_and_datasets(server: Running) -> None:
     async def look() -> tuple[tuple[int, ...], int]:
         async with foveacam_client.connect_async(f"http://127.0.0.1:{server.port}") as rig:
-            while (shape := (await rig.frame("wide")).shape[:2]) == (1080, 1440):
-                await asyncio.sleep(0.1)  # a capture has just ended, which has all pixels
+            for _ in range(100):
+                shape = (await rig.frame("wide")).shape[:2]
+                if shape != (1080, 1440):  # else a capture has just ended, which has all pixels
+                    break
+                await asyncio.sleep(0.1)
             return shape, len(await rig.datasets("client"))
 
     assert asyncio.run(look()) == ((540, 720), 1)
