@@ -71,9 +71,9 @@ def serving(app: ASGIApp, *, certificate: tuple[Path, Path] | None = None, port:
 
 
 def forget_functions_of_routes() -> None:
-    """Empty FastAPI's caches, which keep every function of a route, and with it its application, for good.
+    """Empty FastAPI's caches of route functions, which keep each application in memory for good.
 
-    A program has one application; a worker of the tests has hundreds, of 100 to 200 MB each.
+    A server has one application; a worker of the tests opens dozens, of 100 to 200 MB each.
     """
     for cached in vars(models).values():
         if isinstance(cached, functools._lru_cache_wrapper):

@@ -1,4 +1,4 @@
-"""What the start of a server loads, how long a set-up takes with its first start, and what it leaves."""
+"""What a server loads at its start, how long a set-up and its first start take, and how large it is."""
 
 import os
 import shutil

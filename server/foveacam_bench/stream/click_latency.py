@@ -1,8 +1,8 @@
 """Time from a mouse click on the wide view until the page shows the distance of that fixation, and its parts.
 
 Clicks are made on textured points of the default scene that both eyes can see, according to the simulation's
-truth, or anywhere in the steering field. Each waits until the shape of the one before is computed and drawn,
-whose target is forgotten then, so that no click corrects another. The page's clock measures from the press to
+truth, or anywhere in the steering field. Before the next click the shape is computed and drawn, and the target
+is deleted: a click beside it would correct it instead of making a new one. The page's clock measures from the press to
 the change of the result card; the parts come from the server's records, on the same wall clock.
 """
 
@@ -67,7 +67,7 @@ def click_latency_figures(
 ) -> dict[str, float]:
     """Click on wide pixels one after the other; return median, 90th percentile, and the parts' medians.
 
-    An answer without a distance counts as one with it does.
+    An answer without a distance is timed like any other.
     """
     times = [_click(page, server, pixel) for pixel in pixels]
     total_s = [parts.pop("total") for parts in times]
