@@ -54,8 +54,8 @@ def following_figures(browser: "Browser", folder: Path, *, seconds: float) -> Fi
 def _follow(server: ServerProcess, log: Path) -> bool:
     """Begin to follow the walker by its chest, until a look has shown it; return whether one has.
 
-    The click is sent where the walker turns back: elsewhere it moves by 20 to 40 px until the click arrives. A
-    target that is not at the walker's distance is deleted, and the walker is clicked again.
+    The click is sent where the walker turns back: elsewhere it moves by 20 to 40 px until the click arrives.
+    A target that is not at the walker's distance is deleted, and the walker is clicked again.
     """
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:

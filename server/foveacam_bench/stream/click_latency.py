@@ -1,9 +1,10 @@
 """Time from a mouse click on the wide view until the page shows the distance of that fixation, and its parts.
 
 Clicks are made on textured points of the default scene that both eyes can see, according to the simulation's
-truth, or anywhere in the steering field. Before the next click the shape is computed and drawn, and the target
-is deleted: a click beside it would correct it instead of making a new one. The page's clock measures from the press to
-the change of the result card; the parts come from the server's records, on the same wall clock.
+truth, or anywhere in the steering field. Before the next click the shape is computed and drawn, and the
+target is deleted: a click beside it would correct it instead of making a new one. The page's clock measures
+from the press to the change of the result card; the parts come from the server's records, on the same wall
+clock.
 """
 
 import math
