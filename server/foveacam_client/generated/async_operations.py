@@ -3109,7 +3109,7 @@ class AsyncRig:
         """
         return await self._transport.answer(Call("GET", "/api/v1/rig/binning"), models.RigBinningDocument)
 
-    async def choose(self, body: models.BinningRequest) -> models.RigBinningDocument:
+    async def choose_binning(self, body: models.BinningRequest) -> models.RigBinningDocument:
         """Choose the working binning.
 
         Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).

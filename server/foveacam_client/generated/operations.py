@@ -3063,7 +3063,7 @@ class Rig:
         """
         return self._transport.answer(Call("GET", "/api/v1/rig/binning"), models.RigBinningDocument)
 
-    def choose(self, body: models.BinningRequest) -> models.RigBinningDocument:
+    def choose_binning(self, body: models.BinningRequest) -> models.RigBinningDocument:
         """Choose the working binning.
 
         Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).

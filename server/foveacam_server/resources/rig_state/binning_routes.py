@@ -35,7 +35,9 @@ async def binning(services: ServicesDep) -> RigBinningDocument:
 
 
 @router.put("", summary="Choose the working binning", responses=problems(409, 502, 503, 504))
-def choose(request: BinningRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> RigBinningDocument:
+def choose_binning(
+    request: BinningRequest, services: ServicesDep, x_lease: LeaseHeader = None
+) -> RigBinningDocument:
     """Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).
 
     Following gives way for the switch. The rig file, or `serve --binning`, counts again when the rig is
