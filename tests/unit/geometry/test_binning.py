@@ -64,8 +64,12 @@ def test_binning_of_one_changes_nothing() -> None:
     assert CALIBRATION.binned(1) is CALIBRATION
     assert CALIBRATION.wide.binned(1) is CALIBRATION.wide
     assert CALIBRATION.left.homography.binned(1) is CALIBRATION.left.homography
-    assert CALIBRATION.binned(2) is BINNED  # worked out once
     assert BINNED.binned(2, made_at=2) is BINNED
+
+
+def test_a_calibration_is_binned_once() -> None:
+    binned = CALIBRATION.binned(2)
+    assert CALIBRATION.binned(2) is binned
 
 
 def test_a_calibration_made_from_binned_pictures_serves_the_sensor_by_the_inverse() -> None:
