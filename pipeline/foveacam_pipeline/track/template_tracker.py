@@ -92,12 +92,20 @@ class TemplateTracker:
     def _search(
         self, image: GreyImage, about: tuple[float, float], template: NDArray[np.float32]
     ) -> TrackMatch:
+        """Return the best place about another one; a place at the rim of the search makes it wider.
+
+        There the score still rises outwards: what moves fast has gone farther than was searched.
+        """
         height, width = template.shape
-        reach = self._reach_px()
         x, y = (round(value) for value in about)
-        part = cut_box(image, x_px=x, y_px=y, width_px=width + 2 * reach, height_px=height + 2 * reach)
-        right, down, score = peak(_scores(part, template))
-        return TrackMatch(x_px=x - reach + right, y_px=y - reach + down, score=score)
+        reach = self._reach_px()
+        while True:
+            part = cut_box(image, x_px=x, y_px=y, width_px=width + 2 * reach, height_px=height + 2 * reach)
+            right, down, score = peak(_scores(part, template))
+            beside = max(abs(right - reach), abs(down - reach))
+            if beside < reach or score < FOUND_SCORE or reach == MOST_REACH_PX:
+                return TrackMatch(x_px=x - reach + right, y_px=y - reach + down, score=score)
+            reach = min(MOST_REACH_PX, 2 * reach)
 
     def search(self, image: GreyImage) -> TrackMatch:
         """Return the best place in the whole image, but for a refused one: at half size, then about it."""

@@ -5,6 +5,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from foveacam_bench.figures import Figures
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_bench.stream.console_page import open_context, open_page
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
 PROGRAM = ("foveacam_bench.pace.judged_server", "{port}", "{data}")
 WALKER = Walker(x_m=0.0, z_m=10.0, radius_m=1.0, speed_m_per_s=1.2)
 PATIENCE_S = 60.0
-SLOW_PX = 4.0
-"""So little the chest moves between two lines of the log where the walker turns back."""
 BESIDE_M = 1.0
 """A target at another distance is not the walker."""
 _POLL_S = 0.05
@@ -54,22 +54,34 @@ def following_figures(browser: "Browser", folder: Path, *, seconds: float) -> Fi
 def _follow(server: ServerProcess, log: Path) -> bool:
     """Begin to follow the walker by its chest, until a look has shown it; return whether one has.
 
-    The click is sent where the walker turns back: elsewhere it moves by 20 to 40 px until the click arrives.
-    A target that is not at the walker's distance is deleted, and the walker is clicked again.
+    A click names the wide picture and the chest's place in it, as that of a person does. A target that is not
+    at the walker's distance is deleted, and the walker is clicked again.
     """
     end_s = time.monotonic() + PATIENCE_S
     while time.monotonic() < end_s:
-        before, now = _lines(log)[-2:]
         followed = _followed(server)
         if followed["state"] == "ended":
-            if abs(now["x_px"] - before["x_px"]) < SLOW_PX:
-                server.send("POST", "/follows", {"pixel": {"x_px": now["x_px"], "y_px": now["y_px"]}})
+            _click(server, log)
         elif followed["state"] == "followed":
-            if abs(followed["distance_m"] - now["range_m"]) < BESIDE_M:
+            if abs(followed["distance_m"] - _lines(log)[-1]["range_m"]) < BESIDE_M:
                 return True
             server.send("DELETE", f"/follows/{followed['id']}")
         time.sleep(_POLL_S)
     return False
+
+
+def _click(server: ServerProcess, log: Path) -> None:
+    """Click the chest where the newest wide picture shows it; without effect where the log lags behind."""
+    picture = server.send("GET", "/views/wide/snapshot.jpg")
+    t_ns, seq = (int(picture.headers[name]) for name in ("X-Frame-Time-Ns", "X-Frame-Seq"))
+    lines = _lines(log)
+    times_ns = [line["t_ns"] for line in lines]
+    if not times_ns[0] <= t_ns <= times_ns[-1]:
+        return
+    x_px, y_px = (
+        float(np.interp(t_ns, times_ns, [line[name] for line in lines])) for name in ("x_px", "y_px")
+    )
+    server.send("POST", "/follows", {"pixel": {"x_px": x_px, "y_px": y_px}, "frame_seq": seq})
 
 
 def _followed(server: ServerProcess) -> JsonObject:

@@ -1,8 +1,8 @@
 """`foveacam serve` on a scene of walkers, with what the simulation knows of the first of them in a file.
 
 `python -m foveacam_bench.pace.judged_server PORT DATA SCENE LOG` appends a line of JSON every 50 ms: the time
-since the first line, where the wide view shows the walker's chest, how far that is, and whether both foveae
-show it. What is written is read by nobody in the server.
+of the rig's clock, where the wide view shows the walker's chest, how far that is, and whether both foveae show
+it. What is written is read by nobody in the server.
 """
 
 import json
@@ -44,9 +44,8 @@ def keep_truth(known: list[Truth]) -> None:
 def write_truth(known: list[Truth], log: TextIO) -> None:
     """Append a line every `PERIOD_S` once a rig is open."""
     _RIG_IS_OPEN.wait()
-    began_s = time.monotonic()
     while True:
-        log.write(json.dumps({"t_s": round(time.monotonic() - began_s, 3), **_line(known[-1])}) + "\n")
+        log.write(json.dumps(_line(known[-1])) + "\n")
         log.flush()
         time.sleep(PERIOD_S)
 
@@ -58,6 +57,7 @@ def _line(truth: Truth) -> dict[str, object]:
     x_px, y_px = truth.wide_pixels(chest[None])[0].tolist()
     range_m = float(np.linalg.norm(chest))
     return {
+        "t_ns": t_ns,
         "x_px": x_px,
         "y_px": y_px,
         "range_m": range_m,

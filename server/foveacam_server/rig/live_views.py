@@ -32,6 +32,8 @@ LONGEST_QUIET_WAIT_S = 0.25
 """So long at most nobody asks whether a viewer has come."""
 RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
 """Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
+NEWEST_NS = 500_000_000
+"""A click without a number is on the newest frame unless that is older: what moves has moved on since."""
 
 OverlayOf = Callable[[StereoVolts | None], OverlayDocument | None]
 """Returns what is drawn over the wide view for a gaze; None: the gaze is unknown."""
@@ -68,6 +70,17 @@ class RecentFrames:
         """Return the newest frame, if any."""
         with self._lock:
             return self._frames[-1] if self._frames else None
+
+    def chosen(self, seq: int | None, *, now_ns: int) -> Frame | None:
+        """Return the frame on which a target was chosen, as far as it is kept.
+
+        `seq`: its number; None: what a caller who names no picture must mean, the newest one, unless it is
+        older than `NEWEST_NS`.
+        """
+        if seq is not None:
+            return self.find(seq)
+        newest = self.newest()
+        return newest if newest is not None and now_ns - newest.t_ns <= NEWEST_NS else None
 
     def since(self, t_ns: int) -> list[Frame]:
         """Return the frames of a time and after it, oldest first."""

@@ -10,6 +10,7 @@ from foveacam_server.rig.live_views import (
     IDLE_FOVEA_HZ,
     IDLE_WIDE_HZ,
     LONGEST_WAIT_S,
+    NEWEST_NS,
     QUIET_AFTER_NS,
     QUIET_FOVEA_HZ,
     QUIET_WIDE_HZ,
@@ -148,3 +149,15 @@ def test_a_click_finds_the_wide_frame_that_it_names_or_the_last_one_kept_before_
         recent.add(replace(frame, seq=101 + 2 * k, t_ns=k * RECENT_APART_NS + 1))  # too soon after it
     found = [recent.find(seq) for seq in (100, 104, 106, 107, 2**32 - 1)]
     assert [None if each is None else each.seq for each in found] == [None, None, 106, 106, 128]
+
+
+def test_a_click_without_a_number_is_on_the_newest_frame_unless_that_is_old() -> None:
+    recent, frame = RecentFrames(), FakeRig(VirtualClock()).wide.latest(max_age_ms=1.0)
+    assert recent.chosen(None, now_ns=0) is None
+    for seq in (1, 2):
+        recent.add(replace(frame, seq=seq, t_ns=seq * RECENT_APART_NS))
+    newest = recent.newest()
+    assert newest is not None
+    assert recent.chosen(None, now_ns=newest.t_ns + NEWEST_NS) is newest
+    assert recent.chosen(None, now_ns=newest.t_ns + NEWEST_NS + 1) is None
+    assert recent.chosen(1, now_ns=newest.t_ns + NEWEST_NS + 1) is recent.find(1) is not newest

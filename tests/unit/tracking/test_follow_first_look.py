@@ -13,12 +13,15 @@ from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget
 from foveacam_server.resources.follows.first_look import (
     MOVES_PX_S,
+    catch_up,
     look_first,
     middle_px,
     moved_to,
     refresh,
     sides_px,
+    track_click,
 )
+from foveacam_server.rig.live_views import RecentFrames
 
 Z_M = 6.0
 FRAME_NS = 66_000_000
@@ -68,6 +71,19 @@ def test_a_click_is_followed_to_the_newest_frame_with_its_speed() -> None:
     before = click.place_px
     click.see(head.wide())  # the same moment again
     assert click.place_px == before
+
+
+def test_a_click_without_a_pictures_number_is_followed_from_the_newest_picture() -> None:
+    head, recent = head_with(walking_at(1.0)), RecentFrames()
+    x_px, y_px = pixel_of(head, head.clock.now_ns())
+    target = PixelTarget(x_px=x_px, y_px=y_px)
+    assert track_click(recent, target, frame_seq=None, box_px=64, now_ns=head.clock.now_ns()) is None
+    recent.add(head.wide())
+    click = track_click(recent, target, frame_seq=None, box_px=64, now_ns=head.clock.now_ns())
+    assert click is not None
+    head.clock.sleep_until_ns(head.clock.now_ns() + FRAME_NS)
+    recent.add(head.wide())
+    assert catch_up(recent, click).place_px == pytest.approx(pixel_of(head, head.clock.now_ns()), abs=1.0)
 
 
 def test_what_moves_is_acquired_by_one_look_in_which_both_foveae_agree() -> None:

@@ -11,7 +11,7 @@ from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, DirectionTarget, PixelTarget, RectangleTarget, Target
-from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.live_views import RecentFrames
 
 MOVES_PX_S = 20.0
 """What is faster in the wide view is acquired as a moving target, wide px/s."""
@@ -21,11 +21,13 @@ LEAST_BOX_PX = 16
 
 
 def track_click(
-    hardware: HardwareThread, target: Target, *, frame_seq: int | None, box_px: int
+    recent: RecentFrames, target: Target, *, frame_seq: int | None, box_px: int, now_ns: int
 ) -> ClickTrack | None:
     """Return what was clicked, as far as wide frames have come; None where its frame or box tells nothing."""
-    frame = None if frame_seq is None else hardware.recent_wide.find(frame_seq)
-    if frame is None or isinstance(target, DirectionTarget):
+    if isinstance(target, DirectionTarget):
+        return None
+    frame = recent.chosen(frame_seq, now_ns=now_ns)
+    if frame is None:
         return None
     width_px, height_px = sides_px(target, box_px)
     x_px, y_px = middle_px(target)
@@ -34,12 +36,12 @@ def track_click(
         click = ClickTrack(frame, box)
     except OutOfRange:  # without texture, or at the rim: it is looked for where it was clicked
         return None
-    return catch_up(hardware, click)
+    return catch_up(recent, click)
 
 
-def catch_up(hardware: HardwareThread, click: ClickTrack) -> ClickTrack:
+def catch_up(recent: RecentFrames, click: ClickTrack) -> ClickTrack:
     """Let a click see the wide frames that have come since; return it."""
-    for frame in hardware.recent_wide.since(click.frame.t_ns):
+    for frame in recent.since(click.frame.t_ns):
         click.see(frame)
     return click
 

@@ -188,7 +188,7 @@ class FollowJob:
                 follower.watching(head),
                 calibration,
                 record.target,
-                None if click is None else catch_up(tools.hardware, click),
+                None if click is None else catch_up(tools.hardware.recent_wide, click),
                 clock=tools.clock,
                 context=tools.context,
             )

@@ -35,7 +35,7 @@ class FollowRequest(RequestModel):
     box_px: BoxSide = 64
     """Side of the box about a point; a rectangle has its own."""
     frame_seq: FrameSeq | None = None
-    """Number of the wide picture on which the target was chosen, as in a fixation."""
+    """Number of the wide picture on which the target was chosen, as in a fixation; else it is the newest."""
 
 
 class FollowPatch(RequestModel):

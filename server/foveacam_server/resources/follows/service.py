@@ -51,7 +51,13 @@ class FollowService:
             box_px=sides_px(target, request.box_px),
             tracker=request.tracker,
             priority=request.priority,
-            click=track_click(tools.hardware, target, frame_seq=request.frame_seq, box_px=request.box_px),
+            click=track_click(
+                tools.hardware.recent_wide,
+                target,
+                frame_seq=request.frame_seq,
+                box_px=request.box_px,
+                now_ns=tools.clock.now_ns(),
+            ),
         )
         self._records.add(record)
         tools.events.emit("follow.started", f"{record.label} will be followed", data=change_of(record))

@@ -112,7 +112,7 @@ class LoopService:
         wanted = FirstTarget(
             target=target,
             place=np.tan(np.array(direction_of(target, calibration))),
-            clicked=None if request.frame_seq is None else tools.hardware.recent_wide.find(request.frame_seq),
+            clicked=tools.hardware.recent_wide.chosen(request.frame_seq, now_ns=tools.clock.now_ns()),
             distance_m=request.distance_m,
         )
         self._order(
