@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import httpx
 import numpy as np
 
 from foveacam_bench.figures import Figures
@@ -72,7 +73,10 @@ def _follow(server: ServerProcess, log: Path) -> bool:
 
 def _click(server: ServerProcess, log: Path) -> None:
     """Click the chest where the newest wide picture shows it; without effect where the log lags behind."""
-    picture = server.send("GET", "/views/wide/snapshot.jpg")
+    try:
+        picture = server.send("GET", "/views/wide/snapshot.jpg")
+    except httpx.HTTPStatusError:  # no picture yet
+        return
     t_ns, seq = (int(picture.headers[name]) for name in ("X-Frame-Time-Ns", "X-Frame-Seq"))
     lines = _lines(log)
     times_ns = [line["t_ns"] for line in lines]
