@@ -96,7 +96,7 @@ def test_a_picture_taken_while_it_slides_is_smeared(rig: Rig) -> None:
     projection = truth(rig).world.projection(Role.LEFT, rig.clock.now_ns())
     rail(rig).state  # noqa: B018 - the motors' board is asked, so that it has gone on
 
-    moved_px = stage.motion_px(projection, t_s - 0.008, t_s)
+    moved_px = stage.motion(projection, t_s - 0.008, t_s).largest_px
 
     assert moved_px == pytest.approx(28_760 * 0.1 * 0.008, rel=0.1)  # 100 mm/s at 1 m, over 8 ms
     rest(rig)

@@ -16,6 +16,7 @@ from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance, Renderer
 from foveacam_hardware.sim.render.scene import Scene
 from foveacam_hardware.sim.rig_pose import RigPoseAtTime, image_motion_px, project_in_world, unmoved_rig
+from foveacam_hardware.sim.scene_layers import ImageMotion, ObjectShift, SceneLayers, object_shift
 from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import Object, SceneFile
 from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene, scene_path
@@ -59,6 +60,8 @@ class AnimatedScene:
             for number, entry in enumerate(self.file.objects)
             if entry.motion is not None
         ]
+        numbers = [moving.number for moving in self._moving]
+        self._layers = SceneLayers(self.scene, numbers, threads=threads)
         self._lock = threading.Lock()
         self.rig_pose: RigPoseAtTime = unmoved_rig
 
@@ -68,6 +71,19 @@ class AnimatedScene:
             self._set_poses(t_s)
             in_world = project_in_world(projection, self.rig_pose(t_s))
             return self._renderer.radiance(in_world, channels=channels).radiance
+
+    def blurred(
+        self, projection: Projection, t_s: float, motion: ImageMotion, *, channels: int
+    ) -> NDArray[np.float32]:
+        """Return the radiance as `radiance`, as the mean over an exposure with its middle at `t_s`.
+
+        `projection`: without a ray table. `motion`: that during the exposure, an even one.
+        """
+        with self._lock:
+            for moving in self._moving:
+                self._layers.set_pose(moving.number, pose(moving.entry, t_s))
+            in_world = project_in_world(projection, self.rig_pose(t_s))
+            return self._layers.blurred(in_world, motion.objects, channels=channels)
 
     def probe(self, projection: Projection, t_s: float, *, roi: Roi | None = None) -> Radiance:
         """Return radiance, depth and object numbers (truth) without touching the cameras' cached frames."""
@@ -79,16 +95,18 @@ class AnimatedScene:
         """End the renderer's threads."""
         self._renderer.close()
         self._probe_renderer.close()
+        self._layers.close()
 
-    def motion_px(self, projection: Projection, from_s: float, to_s: float) -> float:
-        """Return the largest image motion of any object in view between two times."""
+    def motion(self, projection: Projection, from_s: float, to_s: float) -> ImageMotion:
+        """Return how the image moves between two times."""
         before, after = self.rig_pose(from_s), self.rig_pose(to_s)
-        fastest_px = image_motion_px(projection, before, after)
         in_world = project_in_world(projection, before)
+        objects = {}
         for moving in self._moving:
             ends = np.stack([pose(moving.entry, from_s), pose(moving.entry, to_s)])
-            fastest_px = max(fastest_px, _moved_px(in_world, ends, moving.corners_m))
-        return fastest_px
+            if (shift := _shift(in_world, ends, moving.corners_m)) is not None:
+                objects[moving.number] = shift
+        return ImageMotion(rig_px=image_motion_px(projection, before, after), objects=objects)
 
     def textured(self, number: int) -> bool:
         """Return whether an object has texture to match; the background (-1) has none."""
@@ -99,17 +117,19 @@ class AnimatedScene:
             self.scene.set_pose(moving.number, pose(moving.entry, t_s))
 
 
-def _moved_px(projection: Projection, ends: NDArray[np.float64], corners_m: NDArray[np.float64]) -> float:
-    """Return how far a box moves in the image between two poses (2, 4, 4); 0 when it is out of view."""
+def _shift(
+    projection: Projection, ends: NDArray[np.float64], corners_m: NDArray[np.float64]
+) -> ObjectShift | None:
+    """Return how a box (8, 3) moves in the image between two poses (2, 4, 4); None when it is out of view."""
     corners = ends[:, :3, :3] @ corners_m.T + ends[:, :3, 3:]
-    pixels = np.stack([projection.project(end.T) for end in corners])
-    if np.isnan(pixels).any():
-        return 0.0
-    low, high = pixels.min(axis=(0, 1)), pixels.max(axis=(0, 1))
-    size = np.array([projection.width, projection.height])
-    if (high < -MARGIN_PX).any() or (low > size + MARGIN_PX).any():
-        return 0.0
-    return float(np.max(np.linalg.norm(pixels[1] - pixels[0], axis=1)))
+    before, after = (projection.project(end.T) for end in corners)
+    both = np.concatenate([before, after])
+    if np.isnan(both).any():
+        return None
+    size = (projection.width, projection.height)
+    if (both.max(axis=0) < -MARGIN_PX).any() or (both.min(axis=0) > np.add(size, MARGIN_PX)).any():
+        return None
+    return object_shift(before, after, size=size)
 
 
 def _corners_m(scene: Scene, number: int) -> NDArray[np.float64]:

@@ -42,6 +42,9 @@ SETTLED_PX = 0.3
 MIRROR_STEP_PX = 3.0
 OBJECT_STEP_PX = 4.0
 """Objects move evenly, so the middle of an exposure is its mean; less blur than this is lost in the PSF."""
+EVEN_PX = 4.0
+"""An object whose parts in view move alike to within this is blurred along one line: at either end of the
+exposure a part is off by a quarter of it at most."""
 STEPS_MAX = 6
 MOTION_SAMPLES = 9
 
@@ -127,9 +130,18 @@ class World:
 
         It is rendered once, at the middle, unless the mirror, the rig or an object moves noticeably.
         """
-        times_ns = interval.middles_ns(self._steps(role, interval))
+        scene, middle_ns = self.animated_scene, interval.middle_ns
+        start_s, end_s = self.scene_s(interval.start_ns), self.scene_s(interval.end_ns)
+        middle = self.projection(role, middle_ns, binning=binning)
+        motion = scene.motion(middle, start_s, end_s)
+        swing_px = 0.0 if role is Role.WIDE else self._swing_px(role, interval)
+        moved_px = binning * motion.largest_px
+        shifts = swing_px <= SETTLED_PX and middle.rays is None and motion.even(EVEN_PX / binning)
+        if shifts and moved_px > OBJECT_STEP_PX:
+            return scene.blurred(middle, self.scene_s(middle_ns), motion, channels=channels)
+        times_ns = interval.middles_ns(_pictures(moved_px, swing_px=swing_px))
         images = (
-            self.animated_scene.radiance(
+            scene.radiance(
                 self.projection(role, t_ns, binning=binning), self.scene_s(t_ns), channels=channels
             )
             for t_ns in times_ns
@@ -187,21 +199,17 @@ class World:
         mount_rad = np.round(turn_rad / MOUNT_STEP_RAD) * MOUNT_STEP_RAD
         return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
 
-    def _steps(self, role: Role, interval: ExposureInterval) -> int:
-        moved_px = self.animated_scene.motion_px(
-            self.projection(role, interval.middle_ns),
-            self.scene_s(interval.start_ns),
-            self.scene_s(interval.end_ns),
-        )
-        steps = max(1, int(np.ceil(moved_px / OBJECT_STEP_PX)))
-        swing_px = 0.0 if role is Role.WIDE else self._swing_px(role, interval)
-        if swing_px > SETTLED_PX:
-            steps = max(steps, 1 + int(np.ceil(swing_px / MIRROR_STEP_PX)))
-        return min(STEPS_MAX, steps)
-
     def _swing_px(self, role: Role, interval: ExposureInterval) -> float:
         tilts = self._tilts_rad(role, interval.middles_ns(MOTION_SAMPLES))
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
+
+
+def _pictures(moved_px: float, *, swing_px: float) -> int:
+    """Return of how many pictures an exposure is the mean; lengths in px of the sensor."""
+    count = max(1, int(np.ceil(moved_px / OBJECT_STEP_PX)))
+    if swing_px > SETTLED_PX:
+        count = max(count, 1 + int(np.ceil(swing_px / MIRROR_STEP_PX)))
+    return min(STEPS_MAX, count)
 
 
 def _advance_nothing(t_ns: int) -> None:

@@ -22,6 +22,7 @@ from foveacam_hardware.sim.render.sensor import SensorExposure, expose, expose_r
 from foveacam_hardware.sim.render.setup import KernelView, ObjectTable, empty_corners, empty_prims, set_up
 from foveacam_hardware.sim.render.shade import CUT_PX
 from foveacam_hardware.sim.render.shapes import Quad, place
+from foveacam_hardware.sim.render.smear import MovingLayer, smear
 from foveacam_hardware.sim.render.tiles import (
     TileInputs,
     TileOutputs,
@@ -56,6 +57,7 @@ def kernel_steps() -> tuple[KernelStep, ...]:
         KernelStep(name="faces of tiles", kernel=sort_into_tiles, compile=_compile_sort_into_tiles),
         KernelStep(name="lens", kernel=tile_shifts, compile=_compile_tile_shifts),
         KernelStep(name="sensor", kernel=expose_rows, compile=_compile_expose),
+        KernelStep(name="motion", kernel=smear, compile=_compile_smear),
     )
 
 
@@ -139,6 +141,15 @@ def _compile_tiles() -> None:
         np.zeros((*size, 1), np.float32), np.zeros(size, np.float32), np.zeros(size, np.int32)
     )
     _compile_for(render_tiles, np.zeros(1, np.int64), _small_frame().stage(), target)
+
+
+def _compile_smear() -> None:
+    picture, depth = np.zeros((1, 1, 1), np.float32), np.zeros((1, 1), np.float32)
+    ids = np.zeros((1, 1), np.int32)
+    for drawn in (picture, depth, ids):
+        drawn.flags.writeable = False
+    layer = MovingLayer(picture, depth, ids, np.zeros(1, np.int32), 0, 0)
+    _compile_for(smear, picture, depth, layer, np.zeros((1, 1, 2), np.int32))
 
 
 def _compile_expose() -> None:

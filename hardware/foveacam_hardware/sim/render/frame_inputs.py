@@ -62,7 +62,7 @@ def tile_inputs(
 
 
 def _in_channels(snapshot: SceneSnapshot, channels: int) -> tuple[F64, F64]:
-    """Return the colours (n, 2, c) and the sky (2, c) in the frame's channels."""
-    if channels == 3:
+    """Return the colours (n, 2, c) and the sky (2, c) in the frame's channels; coverage has no colour."""
+    if channels >= 3:
         return snapshot.tables.colors, snapshot.sky
     return (snapshot.tables.colors @ LUMA)[..., None], (snapshot.sky @ LUMA)[..., None]

@@ -123,6 +123,15 @@ class Renderer:
         """Render an image, or its part roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
         if channels not in (1, 3):
             raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
+        return self._radiance(projection, roi, channels)
+
+    def layer(self, projection: Projection, channels: int = 1) -> Radiance:
+        """Render an image whose radiance has one more channel: how much of a pixel objects cover, 0..1."""
+        return self._radiance(projection, None, channels + 1)
+
+    def _radiance(
+        self, projection: Projection, roi: tuple[int, int, int, int] | None, channels: int
+    ) -> Radiance:
         x, y, w, h = _checked_roi(roi, projection)
         with self._lock:
             entry = self._entry(projection, channels)

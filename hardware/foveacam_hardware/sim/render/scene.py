@@ -4,6 +4,7 @@ Poses may change at any time and from any thread; a frame is rendered from a sna
 """
 
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -168,6 +169,15 @@ class Scene:
         self._revision = 0
         self._flat: tuple[SceneGeometry, MaterialTables] | None = None
 
+    def selected(self, numbers: Sequence[int], lighting: Lighting | None = None) -> "Scene":
+        """Return a scene of some of the objects, numbered in that order, where they are now."""
+        chosen = Scene(lighting or self._lighting)
+        with self._lock:
+            for number in numbers:
+                part, material = self._parts[number], self._materials[number]
+                chosen._append(part, material, self._poses[number], self._names[number])
+        return chosen
+
     @property
     def names(self) -> tuple[str, ...]:
         """Return the objects' names by number."""
@@ -178,14 +188,17 @@ class Scene:
         matrix = _pose(pose, name)
         part = _part(shape)
         with self._lock:
-            self._revision += 1
-            self._parts.append(part)
-            self._materials.append(material)
-            self._names.append(name)
-            self._poses.append(matrix)
-            self._moved.append(self._revision)
-            self._flat = None
+            self._append(part, material, matrix, name)
             return len(self._parts) - 1
+
+    def _append(self, part: _Part, material: Material, pose: F64, name: str) -> None:
+        self._revision += 1
+        self._parts.append(part)
+        self._materials.append(material)
+        self._names.append(name)
+        self._poses.append(pose)
+        self._moved.append(self._revision)
+        self._flat = None
 
     def set_pose(self, obj_id: int, pose: ArrayLike) -> None:
         """Move an object; a pose equal to the present one changes nothing."""

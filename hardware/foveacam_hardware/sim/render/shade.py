@@ -124,7 +124,12 @@ def shade_noise(items: LookupItems, count: int, smooth: I32, tables: MaterialTab
 def paint(
     batch: PixelBatch, runs: int, objs: I32, tables: MaterialTables, sky: F64, luma: F64, out: F32
 ) -> None:
-    """Convert light and shade into radiance; out: (CAPACITY, channels)."""
+    """Convert light and shade into radiance; out: (CAPACITY, channels).
+
+    2 and 4 channels are 1 and 3 colours and the coverage: 1 on an object, 0 in the sky.
+    """
+    covers = out.shape[1] % 2 == 0
+    colours = out.shape[1] - 1 if covers else out.shape[1]
     face, start, shade, light = batch.face, batch.first, batch.shade, batch.light
     kind, colors = tables.kind, tables.colors
     r, g, w = np.float32(luma[0]), np.float32(luma[1]), np.float32(luma[2])
@@ -132,15 +137,18 @@ def paint(
         f = face[k]
         a, b = np.uintp(start[k]), np.uintp(start[k + 1])
         j = objs[f] if f >= 0 else 0
+        if covers:
+            for i in range(a, b):
+                out[i, colours] = np.float32(1.0 if f >= 0 else 0.0)
         if f >= 0 and kind[j] == BITMAP:
             for i in range(a, b):
-                if out.shape[1] == 1:
+                if colours == 1:
                     out[i, 0] = light[i] * (r * shade[0, i] + g * shade[1, i] + w * shade[2, i])
                 else:
                     for c in range(3):
                         out[i, c] = light[i] * shade[c, i]
             continue
-        for c in range(out.shape[1]):
+        for c in range(colours):
             low = np.float32(sky[0, c] if f < 0 else colors[j, 0, c])
             step = np.float32(sky[1, c] if f < 0 else colors[j, 1, c]) - low
             for i in range(a, b):
