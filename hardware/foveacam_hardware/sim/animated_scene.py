@@ -24,7 +24,6 @@ from foveacam_hardware.sim.scenes.motion import pose
 
 CACHED_FRAMES = 4
 """One per camera and a spare one; a colour frame with its depth takes 31 MB."""
-MARGIN_PX = 200.0
 
 Roi: TypeAlias = tuple[int, int, int, int]
 """x, y, width, height of a part of an image, px."""
@@ -127,7 +126,7 @@ def _shift(
     if np.isnan(both).any():
         return None
     size = (projection.width, projection.height)
-    if (both.max(axis=0) < -MARGIN_PX).any() or (both.min(axis=0) > np.add(size, MARGIN_PX)).any():
+    if (both.max(axis=0) < 0.0).any() or (both.min(axis=0) > size).any():
         return None
     return object_shift(before, after, size=size)
 
