@@ -321,6 +321,7 @@ class HardwareThread:
             self._reading.tell_not_open()
             return None
         self._rig = rig
+        self.binning.keep(rig)  # no frame of another size comes first
         self.refresh(rig)  # before others are notified
         self._opened.set()
         self.refresh(rig)

@@ -49,6 +49,19 @@ def test_cameras_work_at_the_rigs_own_binning(setup: HardwareSetup) -> None:
     assert binnings(setup) == {2}
 
 
+def test_a_rig_is_open_only_once_its_cameras_have_the_working_binning(setup: HardwareSetup) -> None:
+    at_opening: list[set[int]] = []
+
+    class Opened(threading.Event):
+        def set(self) -> None:
+            at_opening.append({camera.settings.binning for camera in setup.hardware.status.cameras})
+            super().set()
+
+    setup.hardware._opened = Opened()
+    setup.start()
+    assert at_opening == [{2}]
+
+
 def test_a_session_chooses_and_its_end_switches_back(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("a still", cancelled=never, binning=1):

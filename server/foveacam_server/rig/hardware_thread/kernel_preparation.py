@@ -23,7 +23,7 @@ Phase = Sequence[Sequence[str]]
 """What several children compile beside each other: names of steps, a sequence for each child."""
 PHASES: tuple[Phase, ...] = (
     (("shading",), ("visibility", "edges", "samples", "lens")),
-    (("tiles", "sensor"), ("set-up", "faces of tiles")),
+    (("tiles", "sensor"), ("set-up", "faces of tiles", "motion")),
 )
 """The parts of the largest kernel come first, so that both children are busy; what needs them comes next."""
 COSTS: Mapping[str, float] = {
@@ -36,6 +36,7 @@ COSTS: Mapping[str, float] = {
     "sensor": 2.5,
     "set-up": 5.0,
     "faces of tiles": 2.5,
+    "motion": 2.4,
 }
 """CPU time of each step, s; their ratios give the time left."""
 NOTICED_S = 1.0
