@@ -62,8 +62,8 @@ def run_bench(
     """Run one bench and return its figures; show a spinner unless `silent`.
 
     `data`: folder of pictures, if any; `pairs`: folder of held-out pairs, if any; `binning`: of the
-    simulated cameras, 1 by default. Raise InvalidInput for an unknown name, and for an option that the bench
-    does not have.
+    simulated cameras, the bench's own choice by default. Raise InvalidInput for an unknown name, and for an
+    option that the bench does not have.
     """
     if name not in BENCHES:
         raise InvalidInput(f"there is no bench called {name}; the benches are {', '.join(bench_names())}")
@@ -75,7 +75,9 @@ def run_bench(
         raise InvalidInput(f"bench {name} reads no pairs with truth; leave --pairs out")
     if binning is not None and "binning" not in accepted:
         raise InvalidInput(f"bench {name} chooses the binning itself; leave --binning out")
-    options: dict[str, object] = {"quick": quick, "data": data, "pairs": pairs, "binning": binning or 1}
+    options: dict[str, object] = {"quick": quick, "data": data, "pairs": pairs}
+    if binning is not None:
+        options["binning"] = binning
     with _spinner(name, silent=silent) as report:
         options["report"] = report
         return dict(run(**{option: value for option, value in options.items() if option in accepted}))

@@ -209,7 +209,12 @@ def bench(
     ] = None,
     binning: Annotated[
         int | None,
-        typer.Option("--binning", help="of the simulated cameras: verge, clicks", min=1, max=2),
+        typer.Option(
+            "--binning",
+            help="of the simulated cameras: calibration, clicks, depth, track, verge",
+            min=1,
+            max=2,
+        ),
     ] = None,
 ) -> None:
     """Measure and print the project's figures; the benches come with a checkout of the sources."""

@@ -40,6 +40,7 @@ from foveacam_bench.depth.real_pairs import RealPair, real_pairs
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
 from foveacam_bench.figures import Figures
 from foveacam_bench.judging import rms
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.stereo.coarse import scene_window
 from foveacam_pipeline.stereo.estimator import LiveEstimator, SemiGlobalEstimator
 from foveacam_pipeline.stereo.match import gray
@@ -96,9 +97,9 @@ class JudgedDepth:
         return float((np.abs(self.own_error_px) <= limit).mean())
 
 
-def run(*, quick: bool = False, data: Path | None = None) -> Figures:
+def run(*, quick: bool = False, data: Path | None = None, binning: Binning = 1) -> Figures:
     """Measure, and return the figures. `data`: folder of aloe/ and tsukuba/, if any."""
-    looks = list(true_looks(QUICK_LOOKS if quick else LOOKS))
+    looks = list(true_looks(QUICK_LOOKS if quick else LOOKS, binning=binning))
     pairs = {pair.name: pair for pair in real_pairs(data)}
     bound = against_bound(pairs=QUICK_PAIRS if quick else PAIRS)
     return {

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.depth.stereo import true_residual_px
-from foveacam_bench.judging import truth_of
+from foveacam_bench.judging import bin_cameras, truth_of
 from foveacam_bench.verge.click_truth import ClickKind, classify_click
 from foveacam_bench.verge.fixations import BORDER_PX, CERTIFICATE, SCENES
-from foveacam_hardware.contract import OutOfRange, Role
+from foveacam_hardware.contract import Binning, OutOfRange, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
@@ -42,12 +42,18 @@ class RenderedLook:
 
 
 def true_looks(
-    count: int, *, seed: int = SEED, nearest_m: float = NEAREST_M, farthest_m: float = FARTHEST_M
+    count: int,
+    *,
+    seed: int = SEED,
+    nearest_m: float = NEAREST_M,
+    farthest_m: float = FARTHEST_M,
+    binning: Binning = 1,
 ) -> Iterator[RenderedLook]:
     """Yield `count` looks of each scene, at points between both distances."""
     for scene in SCENES:
         rng = np.random.default_rng([seed, *scene.encode()])
         with open_simulated(scene=scene, inline=True) as rig:
+            bin_cameras(rig, binning)
             calibration = load_calibration(CERTIFICATE)
             looks = (_look(rig, calibration, scene, rng, (nearest_m, farthest_m)) for _ in range(400 * count))
             yield from (look for look, _ in zip((one for one in looks if one), range(count), strict=False))

@@ -1,8 +1,8 @@
 """`foveacam serve` on a scene of walkers, with what the simulation knows of the first of them in a file.
 
 `python -m foveacam_bench.pace.judged_server PORT DATA SCENE LOG` appends a line of JSON every 50 ms: the time
-of the rig's clock, where the wide view shows the walker's chest, how far that is, and whether both foveae show
-it. What is written is read by nobody in the server.
+of the rig's clock, where the wide view shows the walker's chest, how far that is, and whether both foveae
+show it. What is written is read by nobody in the server.
 """
 
 import json

@@ -5,6 +5,7 @@ Every look is charged `COMPUTE_S` of the rig's time, as measured for the pipelin
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import rms, truth_of
+from foveacam_bench.judging import bin_cameras, rms, truth_of
 from foveacam_bench.track.square import Walker, write_square
 from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE
-from foveacam_hardware.contract import Role, Sighting
+from foveacam_hardware.contract import Binning, Role, Sighting
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.scenes.motion import pose
@@ -82,13 +83,14 @@ class FollowRun:
         return [float(age) for times in self.times_s.values() for age in np.diff(times)]
 
 
-def run(*, quick: bool = False) -> Figures:
+def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
     """Follow one fast walker, four slower ones, and one in front of whom another passes."""
     seconds = 3.0 if quick else 12.0
-    one = follow_walkers(FAST, seconds=seconds)
-    learning = follow_walkers(FAST, seconds=seconds / 2, tracker=TrackerKind.FILTER)
-    four = follow_walkers(FOUR, seconds=seconds)
-    crossed = follow_walkers(CROSSING, seconds=1.5 * seconds, followed=1)
+    follow = partial(follow_walkers, adjust=partial(bin_cameras, binning=binning))
+    one = follow(FAST, seconds=seconds)
+    learning = follow(FAST, seconds=seconds / 2, tracker=TrackerKind.FILTER)
+    four = follow(FOUR, seconds=seconds)
+    crossed = follow(CROSSING, seconds=1.5 * seconds, followed=1)
     single_hz = one.rates_hz[0]
     fair_s = len(FOUR) * four.look_s
     return {

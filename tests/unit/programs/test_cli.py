@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -145,6 +146,18 @@ def test_bench_prints_a_table_for_people(
     )
     run(monkeypatch, "bench", "stream")
     assert "0.5123" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("binning", [None, 1, 2])
+def test_a_bench_runs_at_its_own_binning_unless_told(
+    monkeypatch: pytest.MonkeyPatch, binning: int | None
+) -> None:
+    def measured(*, quick: bool, binning: int = 2) -> dict[str, object]:
+        return {"binning": binning, "quick": quick}
+
+    monkeypatch.setattr(catalogue, "import_module", lambda name: SimpleNamespace(run=measured))
+    found = catalogue.run_bench("calibration", quick=True, silent=True, binning=binning)
+    assert found == {"binning": binning or 2, "quick": True}
 
 
 def test_benches_that_are_not_installed_are_told_with_a_remedy(
