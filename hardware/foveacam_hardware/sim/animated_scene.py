@@ -4,6 +4,7 @@ The file format is in `scenes`, the renderer in `render`, the pose of the rig in
 """
 
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -16,11 +17,11 @@ from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Radiance, Renderer
 from foveacam_hardware.sim.render.scene import Scene
 from foveacam_hardware.sim.rig_pose import RigPoseAtTime, image_motion_px, project_in_world, unmoved_rig
-from foveacam_hardware.sim.scene_layers import ImageMotion, ObjectShift, SceneLayers, object_shift
+from foveacam_hardware.sim.scene_layers import ImageMotion, ObjectMotion, SceneLayers
 from foveacam_hardware.sim.scenes.build import build_scene
-from foveacam_hardware.sim.scenes.format import Object, SceneFile
+from foveacam_hardware.sim.scenes.format import SceneFile
 from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene, scene_path
-from foveacam_hardware.sim.scenes.motion import pose
+from foveacam_hardware.sim.scenes.motion import PoseAtTime, pose_function
 
 CACHED_FRAMES = 4
 """One per camera and a spare one; a colour frame with its depth takes 31 MB."""
@@ -34,7 +35,7 @@ class _MovingObject:
     """A moving object, and the corners (8, 3) of its bounding box in object coordinates."""
 
     number: int
-    entry: Object
+    pose: PoseAtTime
     corners_m: NDArray[np.float64]
 
 
@@ -55,7 +56,7 @@ class AnimatedScene:
         self._renderer = Renderer(self.scene, threads=threads, cached_frames=CACHED_FRAMES)
         self._probe_renderer = Renderer(self.scene, threads=1, cached_frames=2)
         self._moving = [
-            _MovingObject(number, entry, _corners_m(self.scene, number))
+            _MovingObject(number, pose_function(entry), _corners_m(self.scene, number))
             for number, entry in enumerate(self.file.objects)
             if entry.motion is not None
         ]
@@ -72,17 +73,22 @@ class AnimatedScene:
             return self._renderer.radiance(in_world, channels=channels).radiance
 
     def blurred(
-        self, projection: Projection, t_s: float, motion: ImageMotion, *, channels: int
+        self,
+        projection: Projection,
+        t_s: float,
+        shifts_px: Mapping[int, NDArray[np.float64]],
+        *,
+        channels: int,
     ) -> NDArray[np.float32]:
         """Return the radiance as `radiance`, as the mean over an exposure with its middle at `t_s`.
 
-        `projection`: without a ray table. `motion`: that during the exposure, an even one.
+        `projection`: without a ray table. `shifts_px`: (2,), of each object in view during the exposure.
         """
         with self._lock:
             for moving in self._moving:
-                self._layers.set_pose(moving.number, pose(moving.entry, t_s))
+                self._layers.set_pose(moving.number, moving.pose(t_s))
             in_world = project_in_world(projection, self.rig_pose(t_s))
-            return self._layers.blurred(in_world, motion.objects, channels=channels)
+            return self._layers.blurred(in_world, shifts_px, channels=channels)
 
     def probe(self, projection: Projection, t_s: float, *, roi: Roi | None = None) -> Radiance:
         """Return radiance, depth and object numbers (truth) without touching the cameras' cached frames."""
@@ -102,9 +108,9 @@ class AnimatedScene:
         in_world = project_in_world(projection, before)
         objects = {}
         for moving in self._moving:
-            ends = np.stack([pose(moving.entry, from_s), pose(moving.entry, to_s)])
-            if (shift := _shift(in_world, ends, moving.corners_m)) is not None:
-                objects[moving.number] = shift
+            ends = np.stack([moving.pose(from_s), moving.pose(to_s)])
+            if (moved := _motion(in_world, ends, moving.corners_m)) is not None:
+                objects[moving.number] = moved
         return ImageMotion(rig_px=image_motion_px(projection, before, after), objects=objects)
 
     def textured(self, number: int) -> bool:
@@ -113,12 +119,12 @@ class AnimatedScene:
 
     def _set_poses(self, t_s: float) -> None:
         for moving in self._moving:
-            self.scene.set_pose(moving.number, pose(moving.entry, t_s))
+            self.scene.set_pose(moving.number, moving.pose(t_s))
 
 
-def _shift(
+def _motion(
     projection: Projection, ends: NDArray[np.float64], corners_m: NDArray[np.float64]
-) -> ObjectShift | None:
+) -> ObjectMotion | None:
     """Return how a box (8, 3) moves in the image between two poses (2, 4, 4); None when it is out of view."""
     corners = ends[:, :3, :3] @ corners_m.T + ends[:, :3, 3:]
     before, after = (projection.project(end.T) for end in corners)
@@ -128,7 +134,7 @@ def _shift(
     size = (projection.width, projection.height)
     if (both.max(axis=0) < 0.0).any() or (both.min(axis=0) > size).any():
         return None
-    return object_shift(before, after, size=size)
+    return ObjectMotion(before_px=before, after_px=after, size=size)
 
 
 def _corners_m(scene: Scene, number: int) -> NDArray[np.float64]:

@@ -4,7 +4,9 @@ What moves and what stands is drawn once each, instead of the whole scene once f
 """
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +20,35 @@ BLACK = Lighting(horizon=(0.0, 0.0, 0.0), zenith=(0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ObjectShift:
-    """How the image of an object moves between two times, px of a projection."""
+class ObjectMotion:
+    """How the image of an object moves between two times, by the corners of its box.
 
-    shift_px: NDArray[np.float64]
-    """(2,), in the middle of its part of the image."""
-    largest_px: float
-    """Length of the largest shift of a corner of its box, inside the image or not."""
-    uneven_px: float
-    """What the shift differs by within the image."""
+    `before_px`, `after_px`: (8, 2); `size`: width and height of the image.
+    """
+
+    before_px: NDArray[np.float64]
+    after_px: NDArray[np.float64]
+    size: tuple[int, int]
+
+    @property
+    def largest_px(self) -> float:
+        """Length of the largest shift of a corner, inside the image or not."""
+        return float(np.max(np.linalg.norm(self.after_px - self.before_px, axis=1)))
+
+    def shift(self) -> tuple[NDArray[np.float64], float]:
+        """Return the shift (2,) in the middle of its part of the image, px, and what it differs by there.
+
+        Within the image the shift is taken as linear in the place; the difference counts what is not.
+        """
+        shifts = self.after_px - self.before_px
+        places = np.column_stack([self.before_px, np.ones(len(shifts))])
+        linear = np.linalg.lstsq(places, shifts, rcond=None)[0]
+        low, high = (np.clip(end(self.before_px, axis=0), 0.0, self.size) for end in (np.min, np.max))
+        ends = np.array([[low[0], low[1]], [high[0], low[1]], [low[0], high[1]], [high[0], high[1]]])
+        at_ends = np.column_stack([ends, np.ones(4)]) @ linear
+        scatter_px = np.abs(places @ linear - shifts).max()
+        uneven_px = float(np.max(np.ptp(at_ends, axis=0)) + 2.0 * scatter_px)
+        return np.asarray(at_ends.mean(axis=0), dtype=np.float64), uneven_px
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,7 +57,7 @@ class ImageMotion:
 
     rig_px: float
     """Largest motion by the rig's own, px."""
-    objects: Mapping[int, ObjectShift]
+    objects: Mapping[int, ObjectMotion]
     """By number, those that are in view and move."""
 
     @property
@@ -43,31 +65,17 @@ class ImageMotion:
         """The fastest of all, px."""
         return max([self.rig_px, *(one.largest_px for one in self.objects.values())])
 
-    def even(self, within_px: float) -> bool:
-        """Return whether only objects move, and all parts in view of each by the same, to within so much."""
-        uneven_px = [one.uneven_px for one in self.objects.values()]
-        return self.rig_px == 0.0 and max(uneven_px, default=0.0) <= within_px
+    def even_shifts(self, within_px: float) -> dict[int, NDArray[np.float64]] | None:
+        """Return the shift (2,) px of each object; None where the rig moves, or an object unevenly.
 
-
-def object_shift(
-    before_px: NDArray[np.float64], after_px: NDArray[np.float64], *, size: tuple[int, int]
-) -> ObjectShift:
-    """Return the shift of an object whose box has corners (8, 2) at both times, in an image of a size.
-
-    Within the image the shift is taken as linear in the place; `uneven_px` counts what is not.
-    """
-    shifts = after_px - before_px
-    places = np.column_stack([before_px, np.ones(len(before_px))])
-    linear = np.linalg.lstsq(places, shifts, rcond=None)[0]
-    low, high = (np.clip(end(before_px, axis=0), 0.0, size) for end in (np.min, np.max))
-    ends = np.array([[low[0], low[1]], [high[0], low[1]], [low[0], high[1]], [high[0], high[1]]])
-    at_ends = np.column_stack([ends, np.ones(4)]) @ linear
-    scatter_px = np.abs(places @ linear - shifts).max()
-    return ObjectShift(
-        shift_px=np.asarray(at_ends.mean(axis=0), dtype=np.float64),
-        largest_px=float(np.max(np.linalg.norm(shifts, axis=1))),
-        uneven_px=float(np.max(np.ptp(at_ends, axis=0)) + 2.0 * scatter_px),
-    )
+        `within_px`: what all parts in view of an object differ by at most.
+        """
+        if self.rig_px > 0.0:
+            return None
+        found = {number: one.shift() for number, one in self.objects.items()}
+        if any(uneven_px > within_px for _, uneven_px in found.values()):
+            return None
+        return {number: shift_px for number, (shift_px, _) in found.items()}
 
 
 class SceneLayers:
@@ -79,33 +87,53 @@ class SceneLayers:
         self._moving = scene.selected(moving, BLACK)
         self._front = Renderer(self._moving, threads=threads, cached_frames=1)
         self._back = Renderer(scene.selected(standing), threads=threads, cached_frames=1)
+        self._threads, self._pool = threads, ThreadPoolExecutor(threads, "smear")
 
     def set_pose(self, number: int, pose: NDArray[np.float64]) -> None:
         """Move an object, by its number in the whole scene."""
         self._moving.set_pose(self._place[number], pose)
 
     def blurred(
-        self, projection: Projection, objects: Mapping[int, ObjectShift], *, channels: int
+        self, projection: Projection, shifts_px: Mapping[int, NDArray[np.float64]], *, channels: int
     ) -> NDArray[np.float32]:
         """Return the mean radiance (h, w) or (h, w, 3) while objects move about where they are.
 
-        `projection`: without a ray table. `objects`: how each moving object in view moves.
+        `projection`: without a ray table. `shifts_px`: (2,), that of each moving object in view.
         """
-        group, steps = self._steps(objects, projection.C)
+        group, steps = self._steps(shifts_px, projection.C)
         across_px, down_px = np.abs(steps).max(axis=(0, 1)).tolist()
         back = self._back.radiance(projection, channels=channels)
         front = self._front.layer(_widened(projection, across_px, down_px), channels)
         layer = MovingLayer(front.radiance, front.depth_m, front.ids, group, across_px, down_px)
-        mean = smear(back.radiance.reshape(*back.ids.shape, channels), back.depth_m, layer, steps)
+        mean = self._smeared(back.radiance.reshape(*back.ids.shape, channels), back.depth_m, layer, steps)
         return np.asarray(mean[..., 0] if channels == 1 else mean, dtype=np.float32)
 
     def close(self) -> None:
-        """End the renderers' threads."""
+        """End all threads."""
         self._front.close()
         self._back.close()
+        self._pool.shutdown()
+
+    def _smeared(
+        self,
+        still: NDArray[np.float32],
+        depth_m: NDArray[np.float32],
+        layer: MovingLayer,
+        steps: NDArray[np.int32],
+    ) -> NDArray[np.float32]:
+        """Return the mean over all steps, a band of rows in each thread."""
+        mean = np.empty_like(still)
+        ends = np.linspace(0, len(still), self._threads + 1).astype(int).tolist()
+        bands = [
+            self._pool.submit(smear, still, depth_m, layer, steps, first, end, mean)
+            for first, end in pairwise(ends)
+        ]
+        for band in bands:
+            band.result()
+        return mean
 
     def _steps(
-        self, objects: Mapping[int, ObjectShift], centre_m: NDArray[np.float64]
+        self, shifts_px: Mapping[int, NDArray[np.float64]], centre_m: NDArray[np.float64]
     ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return which objects move alike, and where each group of them is in each step.
 
@@ -113,8 +141,8 @@ class SceneLayers:
         exposure. An odd number of steps of at most a pixel is rounded to an even spread about the middle.
         """
         shifts = np.zeros((len(self._place), 2))
-        for number, moved in objects.items():
-            shifts[self._place[number]] = moved.shift_px
+        for number, shift_px in shifts_px.items():
+            shifts[self._place[number]] = shift_px
         poses = self._moving.snapshot().poses
         order = np.argsort(np.linalg.norm(poses[:, :3, 3] - centre_m, axis=1))
         _, first, found = np.unique(shifts[order], axis=0, return_index=True, return_inverse=True)

@@ -136,9 +136,10 @@ class World:
         motion = scene.motion(middle, start_s, end_s)
         swing_px = 0.0 if role is Role.WIDE else self._swing_px(role, interval)
         moved_px = binning * motion.largest_px
-        shifts = swing_px <= SETTLED_PX and middle.rays is None and motion.even(EVEN_PX / binning)
-        if shifts and moved_px > OBJECT_STEP_PX:
-            return scene.blurred(middle, self.scene_s(middle_ns), motion, channels=channels)
+        if moved_px > OBJECT_STEP_PX and swing_px <= SETTLED_PX and middle.rays is None:
+            shifts_px = motion.even_shifts(EVEN_PX / binning)
+            if shifts_px is not None:
+                return scene.blurred(middle, self.scene_s(middle_ns), shifts_px, channels=channels)
         times_ns = interval.middles_ns(_pictures(moved_px, swing_px=swing_px))
         images = (
             scene.radiance(

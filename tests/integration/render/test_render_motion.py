@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from foveacam_hardware.sim.render import Box, NoiseSurface, Projection, Quad, Renderer, Scene, place
-from foveacam_hardware.sim.scene_layers import SceneLayers, object_shift
+from foveacam_hardware.sim.scene_layers import ImageMotion, ObjectMotion, SceneLayers
 
 FOCAL_PX, WIDTH, HEIGHT = 3000.0, 320, 240
 PROJECTION = Projection(
@@ -58,7 +58,7 @@ def of_layers(scene: Scene, middle: Positions, moved_m: Positions, channels: int
         ends = [
             PROJECTION.project(corners(at_m) + np.multiply(moved_m[number], part)) for part in (-0.5, 0.5)
         ]
-        shifts[number] = object_shift(ends[0], ends[1], size=(WIDTH, HEIGHT))
+        shifts[number], _ = object_motion(ends[0], ends[1]).shift()
     drawn = layers.blurred(PROJECTION, shifts, channels=channels)
     layers.close()
     return np.asarray(drawn, dtype=np.float64).reshape(HEIGHT, WIDTH, channels)
@@ -112,15 +112,32 @@ def test_of_two_that_cross_the_nearer_hides_the_other() -> None:
 
 def test_the_shift_of_an_object_is_that_of_its_part_in_the_image() -> None:
     before = PROJECTION.project(corners((0.0, 0.0, 5.0)))
-    across = object_shift(before, before + np.array([6.0, -2.0]), size=(WIDTH, HEIGHT))
-    assert across.shift_px == pytest.approx([6.0, -2.0])
+    across = object_motion(before, before + np.array([6.0, -2.0]))
     assert across.largest_px == pytest.approx(np.hypot(6.0, 2.0))
-    assert across.uneven_px == pytest.approx(0.0, abs=1e-9)
-    nearer = object_shift(before, PROJECTION.project(corners((0.0, 0.0, 4.5))), size=(WIDTH, HEIGHT))
-    assert nearer.shift_px == pytest.approx([0.0, 0.0], abs=0.2)
-    assert nearer.uneven_px > 5.0
+    shift_px, uneven_px = across.shift()
+    assert shift_px == pytest.approx([6.0, -2.0])
+    assert uneven_px == pytest.approx(0.0, abs=1e-9)
+    nearer_px, uneven_px = object_motion(before, PROJECTION.project(corners((0.0, 0.0, 4.5)))).shift()
+    assert nearer_px == pytest.approx([0.0, 0.0], abs=0.2)
+    assert uneven_px > 5.0
     huge = 40.0 * (before - [159.5, 119.5]) + [159.5, 119.5]  # most of it is outside the image
-    zoomed = object_shift(huge, 1.001 * (huge - [159.5, 119.5]) + [165.5, 119.5], size=(WIDTH, HEIGHT))
-    assert zoomed.shift_px == pytest.approx([6.0, 0.0], abs=0.05)
+    zoomed = object_motion(huge, 1.001 * (huge - [159.5, 119.5]) + [165.5, 119.5])
+    shift_px, uneven_px = zoomed.shift()
+    assert shift_px == pytest.approx([6.0, 0.0], abs=0.05)
     assert zoomed.largest_px > 6.5
-    assert zoomed.uneven_px < 0.5
+    assert uneven_px < 0.5
+
+
+def test_shifts_are_even_while_the_rig_stands_and_each_object_moves_as_one() -> None:
+    before = PROJECTION.project(corners((0.0, 0.0, 5.0)))
+    across = object_motion(before, before + np.array([6.0, -2.0]))
+    nearer = object_motion(before, PROJECTION.project(corners((0.0, 0.0, 4.5))))
+    even = ImageMotion(rig_px=0.0, objects={2: across}).even_shifts(2.0)
+    assert even is not None
+    assert even[2] == pytest.approx([6.0, -2.0])
+    assert ImageMotion(rig_px=0.0, objects={2: across, 3: nearer}).even_shifts(2.0) is None
+    assert ImageMotion(rig_px=0.1, objects={2: across}).even_shifts(2.0) is None
+
+
+def object_motion(before_px: NDArray[np.float64], after_px: NDArray[np.float64]) -> ObjectMotion:
+    return ObjectMotion(before_px=before_px, after_px=after_px, size=(WIDTH, HEIGHT))

@@ -149,7 +149,9 @@ def _compile_smear() -> None:
     for drawn in (picture, depth, ids):
         drawn.flags.writeable = False
     layer = MovingLayer(picture, depth, ids, np.zeros(1, np.int32), 0, 0)
-    _compile_for(smear, picture, depth, layer, np.zeros((1, 1, 2), np.int32))
+    _compile_for(
+        smear, picture, depth, layer, np.zeros((1, 1, 2), np.int32), 0, 1, np.zeros((1, 1, 1), np.float32)
+    )
 
 
 def _compile_expose() -> None:

@@ -23,24 +23,26 @@ class MovingLayer(NamedTuple):
 
 
 @kernel
-def smear(still: F32, still_depth: F32, layer: MovingLayer, steps: I32) -> F32:
-    """Return the mean of what is seen in all steps, (h, w, c) float32.
+def smear(
+    still: F32, still_depth: F32, layer: MovingLayer, steps: I32, first: int, end: int, out: F32
+) -> None:
+    """Fill the rows first..end of `out` (h, w, c) with the mean of what is seen in all steps.
 
     `still` (h, w, c), `still_depth` (h, w): what stands. `steps` (k, groups, 2): where a group is in each
     step, px along x and y from where the layer shows it. Of two groups the one of the lower number is in
     front; what one object hides of another of its group stays hidden.
     """
-    height, width, channels = still.shape
+    _, width, channels = still.shape
     count, groups, columns = steps.shape[0], steps.shape[1], layer.ids.shape[1]
     kept = 2 * layer.margin_y + 1
     planes = np.empty((kept, channels + 1, columns), np.float32)
     near, present = np.empty((kept, groups, columns), np.float32), np.empty((kept, groups), np.bool_)
-    out, total = np.empty_like(still), np.empty((channels, width), np.float32)
+    total = np.empty((channels, width), np.float32)
     free, seen = np.empty(width, np.float32), np.empty(width, np.float32)
     share = np.float32(1.0 / count)
-    for v in range(kept - 1):
-        _take_row(layer, v, planes[v], near[v], present[v])
-    for y in range(height):
+    for v in range(first, first + kept - 1):
+        _take_row(layer, v, planes[v % kept], near[v % kept], present[v % kept])
+    for y in range(first, end):
         newest = (y + kept - 1) % kept
         _take_row(layer, y + kept - 1, planes[newest], near[newest], present[newest])
         total[:], seen[:] = np.float32(0.0), np.float32(0.0)
@@ -57,7 +59,6 @@ def smear(still: F32, still_depth: F32, layer: MovingLayer, steps: I32) -> F32:
         for c in range(channels):
             for x in range(width):
                 out[y, x, c] = share * (total[c, x] + seen[x] * still[y, x, c])
-    return out
 
 
 @part

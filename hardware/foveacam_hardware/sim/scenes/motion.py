@@ -1,53 +1,79 @@
 """Poses of moving objects as pure functions of the scene time."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.sim.scenes.format import Motion, PathMotion, SceneObject, ShowMotion, SwayMotion
 
+PoseAtTime = Callable[[float], NDArray[np.float64]]
+"""Returns world_from_object (4, 4) float64 of an object at a scene time, s."""
+
 
 def pose(entry: SceneObject, t_s: float) -> NDArray[np.float64]:
     """Return world_from_object (4, 4) float64 of an object at scene time `t_s`."""
-    rotation = _rotation(entry.rotation_deg)
-    position = np.array(entry.position_m)
-    motion = entry.motion
-    if motion is not None:
-        position, rotation = _moved(motion, position, rotation, t_s + motion.start_s)
-    world_from_object = np.eye(4)
-    world_from_object[:3, :3] = rotation
-    world_from_object[:3, 3] = position
-    return world_from_object
+    return pose_function(entry)(t_s)
 
 
-def _moved(
-    motion: Motion, position: NDArray[np.float64], rotation: NDArray[np.float64], t_s: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def pose_function(entry: SceneObject) -> PoseAtTime:
+    """Return the pose of an object by time; what does not depend on time is worked out once."""
+    rotation, position = _rotation(entry.rotation_deg), np.array(entry.position_m)
+    moved = _motion_function(entry.motion, position, rotation)
+    start_s = 0.0 if entry.motion is None else entry.motion.start_s
+
+    def at(t_s: float) -> NDArray[np.float64]:
+        world_from_object = np.eye(4)
+        world_from_object[:3, 3], world_from_object[:3, :3] = moved(t_s + start_s)
+        return world_from_object
+
+    return at
+
+
+def _motion_function(
+    motion: Motion | None, position: NDArray[np.float64], rotation: NDArray[np.float64]
+) -> Callable[[float], tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Return position (3,) and rotation (3, 3) by the time since the motion began."""
+    if motion is None:
+        return lambda _t_s: (position, rotation)
     if isinstance(motion, PathMotion):
-        return _along(motion, t_s), rotation
+        along = _path_function(motion)
+        return lambda t_s: (along(t_s), rotation)
     if isinstance(motion, SwayMotion):
-        swing = np.sin(2.0 * np.pi * t_s / motion.period_s)
-        return position + swing * np.array(motion.amplitude_m), rotation
+        amplitude, period_s = np.array(motion.amplitude_m), motion.period_s
+        return lambda t_s: (position + np.sin(2.0 * np.pi * t_s / period_s) * amplitude, rotation)
     if isinstance(motion, ShowMotion):
-        at_m, turn = _shown(motion, t_s)
-        return position + rotation @ at_m, rotation @ turn
-    return position, _about_y(360.0 * t_s / motion.period_s) @ rotation
+        return partial(_shown_from, motion, position, rotation)
+    turn_s = motion.period_s
+    return lambda t_s: (position, _about_y(360.0 * t_s / turn_s) @ rotation)
 
 
-def _along(motion: PathMotion, t_s: float) -> NDArray[np.float64]:
+def _path_function(motion: PathMotion) -> Callable[[float], NDArray[np.float64]]:
     points = np.array(motion.points_m)
     if motion.closed:
         points = np.vstack([points, points[:1]])
-    steps_m = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    marks_m = np.concatenate([[0.0], np.cumsum(steps_m)])
+    marks_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     length_m = float(marks_m[-1])
-    if length_m == 0.0:
-        return np.asarray(points[0], dtype=np.float64)
-    walked_m = motion.speed_m_per_s * t_s
-    if motion.closed:
-        walked_m %= length_m
-    else:  # there and back
-        walked_m = length_m - abs(walked_m % (2.0 * length_m) - length_m)
-    return np.array([np.interp(walked_m, marks_m, points[:, axis]) for axis in range(3)])
+
+    def at(t_s: float) -> NDArray[np.float64]:
+        if length_m == 0.0:
+            return np.asarray(points[0], dtype=np.float64)
+        walked_m = motion.speed_m_per_s * t_s
+        if motion.closed:
+            walked_m %= length_m
+        else:  # there and back
+            walked_m = length_m - abs(walked_m % (2.0 * length_m) - length_m)
+        return np.array([np.interp(walked_m, marks_m, points[:, axis]) for axis in range(3)])
+
+    return at
+
+
+def _shown_from(
+    motion: ShowMotion, position: NDArray[np.float64], rotation: NDArray[np.float64], t_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    at_m, turn = _shown(motion, t_s)
+    return position + rotation @ at_m, rotation @ turn
 
 
 def _shown(motion: ShowMotion, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
