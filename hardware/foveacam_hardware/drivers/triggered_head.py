@@ -123,16 +123,14 @@ class TriggeredHead:
 
     def _sighting(self, receipt: ExposureReceipt, *, missing: Role | None) -> Sighting:
         """Return all cameras' frames of an exposure."""
-        # wide first: it runs freely, and a newer frame would replace it soon
+        first, *others = (camera.role for camera in self._present(missing))
+        frames = {first: self.frame_of(first, receipt)}
+        # The wide camera runs freely: its frame comes up to a period later, while the first fovea's is read.
+        # After both foveae a newer one might have replaced it.
         wides = self._wides_until(receipt.middle_ns(exposure_ns=self._exposure_ns(missing)))
-        if missing is None:
-            left, right = self.frames_of(receipt)
-        elif missing is Role.LEFT:
-            right = self.frame_of(Role.RIGHT, receipt)
-            left = _black(right, Role.LEFT, receipt.volts.left)
-        else:
-            left = self.frame_of(Role.LEFT, receipt)
-            right = _black(left, Role.RIGHT, receipt.volts.right)
+        frames |= {role: self.frame_of(role, receipt) for role in others}
+        left = frames.get(Role.LEFT) or _black(frames[first], Role.LEFT, receipt.volts.left)
+        right = frames.get(Role.RIGHT) or _black(frames[first], Role.RIGHT, receipt.volts.right)
         # the foveae's times come from another clock
         self._read_until(wides, until_ns=max(left.t_ns, right.t_ns))
         *before, wide = wides
