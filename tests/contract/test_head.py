@@ -14,6 +14,7 @@ from foveacam_hardware.contract import (
     Binning,
     DeviceFault,
     FoveaError,
+    Frame,
     Image,
     InvalidInput,
     MirrorVolts,
@@ -32,7 +33,7 @@ from foveacam_hardware.drivers.controller.clock import ClockMap
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.cameras import SimCamera
-from foveacam_hardware.sim.exposures import ExposureInterval
+from foveacam_hardware.sim.exposures import CameraExposure, ExposureInterval
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.world import World
 
@@ -101,6 +102,21 @@ def test_the_wide_frame_of_a_look_is_not_older_than_the_exposure_and_next_to_it(
         late_ms = (sighting.wide.t_ns - sighting.left.t_ns) / 1e6
 
         assert 0.0 <= late_ms <= 1000.0 / 30.0 + 1.0
+
+
+def test_the_wide_frame_of_a_look_comes_while_the_first_fovea_is_read(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    delivered: list[Role] = []
+    deliver = SimCamera._deliver
+
+    def noted(camera: SimCamera, exposure: CameraExposure) -> Frame:
+        delivered.append(camera.role)
+        return deliver(camera, exposure)
+
+    monkeypatch.setattr(SimCamera, "_deliver", noted)
+    rig.head.look(PARKED)
+    assert delivered == [Role.LEFT, Role.WIDE, Role.RIGHT]
 
 
 def test_a_look_tells_what_the_controller_said_of_its_exposure(rig: Rig) -> None:
