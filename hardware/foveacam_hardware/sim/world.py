@@ -6,7 +6,7 @@ machine lowers the frame rate and never changes the physics. Cameras are in `cam
 """
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,27 +130,20 @@ class World:
 
         It is rendered once, at the middle, unless the mirror, the rig or an object moves noticeably.
         """
-        scene, middle_ns = self.animated_scene, interval.middle_ns
-        start_s, end_s = self.scene_s(interval.start_ns), self.scene_s(interval.end_ns)
-        middle = self.projection(role, middle_ns, binning=binning)
-        motion = scene.motion(middle, start_s, end_s)
+        scene, middle_s = self.animated_scene, self.scene_s(interval.middle_ns)
+        middle = self.projection(role, interval.middle_ns, binning=binning)
+        motion = scene.motion(middle, self.scene_s(interval.start_ns), self.scene_s(interval.end_ns))
         swing_px = 0.0 if role is Role.WIDE else self._swing_px(role, interval)
         moved_px = binning * motion.largest_px
         if moved_px > OBJECT_STEP_PX and swing_px <= SETTLED_PX and middle.rays is None:
             shifts_px = motion.even_shifts(EVEN_PX / binning)
             if shifts_px is not None:
-                return scene.blurred(middle, self.scene_s(middle_ns), shifts_px, channels=channels)
-        times_ns = interval.middles_ns(_pictures(moved_px, swing_px=swing_px))
-        images = (
-            scene.radiance(
-                self.projection(role, t_ns, binning=binning), self.scene_s(t_ns), channels=channels
-            )
-            for t_ns in times_ns
+                return scene.blurred(middle, middle_s, shifts_px, channels=channels)
+        views = (
+            (self.projection(role, t_ns, binning=binning), self.scene_s(t_ns))
+            for t_ns in interval.middles_ns(_pictures(moved_px, swing_px=swing_px))
         )
-        total = next(images)  # not copied when it is the only one: the renderer caches it
-        for image in images:
-            total = total + image
-        return total if len(times_ns) == 1 else total / np.float32(len(times_ns))
+        return _mean(scene.radiance(view, t_s, channels=channels) for view, t_s in views)
 
     def scene_s(self, t_ns: int) -> float:
         """Return the scene time of `t_ns`: seconds since the world was made."""
@@ -203,6 +196,14 @@ class World:
     def _swing_px(self, role: Role, interval: ExposureInterval) -> float:
         tilts = self._tilts_rad(role, interval.middles_ns(MOTION_SAMPLES))
         return float(2.0 * FOVEA_FOCAL_PX * np.max(np.ptp(tilts, axis=0)))
+
+
+def _mean(pictures: Iterator[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """Return the mean of pictures, taken one by one; a single one is the renderer's own, not a copy."""
+    total, count = next(pictures), 1
+    for picture in pictures:
+        total, count = total + picture, count + 1
+    return total if count == 1 else total / np.float32(count)
 
 
 def _pictures(moved_px: float, *, swing_px: float) -> int:

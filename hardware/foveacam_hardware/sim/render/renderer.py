@@ -121,12 +121,12 @@ class Renderer:
         self, projection: Projection, roi: tuple[int, int, int, int] | None = None, channels: int = 1
     ) -> Radiance:
         """Render an image, or its part roi = (x, y, width, height); channels 1 = grey, 3 = RGB."""
-        if channels not in (1, 3):
-            raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
+        _check_channels(channels)
         return self._radiance(projection, roi, channels)
 
     def layer(self, projection: Projection, channels: int = 1) -> Radiance:
         """Render an image whose radiance has one more channel: how much of a pixel objects cover, 0..1."""
+        _check_channels(channels)
         return self._radiance(projection, None, channels + 1)
 
     def _radiance(
@@ -221,6 +221,11 @@ class Renderer:
         while len(self._lenses) > CACHED_LENSES:
             self._lenses.popitem(last=False)
         return lens
+
+
+def _check_channels(channels: int) -> None:
+    if channels not in (1, 3):
+        raise InvalidInput(f"channels = {channels}; pass 1 (grey) or 3 (RGB)")
 
 
 def _checked_roi(roi: tuple[int, int, int, int] | None, projection: Projection) -> tuple[int, int, int, int]:

@@ -105,7 +105,7 @@ class LoopTargetRequest(RequestModel):
     distance_m: DistanceM | None = None
     """Distance to begin at; without it both foveae look for the target first."""
     frame_seq: FrameSeq | None = None
-    """Number of the wide picture on which the target was chosen, as in a fixation."""
+    """Number of the wide picture on which the target was chosen, as in a fixation; else it is the newest."""
 
 
 class LoopPatch(RequestModel):
