@@ -13,6 +13,10 @@ from starlette.types import Receive, Scope, Send
 from foveacam_server.doors.closing import run_beside
 from foveacam_server.foundation.http.declared_routes import DeclaredRoute, DeclaringRouter
 
+_building = threading.Lock()
+"""One route is built at a time: FastAPI and pydantic change the filters of warnings meanwhile, and put back
+those of the whole process, whichever thread has changed them since."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inclusion:
@@ -41,7 +45,6 @@ class DeferredRoute(Route):
         self.methods = methods  # Starlette adds HEAD, which a middleware answers by GET
         self.app = self._serve
         self._declared, self._router, self._inclusion = declared, router, inclusion
-        self._building = threading.Lock()
         self._built: APIRoute | None = None
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
@@ -53,7 +56,7 @@ class DeferredRoute(Route):
 
     def build(self) -> APIRoute:
         """Return FastAPI's route, made at the first call; callable from any thread."""
-        with self._building:
+        with _building:
             if self._built is None:
                 self._built = self._made()
             return self._built

@@ -2,6 +2,9 @@
 
 import asyncio
 import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import httpx
 import pytest
@@ -56,6 +59,29 @@ def test_a_route_is_built_at_its_first_request_once_and_beside_the_event_loop(
     assert (refused.status_code, refused.headers["Allow"]) == (405, "GET")
     assert len(threads) == 1
     assert threads[0] != threading.main_thread().name
+
+
+def test_two_routes_are_never_built_at_once() -> None:
+    began: list[str] = []
+    other_began, alone = threading.Event(), dict[str, bool]()
+
+    class Route(routing.APIRoute):
+        def __init__(self, path: str, endpoint: Callable[..., object], **its: Any) -> None:  # noqa: ANN401 - APIRoute's
+            began.append(path)
+            if len(began) == 2:
+                other_began.set()
+            alone[path] = len(began) == 2 or not other_began.wait(0.2)
+            super().__init__(path, endpoint, **its)
+
+    router = DeclaringRouter(route_class=Route)
+    for name in ("ada", "bob"):
+        router.add_api_route(f"/{name}", lambda: None, methods=["GET"])
+    app = FastAPI(openapi_url=None)
+    Inclusion(prefix="/api/v1", responses={}, max_body_size=100).add(app, router)
+    routes = [route for route in app.routes if isinstance(route, DeferredRoute)]
+    with ThreadPoolExecutor() as threads:
+        list(threads.map(DeferredRoute.build, routes))
+    assert alone == {"/api/v1/ada": True, "/api/v1/bob": True}
 
 
 def test_the_document_is_built_once_and_beside_the_event_loop() -> None:
