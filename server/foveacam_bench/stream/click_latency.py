@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import truth_of
 from foveacam_bench.servers import ServerProcess
 from foveacam_bench.stream.console_page import PATIENCE_S, page_position, wait_until
@@ -25,6 +26,7 @@ from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
+from foveacam_pipeline.verge.values import Basis
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -63,17 +65,20 @@ _WATCH_CARD = """(patience_ms) => {
 `estimated_ms`: when the card showed the first number of it, an estimate or else the answer."""
 
 
-def click_latency_figures(
-    page: "Page", server: ServerProcess, pixels: list[tuple[float, float]]
-) -> dict[str, float]:
+def click_latency_figures(page: "Page", server: ServerProcess, pixels: list[tuple[float, float]]) -> Figures:
     """Click on wide pixels one after the other; return median, 90th percentile, and the parts' medians.
 
-    An answer without a distance is timed like any other.
+    An answer without a distance is timed like any other. `inferred_s_median`: of the answers inferred from
+    their surroundings; null where none was.
     """
-    times = [_click(page, server, pixel) for pixel in pixels]
+    clicks = [_click(page, server, pixel) for pixel in pixels]
+    times = [parts for _, parts in clicks]
     total_s = [parts.pop("total") for parts in times]
     first_s = [parts.pop("first_estimate") for parts in times]
+    inferred_s = [s for s, (basis, _) in zip(total_s, clicks, strict=True) if basis == Basis.SURROUNDINGS]
     return {
+        "inferred_s_median": round(median(inferred_s), 3) if inferred_s else None,
+        "clicks_inferred": len(inferred_s),
         "click_to_distance_s_median": round(median(total_s), 3),
         "first_estimate_s_median": round(median(first_s), 3),
         "click_to_distance_s_p90": round(float(np.quantile(total_s, 0.9)), 3),
@@ -106,8 +111,10 @@ def textured_pixels(count: int) -> list[tuple[float, float]]:
     return found
 
 
-def _click(page: "Page", server: ServerProcess, pixel: tuple[float, float]) -> dict[str, float]:
-    """Click on a wide pixel; return the time until its answer is shown and the parts of that time, s."""
+def _click(
+    page: "Page", server: ServerProcess, pixel: tuple[float, float]
+) -> tuple[str | None, dict[str, float]]:
+    """Click on a wide pixel; return the answer's basis, and the time until it is shown with its parts, s."""
     position = page_position(page, *pixel)
     page.evaluate(_WATCH_CARD, 1e3 * PATIENCE_S)
     page.mouse.click(*position)
@@ -123,7 +130,7 @@ def _click(page: "Page", server: ServerProcess, pixel: tuple[float, float]) -> d
     page.wait_for_timeout(1e3 * LOOK_AT_SHAPE_S)
     for target in server.send("GET", "/targets").json():
         server.send("DELETE", f"/targets/{target['id']}")
-    return parts
+    return fixation["basis"], parts
 
 
 def _has_shape(server: ServerProcess, fixation_id: str) -> bool:

@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_bench.stream.click_latency import click_latency_figures, textured_pixels
 from foveacam_bench.stream.console_page import (
@@ -36,14 +37,14 @@ _STOPS = 5
 _WHEEL_STEPS = (0, 3, 5, 9)
 
 
-def run(*, quick: bool = False) -> dict[str, float]:
+def run(*, quick: bool = False) -> Figures:
     """Measure and return the figures; takes about three minutes, quick one and a half."""
     with chromium() as browser, TemporaryDirectory() as folder:
         port = free_port()
         with ServerProcess(Path(folder), port=port) as server:
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
-                figures = _shown_rates(page, server, seconds=8.0 if quick else 25.0)
+                figures: Figures = dict(_shown_rates(page, server, seconds=8.0 if quick else 25.0))
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
                 figures |= click_latency_figures(page, server, textured_pixels(6 if quick else 16))
