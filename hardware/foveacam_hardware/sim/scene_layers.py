@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.sim.render.hiding import hiding_depths
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.renderer import Renderer
 from foveacam_hardware.sim.render.scene import Lighting, Scene
@@ -102,9 +103,10 @@ class SceneLayers:
         """
         group, steps = self._steps(shifts_px, projection.C)
         across_px, down_px = np.abs(steps).max(axis=(0, 1)).tolist()
-        back = self._back.radiance(projection, channels=channels)
         front = self._front.layer(_widened(projection, across_px, down_px), channels)
         layer = MovingLayer(front.radiance, front.depth_m, front.ids, group, across_px, down_px)
+        hiding_m = hiding_depths(layer, steps, projection.width, projection.height)
+        back = self._back.behind(projection, hiding_m, channels)
         mean = self._smeared(back.radiance.reshape(*back.ids.shape, channels), back.depth_m, layer, steps)
         return np.asarray(mean[..., 0] if channels == 1 else mean, dtype=np.float32)
 

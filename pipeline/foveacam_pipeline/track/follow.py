@@ -17,7 +17,7 @@ FIRST_LEAD_NS = 20_000_000
 """Time from the request of a look to the middle of its exposure, until measured."""
 FIRST_LOOK_S = 0.05
 SMOOTHING = 0.2
-WIDE_PERIOD_NS = 50_000_000
+WIDE_PERIOD_NS = 100_000_000
 """A wide frame is fetched before a look when the newest one known is older."""
 
 

@@ -13,6 +13,7 @@ from numba import typeof
 from foveacam_hardware.sim.render.batch import new_batch
 from foveacam_hardware.sim.render.binning import TileBins, sort_into_tiles, tile_shifts
 from foveacam_hardware.sim.render.frame_inputs import kernel_view, object_table, tile_inputs
+from foveacam_hardware.sim.render.hiding import hiding_depths
 from foveacam_hardware.sim.render.items import new_items
 from foveacam_hardware.sim.render.materials import NoiseSurface
 from foveacam_hardware.sim.render.noise import noise_levels
@@ -58,6 +59,7 @@ def kernel_steps() -> tuple[KernelStep, ...]:
         KernelStep(name="lens", kernel=tile_shifts, compile=_compile_tile_shifts),
         KernelStep(name="sensor", kernel=expose_rows, compile=_compile_expose),
         KernelStep(name="motion", kernel=smear, compile=_compile_smear),
+        KernelStep(name="hiding", kernel=hiding_depths, compile=_compile_hiding),
     )
 
 
@@ -144,14 +146,21 @@ def _compile_tiles() -> None:
 
 
 def _compile_smear() -> None:
+    layer, steps, mean = _small_layer(), np.zeros((1, 1, 2), np.int32), np.zeros((1, 1, 1), np.float32)
+    _compile_for(smear, layer.radiance, layer.depth, layer, steps, 0, 1, mean)
+
+
+def _compile_hiding() -> None:
+    _compile_for(hiding_depths, _small_layer(), np.zeros((1, 1, 2), np.int32), WIDTH, HEIGHT)
+
+
+def _small_layer() -> MovingLayer:
+    """Return a layer of one pixel, of the types of every layer."""
     picture, depth = np.zeros((1, 1, 1), np.float32), np.zeros((1, 1), np.float32)
     ids = np.zeros((1, 1), np.int32)
     for drawn in (picture, depth, ids):
         drawn.flags.writeable = False
-    layer = MovingLayer(picture, depth, ids, np.zeros(1, np.int32), 0, 0)
-    _compile_for(
-        smear, picture, depth, layer, np.zeros((1, 1, 2), np.int32), 0, 1, np.zeros((1, 1, 1), np.float32)
-    )
+    return MovingLayer(picture, depth, ids, np.zeros(1, np.int32), 0, 0)
 
 
 def _compile_expose() -> None:

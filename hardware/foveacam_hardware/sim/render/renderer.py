@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract.errors import InvalidInput
 from foveacam_hardware.sim.render.binning import sort_into_tiles, tile_shifts
 from foveacam_hardware.sim.render.frame_inputs import kernel_view, object_table, tile_inputs
+from foveacam_hardware.sim.render.hiding import nearest_depths
 from foveacam_hardware.sim.render.projection import Projection, RayTable, disparity_of
 from foveacam_hardware.sim.render.scene import Scene, SceneSnapshot
 from foveacam_hardware.sim.render.setup import (
@@ -77,6 +78,16 @@ class _CachedFrame:
         self.valid &= ~footprint[moved].any(axis=0) & ~self.footprint[before].any(axis=0)
         self.footprint, self.revision = footprint, snapshot.revision
 
+    def empty(self, tiles: NDArray[np.int64]) -> None:
+        """Let nothing be in some tiles; they stay invalid."""
+        columns = -(-self.target.depth.shape[1] // TILE_W)
+        for row, column in zip(*np.divmod(tiles, columns), strict=True):
+            here = (
+                slice(row * TILE_H, (row + 1) * TILE_H),
+                slice(column * TILE_W, (column + 1) * TILE_W),
+            )
+            self.target.depth[here], self.target.ids[here] = np.inf, -1
+
     def copy_lent(self) -> None:
         """Replace arrays that a caller may still hold by copies."""
         if self.lent:
@@ -129,13 +140,26 @@ class Renderer:
         _check_channels(channels)
         return self._radiance(projection, None, channels + 1)
 
+    def behind(self, projection: Projection, hiding_m: F64, channels: int = 1) -> Radiance:
+        """Render an image without what a layer before it hides; the depth there is infinite.
+
+        `hiding_m`: from which depth on each tile is hidden, as `hiding_depths` returns it.
+        """
+        _check_channels(channels)
+        return self._radiance(projection, None, channels, hiding_m=hiding_m)
+
     def _radiance(
-        self, projection: Projection, roi: tuple[int, int, int, int] | None, channels: int
+        self,
+        projection: Projection,
+        roi: tuple[int, int, int, int] | None,
+        channels: int,
+        *,
+        hiding_m: F64 | None = None,
     ) -> Radiance:
         x, y, w, h = _checked_roi(roi, projection)
         with self._lock:
             entry = self._entry(projection, channels)
-            self._complete(entry, _tiles_of(x, y, w, h, projection.width), channels)
+            self._complete(entry, _tiles_of(x, y, w, h, projection.width), hiding_m)
             whole = (w, h) == (projection.width, projection.height)
             entry.lent = entry.lent or whole
             here = (slice(y, y + h), slice(x, x + w))
@@ -179,12 +203,17 @@ class Renderer:
         others = (old for old, frame in self._frames.items() if frame.lens == entry.lens and old != key)
         del self._frames[next(others, next(iter(self._frames)))]
 
-    def _complete(self, entry: _CachedFrame, requested: NDArray[np.int64], channels: int) -> None:
-        """Render those of the requested tiles that are not valid."""
+    def _complete(self, entry: _CachedFrame, requested: NDArray[np.int64], hiding_m: F64 | None) -> None:
+        """Render those of the requested tiles that are not valid, and not hidden."""
         tiles = requested[~entry.valid[requested]]
         if len(tiles) == 0 or entry.stage is None:
             return
         entry.copy_lent()
+        if hiding_m is not None:
+            some = tiles[np.isfinite(hiding_m[tiles])]
+            hidden = some[nearest_depths(entry.stage, some) > hiding_m[some]]
+            entry.empty(hidden)
+            tiles = np.setdiff1d(tiles, hidden)
         self._render(tiles, entry.stage, entry.target)
         entry.valid[tiles] = True
 

@@ -23,7 +23,7 @@ Phase = Sequence[Sequence[str]]
 """What several children compile beside each other: names of steps, a sequence for each child."""
 PHASES: tuple[Phase, ...] = (
     (("shading",), ("visibility", "edges", "samples", "lens")),
-    (("tiles", "sensor"), ("set-up", "faces of tiles", "motion")),
+    (("tiles", "sensor"), ("set-up", "faces of tiles", "motion", "hiding")),
 )
 """The parts of the largest kernel come first, so that both children are busy; what needs them comes next."""
 COSTS: Mapping[str, float] = {
@@ -37,6 +37,7 @@ COSTS: Mapping[str, float] = {
     "set-up": 5.0,
     "faces of tiles": 2.5,
     "motion": 2.4,
+    "hiding": 0.8,
 }
 """CPU time of each step, s; their ratios give the time left."""
 NOTICED_S = 1.0
