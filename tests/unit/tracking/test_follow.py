@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -70,6 +71,19 @@ def test_what_moves_is_followed_in_every_look(tracker: TrackerKind) -> None:
     truth_m_s = abs(0.6 * math.cos(2.0 * report.estimate.t_ns / 1e9))
     assert speed_m_s == pytest.approx(truth_m_s, abs=0.15)
     assert report.estimate.distance_sigma_m > 0.0
+
+
+@pytest.mark.parametrize(("pause_ms", "fetched"), [(80, 0), (120, 1)])
+def test_a_wide_frame_is_fetched_before_a_look_once_the_last_one_is_old(pause_ms: int, fetched: int) -> None:
+    head, steps = head_with(), 3
+    follower = Follower(head.calibration, clock=head.clock)
+    follower.add(begin(head))
+    follower.step(head)
+    with patch.object(head, "wide", wraps=head.wide) as wide:
+        for _ in range(steps):
+            head.clock.sleep_until_ns(head.clock.now_ns() + pause_ms * 1_000_000)
+            follower.step(head)
+    assert wide.call_count == steps * (1 + fetched)  # each look has one
 
 
 def test_its_tracker_is_changed_while_it_is_followed() -> None:
