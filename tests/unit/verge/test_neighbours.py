@@ -14,6 +14,8 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     OWN_EDGE_CHANCE,
     SHARED_EDGE_CHANCE,
+    WINDOW_PX,
+    beside_edges,
     edge_owners,
     few_around,
     is_open,
@@ -127,6 +129,18 @@ def test_points_well_within_a_blank_region_are_of_it_and_those_by_its_border_may
     )
 
     assert inside == INSIDE_CHANCE > border > beyond
+
+
+def test_a_point_that_shows_no_more_than_an_edge_beside_it_counts_as_that_edge() -> None:
+    edge_px, reach_px = (float(CARD[0]), 540.0), WINDOW_PX
+    edges = [_edge(edge_px), _edge((float(CARD[1]), 540.0))]
+    inward = [0.5 * reach_px, 0.5 * reach_px, 0.9 * reach_px, 1.5 * reach_px]
+    points = _samples([(edge_px[0] + px, 540.0) for px in inward], [0.5, 0.45, 0.505, 0.5])
+
+    shown = beside_edges(points, edges, reach_tan=reach_px * PX_TAN)
+
+    assert shown.tolist() == [True, False, True, False]  # one is deeper, one too far away
+    assert not beside_edges(points, [], reach_tan=1.0).any()
 
 
 def test_the_nearer_a_point_is_to_a_textured_target_the_likelier_it_is_of_its_surface() -> None:

@@ -1,5 +1,7 @@
 """How measurements of one target are weighed against each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     weighted,
 )
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
+from foveacam_pipeline.verge.surroundings.stated_depth import GAP_CHANCE, stated_depth
 
 
 def _match(
@@ -50,7 +53,7 @@ def test_only_a_surface_about_the_target_confirms_a_match() -> None:
 
     assert confirmed(_match(0.5), (_inferred(0.5, probability=0.9),))
     assert not confirmed(_match(0.5), one_sided)
-    assert confirmed(_match(0.5), ())
+    assert not confirmed(_match(0.5), ())  # nothing is known there
 
 
 def test_two_eyes_agree_within_their_errors_and_the_better_one_counts_more() -> None:
@@ -68,6 +71,20 @@ def test_the_spread_of_alternatives_reaches_from_the_best_to_the_others() -> Non
     spread = spread_per_m((_inferred(0.5, probability=0.5), _inferred(0.3, probability=0.5)))
 
     assert spread == pytest.approx(0.2 * np.sqrt(0.5), rel=1e-3)
+
+
+def test_an_inference_without_a_point_of_its_own_states_the_chance_of_a_gap() -> None:
+    owned = _inferred(0.5, probability=0.95)
+    surrounded = replace(owned, owned=False)
+
+    sure, doubtful = stated_depth((owned,)), stated_depth((surrounded,))
+
+    assert sure is not None
+    assert sure[1] == pytest.approx(owned.sigma_per_m)
+    assert doubtful is not None
+    behind = np.linspace(0.0, 0.5, 1001)  # 1/Z of what may be seen through it
+    rms = np.sqrt((1.0 - GAP_CHANCE) * surrounded.sigma_per_m**2 + GAP_CHANCE * np.mean((behind - 0.5) ** 2))
+    assert doubtful[1] == pytest.approx(rms, rel=0.01)
 
 
 def test_a_large_error_of_depth_is_stated_as_that_to_the_far_side() -> None:

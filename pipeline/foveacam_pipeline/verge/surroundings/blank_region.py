@@ -51,6 +51,7 @@ class BlankRegion:
     places on its border where the brightness changes along the row, wide px, nearest first.
     `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px. `inward_px`:
     (h, w) as `mask`, how deep each of its pixels lies within the region, negative outside, wide px.
+    `binning`: of the image.
     """
 
     mask: NDArray[np.bool_]
@@ -59,6 +60,7 @@ class BlankRegion:
     touches_rim: bool
     at_px: NDArray[np.float64]
     inward_px: NDArray[np.float64]
+    binning: Binning = 1
 
     def depth_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n,) how deep wide pixels, (n, 2), lie within the region; negative outside, wide px."""
@@ -92,6 +94,7 @@ def blank_region(
         border_px=_border(mask, slope_x, np.asarray(slope), at_px, places=places),
         at_px=at_px,
         inward_px=_inward_px(mask),
+        binning=binning,
         touches_rim=bool(mask[0].any() or mask[-1].any() or mask[:, 0].any() or mask[:, -1].any()),
     )
 

@@ -38,7 +38,9 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
     TEXTURED_SHARE,
+    WINDOW_PX,
     LookPoints,
+    beside_edges,
     edge_owners,
     few_around,
     is_open,
@@ -196,6 +198,7 @@ class SurroundingsEstimator:
         chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
         if blank and len(edges):
             inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
+            inside &= ~beside_edges(few, border, reach_tan=WINDOW_PX * region.binning / wide.fx_px)
             few, chances = few.only(inside), chances[inside]
         samples = edges.joined(few)
         chances = np.append(edge_chances, chances)

@@ -5,7 +5,7 @@ points about a target the nearest surfaces in each direction from it matter.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import cv2
 import numpy as np
@@ -29,6 +29,9 @@ REACH_TAN = 0.06
 SECTORS = 8
 BAND_PX = 4.0
 """Points of one direction that lie farther than the nearest by so much count with it, wide px."""
+WINDOW_PX, SAME_SIGMAS = 16.0, 3.0
+"""The matcher shows the depth of an edge so far into a blank region at most, px of the picture; depths that
+differ by so many standard errors are one."""
 INSIDE_CHANCE, BORDER_CHANCE, BEYOND_CHANCE = 0.9, 0.4, 0.25
 """Chance of a point being of the surface of a blank region: well within it, near its border, beyond."""
 BORDER_PX = 8.0
@@ -130,6 +133,19 @@ def own_chances(pixels: NDArray[np.float64], region: BlankRegion) -> NDArray[np.
             np.where(depth_px >= -BORDER_PX, BORDER_CHANCE, BEYOND_CHANCE),
         )
     return textured_chances(np.hypot(*(pixels - region.at_px).T))
+
+
+def beside_edges(
+    points: DepthSamples, edges: Collection[BorderDepth], *, reach_tan: float
+) -> NDArray[np.bool_]:
+    """Return (n,) whether an edge as deep as a point lies within reach: that may be all the point shows."""
+    found = np.zeros(len(points), dtype=np.bool_)
+    for edge in edges:
+        near = np.hypot(*(points.tangents - np.array(edge.tangents)).T) <= reach_tan
+        errors = SAME_SIGMAS * np.hypot(points.sigma_per_m, edge.sigma_per_m)
+        slack = np.maximum(SAME_SHARE * edge.inverse_z_per_m, errors)
+        found |= near & (np.abs(points.inverse_z_per_m - edge.inverse_z_per_m) <= slack)
+    return found
 
 
 def edge_owners(
