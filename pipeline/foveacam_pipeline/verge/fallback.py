@@ -244,7 +244,7 @@ class FallbackEstimator:
 
     def _inferred(self, depth: SurroundingDepth, motion: TargetMotion, ended: FixationEnded) -> Answer:
         """Return the answer of the surroundings; limits where they are too vague."""
-        stated = stated_depth(depth.inferred)
+        stated = stated_depth(depth.inferred, farthest_per_m=depth.farthest_per_m)
         if stated is None:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
         point = self._last_look.look(*stated, motion)

@@ -77,12 +77,14 @@ def test_an_inference_without_a_point_of_its_own_states_the_chance_of_a_gap() ->
     owned = _inferred(0.5, probability=0.95)
     surrounded = replace(owned, owned=False)
 
-    sure, doubtful = stated_depth((owned,)), stated_depth((surrounded,))
+    sure, doubtful = (stated_depth((one,), farthest_per_m=0.2) for one in (owned, surrounded))
+    nothing_behind = stated_depth((surrounded,), farthest_per_m=0.5)
 
     assert sure is not None
     assert sure[1] == pytest.approx(owned.sigma_per_m)
+    assert nothing_behind == sure
     assert doubtful is not None
-    behind = np.linspace(0.0, 0.5, 1001)  # 1/Z of what may be seen through it
+    behind = np.linspace(0.2, 0.5, 1001)  # 1/Z of what may be seen through it
     rms = np.sqrt((1.0 - GAP_CHANCE) * surrounded.sigma_per_m**2 + GAP_CHANCE * np.mean((behind - 0.5) ** 2))
     assert doubtful[1] == pytest.approx(rms, rel=0.01)
 

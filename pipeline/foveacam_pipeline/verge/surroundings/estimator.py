@@ -63,6 +63,7 @@ ENOUGH_PROBABILITY = 0.9
 NEIGHBOUR_PX = 20.0
 LEAST_NEIGHBOURS = 3
 """So many surfaces within so many wide px of a target say what it may be."""
+MISMATCHED_SHARE = 0.1
 BESIDE_SIGMA_SHARE = 2.0e-3
 """Error of a match beside the target, relative to 1/Z."""
 
@@ -73,12 +74,14 @@ class SurroundingDepth:
 
     `samples`: what was measured. `inferred`: most probable first. `region`: the blank region about the point.
     `open`: whether that reaches the rim of the image and hides nothing along its border, as the sky does.
+    `farthest_per_m`: 1/Z of the farthest that was measured about the point, 0 where nothing was.
     """
 
     samples: DepthSamples
     inferred: tuple[InferredDepth, ...]
     region: BlankRegion
     open: bool
+    farthest_per_m: float
 
 
 class SurroundingsEstimator:
@@ -175,7 +178,7 @@ class SurroundingsEstimator:
 
     def _tell(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
         """Report the distance as far as it can be inferred until now."""
-        stated = None if depth.open else stated_depth(depth.inferred)
+        stated = None if depth.open else stated_depth(depth.inferred, farthest_per_m=depth.farthest_per_m)
         if stated is not None:
             self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, *stated))
 
@@ -207,6 +210,7 @@ class SurroundingsEstimator:
             inferred=self._divisions.infer(samples, target, chances, blank=blank and len(edges) > 0),
             region=region,
             open=is_open(region, samples, chances),
+            farthest_per_m=_farthest_per_m(points, border),
         )
 
     def peek(
@@ -285,6 +289,13 @@ def _goes_on(depth: BorderDepth, found: Collection[BorderDepth]) -> bool:
         and abs(other.inverse_z_per_m - depth.inverse_z_per_m) <= BESIDE_SIGMAS * depth.sigma_per_m
         for other in found
     )
+
+
+def _farthest_per_m(points: DepthSamples, border: Collection[BorderDepth]) -> float:
+    """Return 1/Z of the farthest of all that was measured, a tenth of the points left out as mismatches."""
+    edges = [depth.inverse_z_per_m for depth in border]
+    far = [float(np.quantile(points.inverse_z_per_m, MISMATCHED_SHARE))] if len(points) else []
+    return max(0.0, min([*edges, *far], default=0.0))
 
 
 def _samples_of(border: list[BorderDepth]) -> DepthSamples:

@@ -12,16 +12,17 @@ DOUBT_SHARE = 0.38
 """Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
 GAP_CHANCE = 0.08
 """Chance of a target without a point that is sure to be of its surface to lie behind what surrounds it, seen
-through a gap, anywhere from there on."""
+through a gap, as far as anything about it."""
 VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
 
-def stated_depth(inferred: tuple[InferredDepth, ...]) -> tuple[float, float] | None:
+def stated_depth(inferred: tuple[InferredDepth, ...], *, farthest_per_m: float) -> tuple[float, float] | None:
     """Return 1/Z and its error, 1/m, of depths that come into question, most probable first.
 
     A doubtful inference states an error that covers all of them, one without a point sure to be of the
-    target's surface the chance of a gap. None: nothing is inferred, or too vaguely.
+    target's surface the chance of a gap. `farthest_per_m`: 1/Z of the farthest that was measured about it.
+    None: nothing is inferred, or too vaguely.
     """
     if not inferred:
         return None
@@ -29,6 +30,7 @@ def stated_depth(inferred: tuple[InferredDepth, ...]) -> tuple[float, float] | N
     sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
     sigma = best.sigma_per_m if sure else spread_per_m(inferred)
     if not best.owned:
-        sigma = math.hypot(sigma, math.sqrt(GAP_CHANCE / 3.0) * best.inverse_z_per_m)
+        behind_per_m = max(0.0, best.inverse_z_per_m - farthest_per_m)
+        sigma = math.hypot(sigma, math.sqrt(GAP_CHANCE / 3.0) * behind_per_m)
     sigma = sigma if best.held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
     return None if sigma > VAGUE_SHARE * best.inverse_z_per_m else (best.inverse_z_per_m, sigma)
