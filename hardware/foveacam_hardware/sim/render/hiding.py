@@ -15,7 +15,7 @@ I64 = NDArray[np.int64]
 
 @kernel
 def hiding_depths(layer: MovingLayer, steps: I32, width: int, height: int) -> F64:
-    """Return for each tile of a picture from which depth on a layer hides all of it in every step, m.
+    """Return, for each tile of a picture, the depth beyond which a layer hides it in every step, m.
 
     `steps`: as in `smear`. Infinite where it does not.
     """

@@ -138,7 +138,7 @@ def own_chances(pixels: NDArray[np.float64], region: BlankRegion) -> NDArray[np.
 def beside_edges(
     points: DepthSamples, edges: Collection[BorderDepth], *, reach_tan: float
 ) -> NDArray[np.bool_]:
-    """Return (n,) whether an edge as deep as a point lies within reach: that may be all the point shows."""
+    """Return (n,) bool: whether a point has the depth of an edge within reach, which may be all it shows."""
     found = np.zeros(len(points), dtype=np.bool_)
     for edge in edges:
         near = np.hypot(*(points.tangents - np.array(edge.tangents)).T) <= reach_tan

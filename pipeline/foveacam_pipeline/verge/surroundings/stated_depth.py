@@ -11,8 +11,8 @@ LEAST_SAMPLES = 3
 DOUBT_SHARE = 0.38
 """Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
 GAP_CHANCE = 0.08
-"""Chance of a target without a point that is sure to be of its surface to lie behind what surrounds it, seen
-through a gap, as far as anything about it."""
+"""Chance that a target lies behind what surrounds it and is seen through a gap, where no measured point is
+sure to be of its own surface. It is then anywhere from there to the farthest thing measured about it."""
 VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
