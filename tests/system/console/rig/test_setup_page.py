@@ -1,18 +1,19 @@
 """Setting a rig up in the browser, from nothing to a rig that is open, without touching a file."""
 
+import itertools
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import APIResponse, Locator, Page, Route, expect
 
 from foveacam_hardware.rig_config import load_rig_config
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from tests.contract.cameras.gige_cameras import fake_program
 from tests.system.conftest import running
-from tests.system.console.awaited import expect_to_fit, settled
+from tests.system.console.awaited import expect_to_fit, settled, wait_for
 from tests.system.console.console_page import TOUCH, Console, OpenConsole
 from tests.system.console.server_process import Server, server_of
 from tests.system.console.stub_server import StubServer
@@ -185,6 +186,43 @@ def test_gige_camera_is_found_chosen_opened_and_missed_when_it_leaves(
         console.errors = [
             error for error in console.errors if "status of 503" not in error
         ]  # its last picture
+
+
+def test_an_older_answer_replaces_no_choice_that_was_sent_meanwhile(
+    own_server: Server, open_setup: OpenSetup
+) -> None:
+    page = open_setup().page
+    read: list[tuple[Route, APIResponse]] = []
+    reads = itertools.count()
+
+    def hold_back(route: Route) -> None:
+        if route.request.method == "GET" and next(reads) < 2:
+            read.append((route, route.fetch()))
+        else:
+            route.continue_()
+
+    page.route("**/rig/setup/draft", hold_back)
+    page.evaluate("location.hash = '#/rig'")
+    page.evaluate("location.hash = '#/setup'")
+    wait_for(page, lambda: len(read) == 1, "the draft is read when the page is opened")
+    give(page, "simulated", "wide", "wide")
+    wait_for(page, lambda: _chosen(own_server, "wide") is not None, "the server has the choice")
+    route, answer = read.pop()
+    route.fulfill(response=answer)
+    wait_for(page, lambda: len(read) == 1, "the draft is read once more, after the answer was shown")
+    give(page, "simulated", "left", "left")
+    wait_for(page, lambda: _chosen(own_server, "left") is not None, "the server has the choice")
+    route, answer = read.pop()
+    route.fulfill(response=answer)
+
+    assert _chosen(own_server, "wide") == {"kind": "simulated", "name": "wide"}
+    expect(card(page, "simulated", "wide").get_by_role("button", name="wide", exact=True)).to_have_attribute(
+        "aria-pressed", "true"
+    )
+
+
+def _chosen(server: Server, role: str) -> object:
+    return server.get("/rig/setup/draft")["draft"]["cameras"][role]
 
 
 def test_start_stands_over_the_console_at_what_failed_until_it_is_dismissed(

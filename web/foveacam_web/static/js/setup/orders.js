@@ -36,25 +36,28 @@ export class SetupOrders {
     const { setup } = this.#store.state;
     if (!setup) return Promise.resolve();
     this.#store.set({ setup: { ...setup, draft: change(setup.draft) } });
-    this.#reader.draft_waits = true;
+    this.#reader.changes.made += 1;
     this.#queue = this.#queue.then(() => this.#put());
     return this.#queue;
   }
 
   async #put() {
+    const { changes } = this.#reader;
     const draft = this.#store.state.setup?.draft;
-    if (!this.#reader.draft_waits || !draft) return;
-    this.#reader.draft_waits = false;
+    const made = changes.made;
+    if (changes.sent === made || !draft) return;
     const setup = /** @type {DraftDocument | null} */ (
       await this.#commands.send("PUT", "/rig/setup/draft", { body: draft })
     );
-    if (setup && !this.#reader.draft_waits) this.#store.set({ setup });
+    changes.sent = made;
+    if (setup && changes.made === made) this.#store.set({ setup });
     await this.#reader.readDraft();
     if (setup) void this.#reader.readAdvice();
   }
 
   /** Begin anew, from a file or from nothing. @param {string | null} path */
   async begin(path) {
+    await this.#queue;
     await this.#commands.send("POST", "/rig/setup/draft", { body: { path } });
     await this.#reader.readDraft();
     void this.#reader.readAdvice();
@@ -67,6 +70,7 @@ export class SetupOrders {
   }
 
   async undo() {
+    await this.#queue;
     const undone = await this.#withHash("POST", "/rig/setup/undo");
     if (undone) this.#commands.say({ tone: "good", title: "The version before is back", detail: undone.path });
   }

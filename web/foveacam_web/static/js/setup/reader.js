@@ -19,8 +19,8 @@ export class SetupReader {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_start;
 
-  /** Whether the page has a change of the draft that the server has not. */
-  draft_waits = false;
+  /** So many changes of the draft were made on this page, and so many of them the server has answered. */
+  changes = { made: 0, sent: 0 };
 
   /** @param {Store} store */
   constructor(store) {
@@ -63,13 +63,15 @@ export class SetupReader {
   readDraft() {
     if (!this.#store.state.setup_page) return Promise.resolve();
     return this.#reads.read("draft", async () => {
+      const { made, sent } = this.changes;
       try {
         const [setup, setup_file, setup_files] = await Promise.all([
           /** @type {Promise<DraftDocument>} */ (request("GET", "/rig/setup/draft")),
           /** @type {Promise<RigFileDocument>} */ (request("GET", "/rig/setup/file")),
           /** @type {Promise<RigFiles>} */ (request("GET", "/rig/setup/files")),
         ]);
-        this.#store.set({ ...(this.draft_waits ? {} : { setup }), setup_file, setup_files, setup_problem: "" });
+        const older = sent !== made || this.changes.made !== made; // than a change of this page
+        this.#store.set({ ...(older ? {} : { setup }), setup_file, setup_files, setup_problem: "" });
       } catch (error) {
         if (!(error instanceof RequestError) || error.document.status !== 422) throw error;
         this.#store.set({ setup_problem: error.message }); // the file was made unreadable by hand
