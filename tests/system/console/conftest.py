@@ -1,11 +1,11 @@
 """A browser on the console: one browser, one server and one stub for all files here."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, Error, Page, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
 from tests.system.conftest import Running, running
@@ -14,6 +14,7 @@ from tests.system.console.calibration import calibration_documents
 from .console_page import (
     BROWSER,
     DESKTOP,
+    EMPTY,
     PLAIN,
     Console,
     OpenConsole,
@@ -25,6 +26,8 @@ from .console_page import (
 from .server_process import Server, server_of
 from .stub_server import StubServer, serving_stub
 
+SNAPSHOT_MS = 5000.0
+_BROWSER = pytest.StashKey[Browser]()
 NO_INTERNET = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
@@ -40,10 +43,31 @@ def playwright() -> Iterator[Playwright]:
 
 
 @pytest.fixture(scope="package")
-def browser(playwright: Playwright) -> Iterator[Browser]:
+def browser(playwright: Playwright, request: pytest.FixtureRequest) -> Iterator[Browser]:
     found = playwright.chromium.launch(executable_path=BROWSER, args=[*CHROMIUM_ARGUMENTS, NO_INTERNET])
+    request.session.stash[_BROWSER] = found
     yield found
     found.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Add to the report of a test that fails what its pages show; their tabs are left only afterwards."""
+    report = yield
+    browser = item.session.stash.get(_BROWSER, None)
+    if report.when == "call" and report.failed and browser is not None:
+        pages = [page for context in browser.contexts for page in context.pages]
+        report.sections += [
+            (f"what {page.url} shows", _shown(page)) for page in pages if EMPTY not in page.url
+        ]
+    return report
+
+
+def _shown(page: Page) -> str:
+    try:
+        return page.locator("body").aria_snapshot(timeout=SNAPSHOT_MS)
+    except Error as error:
+        return f"no answer: {error}"
 
 
 @pytest.fixture(scope="package")

@@ -244,6 +244,13 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     let_run(page, 1000)
     expect(page.locator(".signed-out")).to_be_hidden()
 
+    stub.refusals["GET /session"] = problem(503, "Away", "the server says nothing of anybody")
+    with page.expect_response(lambda response: response.status == 503):
+        stub.refusals["GET /rig"] = refused
+    stub.refusals.clear()
+    let_run(page, 1000)
+    expect(page.locator(".signed-out")).to_be_hidden()
+
     stub.sign_out()
     expect(page.get_by_role("alertdialog", name="You were signed out")).to_be_visible()
     page.keyboard.press("Escape")
@@ -262,6 +269,7 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     expect(page.get_by_role("form", name="Add somebody").get_by_label("Name")).to_have_value("half typed")
 
     sign_out_and_return(console, stub)
+    console.errors = [error for error in console.errors if "status of 503" not in error]
 
 
 def sign_out_and_return(console: Console, stub: StubServer) -> None:

@@ -89,9 +89,7 @@ export class Commands {
    * @param {FixationRequest} body
    */
   fixate(body) {
-    const order = this.#queue.then(() => this.#post("/fixations", body, body));
-    this.#queue = order;
-    return order;
+    return this.#inTurn(() => this.#post("/fixations", body, body));
   }
 
   /**
@@ -100,11 +98,7 @@ export class Commands {
    * @param {"nearer" | "farther"} direction
    */
   correct(fixation, direction) {
-    const order = this.#queue.then(() =>
-      this.#post(`/fixations/${fixation.id}/corrections`, { direction }, fixation.request),
-    );
-    this.#queue = order;
-    return order;
+    return this.#inTurn(() => this.#post(`/fixations/${fixation.id}/corrections`, { direction }, fixation.request));
   }
 
   /**
@@ -126,8 +120,13 @@ export class Commands {
   lookAgain(target_id) {
     const target = this.#store.state.targets?.find(({ id }) => id === target_id);
     const there = target ? { direction: { ax_deg: target.ax_deg, ay_deg: target.ay_deg } } : null;
-    const order = this.#queue.then(() => this.#post(`/targets/${target_id}/fixate`, undefined, there));
-    this.#queue = order;
+    return this.#inTurn(() => this.#post(`/targets/${target_id}/fixate`, undefined, there));
+  }
+
+  /** Send an order after those before it, whatever became of them. @param {() => Promise<void>} send */
+  #inTurn(send) {
+    const order = this.#queue.then(send);
+    this.#queue = order.catch(() => null);
     return order;
   }
 

@@ -15,6 +15,7 @@ export function watchSignIn(store) {
   const ask = async () => {
     const known = await isSignedIn();
     asks = false;
+    if (known === null) return; // the next refusal asks again
     signIn.over = !known;
     if (!known) dialog.showModal();
     store.set({ signed_out: !known });
@@ -36,11 +37,12 @@ export function watchSignIn(store) {
   dialog.addEventListener("close", () => signIn.over && dialog.showModal()); // Escape closes every dialog
 }
 
+/** Ask whether the server knows this browser; null when it does not say, as while it is away. */
 async function isSignedIn() {
   try {
     return (await whoAmI()).kind !== "nobody";
   } catch (error) {
-    if (error instanceof RequestError) return false; // the server is away
+    if (error instanceof RequestError) return null;
     throw error;
   }
 }

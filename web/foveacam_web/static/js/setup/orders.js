@@ -37,8 +37,9 @@ export class SetupOrders {
     if (!setup) return Promise.resolve();
     this.#store.set({ setup: { ...setup, draft: change(setup.draft) } });
     this.#reader.changes.made += 1;
-    this.#queue = this.#queue.then(() => this.#put());
-    return this.#queue;
+    const sent = this.#queue.then(() => this.#put());
+    this.#queue = sent.catch(() => null);
+    return sent;
   }
 
   async #put() {
