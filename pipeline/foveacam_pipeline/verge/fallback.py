@@ -39,11 +39,7 @@ from foveacam_pipeline.verge.single_eye.weighing import (
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, SurroundingsEstimator
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth
-from foveacam_pipeline.verge.surroundings.stated_depth import (
-    DOUBT_SHARE,
-    SURE_PROBABILITY,
-    stated_depth,
-)
+from foveacam_pipeline.verge.surroundings.stated_depth import DOUBT_SHARE, SURE_PROBABILITY
 from foveacam_pipeline.verge.values import (
     Alternative,
     Basis,
@@ -146,8 +142,7 @@ class FallbackEstimator:
             near = () if all(one.at_edge for one in sound) else self._near(loop, motion)
             hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
             if hidden:
-                held = all(confirmed(one.match, near) for one in hidden)
-                return self._one_eyed(hidden, motion, held=held)
+                return self._one_eyed(hidden, motion, near)
             behind = self._behind_edge([one for one in sound if one.at_edge], motion)
             return self._of_own_side(own, loop, motion) if behind is None and own is not None else behind
         except FixationEnded:
@@ -166,7 +161,11 @@ class FallbackEstimator:
             verged = loop.close_at(own.inverse_z_per_m)
             if verged is not None and own.shares(1.0 / verged.point.point_rig_m[2]):
                 return both_foveae(verged)
-        point = self._last_look.look(own.inverse_z_per_m, own.sigma_per_m, motion)
+        sure = len(own.roles) == len(EYES) or confirmed(
+            own.inverse_z_per_m, own.sigma_per_m, self._near(loop, motion)
+        )
+        sigma = _stated_per_m(own.inverse_z_per_m, own.sigma_per_m, sure=sure)
+        point = self._last_look.look(own.inverse_z_per_m, sigma, motion)
         views = self._last_look.views(own.inverse_z_per_m, motion, seeing=set(own.roles))
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
@@ -194,7 +193,8 @@ class FallbackEstimator:
         behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
         if behind is None:
             return None
-        point = self._last_look.look(behind.inverse_z_per_m, behind.sigma_per_m, motion)
+        sigma = _stated_per_m(behind.inverse_z_per_m, behind.sigma_per_m, sure=behind.by_both)
+        point = self._last_look.look(behind.inverse_z_per_m, sigma, motion)
         views = self._last_look.views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
         return Answer(
             basis=Basis.FOVEA_AND_WIDE,
@@ -205,15 +205,19 @@ class FallbackEstimator:
             score=behind.score,
         )
 
-    def _one_eyed(self, sighted: list[EyeSighting], motion: TargetMotion, *, held: bool) -> Answer:
+    def _one_eyed(
+        self, sighted: list[EyeSighting], motion: TargetMotion, near: tuple[InferredDepth, ...]
+    ) -> Answer:
         """Return the answer of one fovea and the wide camera; of two that agree, their mean.
 
-        `held`: whether what lies about the target says the same; else it may be the edge of something nearer.
+        `near`: what lies about the target. Where it does not say the same, what the eye shows may be the edge
+        of something nearer.
         """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
-        sigma = sigma if held else max(sigma, DOUBT_SHARE * inverse_z)
+        depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
+        sigma = _stated_per_m(inverse_z, sigma, sure=all(confirmed(*depth, near) for depth in depths))
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
         point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
@@ -244,7 +248,7 @@ class FallbackEstimator:
 
     def _inferred(self, depth: SurroundingDepth, motion: TargetMotion, ended: FixationEnded) -> Answer:
         """Return the answer of the surroundings; limits where they are too vague."""
-        stated = stated_depth(depth.inferred, farthest_per_m=depth.farthest_per_m)
+        stated = depth.stated
         if stated is None:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
         point = self._last_look.look(*stated, motion)
@@ -304,6 +308,11 @@ class FallbackEstimator:
             bound=bound,
             alternatives=alternatives,
         )
+
+
+def _stated_per_m(inverse_z_per_m: float, sigma_per_m: float, *, sure: bool) -> float:
+    """Return the error of 1/Z that is stated: much larger where the depth may be that of something else."""
+    return sigma_per_m if sure else max(sigma_per_m, DOUBT_SHARE * inverse_z_per_m)
 
 
 def _span_per_m(within: DistanceRange | None, limits: VergeSettings) -> tuple[float, float]:

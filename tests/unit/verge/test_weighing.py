@@ -17,7 +17,7 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     weighted,
 )
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
-from foveacam_pipeline.verge.surroundings.stated_depth import GAP_CHANCE, stated_depth
+from foveacam_pipeline.verge.surroundings.stated_depth import DOUBT_SHARE, GAP_CHANCE, stated_depth
 
 
 def _match(
@@ -51,9 +51,10 @@ def test_a_match_is_plausible_where_a_likely_surface_lies_as_deep_or_nothing_is_
 def test_only_a_surface_about_the_target_confirms_a_match() -> None:
     one_sided = (_inferred(0.5, probability=0.9, held=False),)
 
-    assert confirmed(_match(0.5), (_inferred(0.5, probability=0.9),))
-    assert not confirmed(_match(0.5), one_sided)
-    assert not confirmed(_match(0.5), ())  # nothing is known there
+    assert confirmed(0.5, 1e-3, (_inferred(0.5, probability=0.9),))
+    assert not confirmed(0.51, 1e-3, (_inferred(0.5, probability=0.9),))
+    assert not confirmed(0.5, 1e-3, one_sided)
+    assert not confirmed(0.5, 1e-3, ())  # nothing is known there
 
 
 def test_two_eyes_agree_within_their_errors_and_the_better_one_counts_more() -> None:
@@ -77,8 +78,8 @@ def test_an_inference_without_a_point_of_its_own_states_the_chance_of_a_gap() ->
     owned = _inferred(0.5, probability=0.95)
     surrounded = replace(owned, owned=False)
 
-    sure, doubtful = (stated_depth((one,), farthest_per_m=0.2) for one in (owned, surrounded))
-    nothing_behind = stated_depth((surrounded,), farthest_per_m=0.5)
+    sure, doubtful = (stated_depth((one,), farthest_per_m=0.2, blank_share=0.1) for one in (owned, surrounded))
+    nothing_behind = stated_depth((surrounded,), farthest_per_m=0.5, blank_share=0.1)
 
     assert sure is not None
     assert sure[1] == pytest.approx(owned.sigma_per_m)
@@ -87,6 +88,19 @@ def test_an_inference_without_a_point_of_its_own_states_the_chance_of_a_gap() ->
     behind = np.linspace(0.2, 0.5, 1001)  # 1/Z of what may be seen through it
     rms = np.sqrt((1.0 - GAP_CHANCE) * surrounded.sigma_per_m**2 + GAP_CHANCE * np.mean((behind - 0.5) ** 2))
     assert doubtful[1] == pytest.approx(rms, rel=0.01)
+
+
+@pytest.mark.parametrize(("blank_share", "doubted"), [(0.0, True), (4.0e-4, True), (6.0e-4, False)])
+def test_what_surrounds_a_speck_may_be_something_else(blank_share: float, doubted: bool) -> None:
+    owned = _inferred(0.5, probability=0.95)
+    surrounded = replace(owned, owned=False)
+
+    own, around = (
+        stated_depth((one,), farthest_per_m=0.5, blank_share=blank_share) for one in (owned, surrounded)
+    )
+
+    assert own == (0.5, pytest.approx(owned.sigma_per_m))
+    assert around == (0.5, pytest.approx(DOUBT_SHARE * 0.5 if doubted else owned.sigma_per_m))
 
 
 def test_a_large_error_of_depth_is_stated_as_that_to_the_far_side() -> None:

@@ -83,6 +83,13 @@ class SurroundingDepth:
     open: bool
     farthest_per_m: float
 
+    @property
+    def stated(self) -> tuple[float, float] | None:
+        """1/Z and its error as they are stated, 1/m; None where nothing is inferred, or too vaguely."""
+        return stated_depth(
+            self.inferred, farthest_per_m=self.farthest_per_m, blank_share=self.region.area_share
+        )
+
 
 class SurroundingsEstimator:
     """Infers the depth of targets from the borders of the blank regions around them."""
@@ -178,7 +185,7 @@ class SurroundingsEstimator:
 
     def _tell(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
         """Report the distance as far as it can be inferred until now."""
-        stated = None if depth.open else stated_depth(depth.inferred, farthest_per_m=depth.farthest_per_m)
+        stated = None if depth.open else depth.stated
         if stated is not None:
             self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, *stated))
 
