@@ -14,9 +14,9 @@ GAP_CHANCE = 0.08
 """Chance that a target lies behind what surrounds it and is seen through a gap, where no measured point is
 sure to be of its own surface. It is then anywhere from there to the farthest thing measured about it."""
 BLANK_SHARE = 5.0e-4
-"""A blank region that is a smaller share of the wide image is a speck among textures, 28 wide px square. Without
-a point sure to be of their own surface, 10 of 21 specks were not as deep as what surrounds them, and 2 of 46
-larger regions."""
+"""A blank region that is a smaller share of the wide image is a speck among textures, 28 wide px square.
+Without a point sure to be of their own surface, 10 of 21 specks were not as deep as what surrounds them, and
+2 of 46 larger regions."""
 VAGUE_SHARE = 0.6
 """A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
 
