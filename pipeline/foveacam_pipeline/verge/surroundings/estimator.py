@@ -1,6 +1,5 @@
 """Measure the border of a blank region and infer the depth of a target within it."""
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -25,6 +24,7 @@ from foveacam_pipeline.verge.surroundings.border_depth import (
     BorderPlace,
     border_patch,
 )
+from foveacam_pipeline.verge.surroundings.border_sectors import middles_by_sector
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.infer import (
     OWN_CHANCE,
@@ -33,7 +33,7 @@ from foveacam_pipeline.verge.surroundings.infer import (
     encloses,
     infer_depth,
 )
-from foveacam_pipeline.verge.surroundings.look_plan import LookPlan, apart, turn_rad
+from foveacam_pipeline.verge.surroundings.look_plan import LookPlan
 from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
@@ -53,9 +53,6 @@ from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
 PLACES = 24
-SECTORS = 8
-BESIDE_TAN, BESIDE_SIGMAS = 0.012, 4.0
-"""Two places of one edge, 0.7 degrees apart at most, differ by so many standard errors at most."""
 ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
 """No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
@@ -200,7 +197,7 @@ class SurroundingsEstimator:
         """Return what the border of a region, the points about a target and what is known else suggest."""
         wide = self._calibration.wide
         blank = region.area_share >= TEXTURED_SHARE
-        middles = _by_sector(border, target) if blank else []
+        middles = middles_by_sector(border, target) if blank else []
         edges = known.joined(_samples_of(middles))
         owners = edge_owners(middles, points, region, wide)
         edge_chances = np.append(np.full(len(edges) - len(middles), OWN_CHANCE), owners)
@@ -268,34 +265,6 @@ class SurroundingsEstimator:
                 found.pop(index, None)
             else:
                 found[index] = depth
-
-
-def _by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> list[BorderDepth]:
-    """Return one place for each direction from the target: the middle of those there.
-
-    What one eye alone shows counts where both show nothing on that side, and a place beside it is as deep.
-    """
-    groups: dict[int, list[BorderDepth]] = {}
-    for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):
-        sector = int((turn_rad(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
-        groups.setdefault(sector, []).append(depth)
-    by_both = {k: [depth for depth in group if depth.by_both] for k, group in groups.items()}
-    counted = [
-        by_both[k] or [depth for depth in group if _goes_on(depth, found)]
-        for k, group in groups.items()
-        if by_both[k] or not any(by_both.get((k + side) % SECTORS) for side in (-1, 1))
-    ]
-    return [group[len(group) // 2] for group in counted if group]
-
-
-def _goes_on(depth: BorderDepth, found: Collection[BorderDepth]) -> bool:
-    """Return whether the border goes on beside a place at its depth: a mismatch stands alone."""
-    return any(
-        other is not depth
-        and apart(np.array(other.tangents), np.array(depth.tangents)) <= BESIDE_TAN
-        and abs(other.inverse_z_per_m - depth.inverse_z_per_m) <= BESIDE_SIGMAS * depth.sigma_per_m
-        for other in found
-    )
 
 
 def _farthest_per_m(points: DepthSamples, border: Collection[BorderDepth]) -> float:

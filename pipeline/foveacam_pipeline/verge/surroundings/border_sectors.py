@@ -1,0 +1,56 @@
+"""The measured border of a blank region by direction from the target: one place speaks for each."""
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth
+from foveacam_pipeline.verge.surroundings.look_plan import apart, turn_rad
+
+SECTORS = 8
+BESIDE_TAN, BESIDE_SIGMAS = 0.012, 4.0
+"""Two places of one edge, 0.7 degrees apart at most, differ by so many standard errors at most."""
+
+
+def middles_by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> list[BorderDepth]:
+    """Return one place for each direction from the target, (2,) tangents: the middle of those there.
+
+    What one eye alone shows counts where both show nothing on that side, and a place beside it is as deep.
+    What lies beyond an edge is compared at each of its places: the middle one has the median.
+    """
+    groups: dict[int, list[BorderDepth]] = {}
+    for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):
+        sector = int((turn_rad(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
+        groups.setdefault(sector, []).append(depth)
+    by_both = {k: [depth for depth in group if depth.by_both] for k, group in groups.items()}
+    counted = [
+        by_both[k] or [depth for depth in group if _goes_on(depth, found)]
+        for k, group in groups.items()
+        if by_both[k] or not any(by_both.get((k + side) % SECTORS) for side in (-1, 1))
+    ]
+    return [_middle(group) for group in counted if group]
+
+
+def _middle(group: list[BorderDepth]) -> BorderDepth:
+    """Return the middle of places that are sorted by depth."""
+    middle = group[len(group) // 2]
+    beyond = [one.beyond for one in group if one.beyond is not None and _as_deep(one, middle)]
+    return replace(middle, beyond=median(beyond) if beyond else None)
+
+
+def _as_deep(one: BorderDepth, other: BorderDepth) -> bool:
+    return abs(one.inverse_z_per_m - other.inverse_z_per_m) <= BESIDE_SIGMAS * other.sigma_per_m
+
+
+def _goes_on(depth: BorderDepth, found: Collection[BorderDepth]) -> bool:
+    """Return whether the border goes on beside a place at its depth: a mismatch stands alone."""
+    return any(
+        other is not depth
+        and apart(np.array(other.tangents), np.array(depth.tangents)) <= BESIDE_TAN
+        and _as_deep(other, depth)
+        for other in found
+    )
