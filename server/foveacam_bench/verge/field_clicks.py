@@ -28,6 +28,7 @@ from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.context.looks import fuse_fixation
 from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 
@@ -53,6 +54,8 @@ class JudgedClick:
     fixation: Fixation
     off_centre_px: float
     """Distance of the point from the centre of the nearer fovea image, fovea px."""
+    estimates: tuple[DistanceEstimate, ...] = ()
+    """What was told after the looks before the last one."""
 
     @property
     def error_m(self) -> float:
@@ -64,6 +67,12 @@ class JudgedClick:
     def sigmas(self) -> float:
         """Error over the stated standard error."""
         return self.error_m / (self.fixation.distance_sigma_m or math.nan)
+
+    @property
+    def estimate_sigmas(self) -> list[float]:
+        """Errors of the estimates over their stated standard errors; infinite where it is the background."""
+        points = [estimate.point for estimate in self.estimates]
+        return [(point.distance_m - self.range_m) / point.distance_sigma_m for point in points]
 
     @property
     def wrong(self) -> bool:
@@ -115,7 +124,16 @@ def judge(
     shown = rig.head.wide()  # a click refers to the shown picture, which is a moment old
     click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
-    fixation = fixate(rig.head, calibration, target, clock=rig.clock, known=known, clicked=shown)
+    told: list[DistanceEstimate] = []
+    fixation = fixate(
+        rig.head,
+        calibration,
+        target,
+        clock=rig.clock,
+        known=known,
+        clicked=shown,
+        on_estimate=told.append,
+    )
     if context is not None:
         fuse_fixation(context, fixation, calibration)
     t_ns = rig.clock.now_ns() if fixation.sighting is None else fixation.sighting.left.t_ns
@@ -128,6 +146,7 @@ def judge(
         range_m=math.inf if point is None else float(np.linalg.norm(point)),
         fixation=replace(fixation, sighting=None),  # frees the frames
         off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
+        estimates=tuple(told),
     )
 
 
@@ -168,10 +187,23 @@ def figures(results: list[JudgedClick]) -> Figures:
         "no_answer": sum(r.fixation.basis is None for r in results),
         "states": dict(Counter(r.fixation.state.value for r in results)),
     }
+    found |= _estimate_figures([r for r in results if math.isfinite(r.range_m)])
     for basis in Basis:
         of_basis = [r for r in results if r.fixation.basis is basis]
         found |= _figures_of(basis, of_basis)
     return found | {"doubtful": [_click_record(r) for r in results if _is_doubtful(r)]}
+
+
+def _estimate_figures(results: list[JudgedClick]) -> Figures:
+    """Return the figures of what was told of surfaces before the answers."""
+    sigmas = [abs(value) for result in results for value in result.estimate_sigmas]
+    return {
+        "estimates": len(sigmas),
+        "estimates_within_3_sigma_fraction": float(np.mean([s <= 3.0 for s in sigmas]))
+        if sigmas
+        else math.nan,
+        "estimates_sigmas_median": median(sigmas) if sigmas else math.nan,
+    }
 
 
 def _figures_of(basis: Basis, results: list[JudgedClick]) -> Figures:

@@ -48,7 +48,7 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.surroundings.stated_depth import stated_depth
+from foveacam_pipeline.verge.surroundings.stated_depth import DOUBT_SHARE, stated_depth
 from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
@@ -181,10 +181,14 @@ class SurroundingsEstimator:
         return outcome
 
     def _tell(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
-        """Report the distance as far as it can be inferred until now."""
+        """Report the distance as far as it can be inferred until now, from a part of the border."""
         stated = None if depth.open else depth.stated
-        if stated is not None:
-            self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, *stated))
+        if stated is None:
+            return
+        inverse_z, sigma = stated
+        if not _enclosed(depth, target):
+            sigma = max(sigma, DOUBT_SHARE * inverse_z)
+        self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, inverse_z, sigma))
 
     def _inferred(
         self,
@@ -300,5 +304,11 @@ def _sure(depth: SurroundingDepth, target: NDArray[np.float64]) -> bool:
     if not depth.inferred or depth.inferred[0].probability < ENOUGH_PROBABILITY:
         return False
     best = depth.inferred[0]
-    enough = best.samples >= ENOUGH_SAMPLES and best.sigma_per_m <= ENOUGH_SHARE * best.inverse_z_per_m
-    return enough and best.owned and encloses(depth.samples.tangents - target)
+    exact = best.sigma_per_m <= ENOUGH_SHARE * best.inverse_z_per_m
+    return exact and best.owned and _enclosed(depth, target)
+
+
+def _enclosed(depth: SurroundingDepth, target: NDArray[np.float64]) -> bool:
+    """Return whether what was measured lies all about a target, and enough of it is of its surface."""
+    enough = depth.inferred[0].samples >= ENOUGH_SAMPLES
+    return enough and encloses(depth.samples.tangents - target)
