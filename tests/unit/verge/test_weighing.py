@@ -28,14 +28,14 @@ def _match(
     )
 
 
-def _inferred(inverse_z_per_m: float, *, probability: float, held: bool = True) -> InferredDepth:
+def _inferred(inverse_z_per_m: float, *, probability: float, owned: bool = True) -> InferredDepth:
     return InferredDepth(
         inverse_z_per_m=inverse_z_per_m,
         sigma_per_m=1.0e-3,
         probability=probability,
         samples=4,
-        owned=held,
-        held=held,
+        owned=owned,
+        held=True,
     )
 
 
@@ -48,12 +48,12 @@ def test_a_match_is_plausible_where_a_likely_surface_lies_as_deep_or_nothing_is_
     assert not plausible(_match(0.3), near)  # as deep as an unlikely one
 
 
-def test_only_a_surface_about_the_target_confirms_a_match() -> None:
-    one_sided = (_inferred(0.5, probability=0.9, held=False),)
+def test_only_a_surface_at_the_target_confirms_a_match() -> None:
+    around = (_inferred(0.5, probability=0.9, owned=False),)
 
     assert confirmed(0.5, 1e-3, (_inferred(0.5, probability=0.9),))
     assert not confirmed(0.51, 1e-3, (_inferred(0.5, probability=0.9),))
-    assert not confirmed(0.5, 1e-3, one_sided)
+    assert not confirmed(0.5, 1e-3, around)
     assert not confirmed(0.5, 1e-3, ())  # nothing is known there
 
 

@@ -68,13 +68,12 @@ def plausible(match: EyeMatch, near: tuple[InferredDepth, ...]) -> bool:
 
 
 def confirmed(inverse_z_per_m: float, sigma_per_m: float, near: tuple[InferredDepth, ...]) -> bool:
-    """Return whether a surface about the target, or next to it, is as deep as what one eye shows.
+    """Return whether a surface at the target itself is as deep as what one eye shows.
 
-    Where nothing was measured there, 4 of 12 such depths were of something else; where something was, 1 of
-    165. Of the depths that one eye alone shows of a target's own side of an edge, 3 of 11 were wrong.
+    Of 123 such depths none was wrong; of 61 others 14 were, those among them that only surround the target.
     """
     return any(
-        other.held and abs(inverse_z_per_m - other.inverse_z_per_m) <= _slack(sigma_per_m, other)
+        other.owned and abs(inverse_z_per_m - other.inverse_z_per_m) <= _slack(sigma_per_m, other)
         for other in near
     )
 
