@@ -88,6 +88,10 @@ class LastLook:
     def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
         """Look at the answer; return the place."""
         self.steer(inverse_z_per_m, motion)
+        return self.place(inverse_z_per_m, sigma_per_m, motion)
+
+    def place(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
+        """Return the place of an answer at the time of the last look."""
         last = self._fixation_head.last
         t_ns = self._fixation_head.next_ns if last is None else last.sighting.left.t_ns
         return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)

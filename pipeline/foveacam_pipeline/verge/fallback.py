@@ -48,6 +48,10 @@ from foveacam_pipeline.verge.values import (
     FixationState,
 )
 
+SHOWN_SCORE = 0.5
+"""Least correlation of either fovea with the wide view at the depth that is inferred for a target with
+texture: of 6 inferences below it 5 were wrong, of 25 others 4."""
+
 
 class FallbackEstimator:
     """Answers one target that the closed loop did not verge on."""
@@ -107,7 +111,7 @@ class FallbackEstimator:
         if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
         verged = self._closed_in(depth, loop, ended)
-        return both_foveae(verged) if verged is not None else self._inferred(depth, motion, ended)
+        return both_foveae(verged) if verged is not None else self._inferred(depth, loop, motion, ended)
 
     def _closed_in(
         self, depth: SurroundingDepth, loop: ClosedLoop, ended: FixationEnded
@@ -246,14 +250,19 @@ class FallbackEstimator:
             for one, weight in ranked
         )
 
-    def _inferred(self, depth: SurroundingDepth, motion: TargetMotion, ended: FixationEnded) -> Answer:
+    def _inferred(
+        self, depth: SurroundingDepth, loop: ClosedLoop, motion: TargetMotion, ended: FixationEnded
+    ) -> Answer:
         """Return the answer of the surroundings; limits where they are too vague."""
         stated = depth.stated
         if stated is None:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
-        point = self._last_look.look(*stated, motion)
+        inverse_z, sigma = stated
+        self._last_look.steer(inverse_z, motion)
+        shown = depth.blank or self._shown(inverse_z, loop, motion)
+        point = self._last_look.place(inverse_z, _stated_per_m(inverse_z, sigma, sure=shown), motion)
         alternatives = self._alternatives(depth.inferred, motion)
-        views = self._last_look.views(stated[0], motion, seeing=set(EYES))
+        views = self._last_look.views(inverse_z, motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
             reason=verdict.inferred(point, samples=len(depth.samples), alternatives=len(alternatives)),
@@ -262,6 +271,14 @@ class FallbackEstimator:
             point=point,
             alternatives=alternatives,
         )
+
+    def _shown(self, inverse_z_per_m: float, loop: ClosedLoop, motion: TargetMotion) -> bool:
+        """Return whether the last look shows the target itself where it was inferred to be."""
+        last = self._fixation_head.last
+        if last is None or not loop.templates:
+            return False
+        target = motion.at(last.sighting.left.t_ns)
+        return self._single.best_score(last, loop.templates, target, inverse_z_per_m) >= SHOWN_SCORE
 
     def _alternatives(
         self, inferred: tuple[InferredDepth, ...], motion: TargetMotion

@@ -78,10 +78,8 @@ def test_an_inference_without_a_point_of_its_own_states_the_chance_of_a_gap() ->
     owned = _inferred(0.5, probability=0.95)
     surrounded = replace(owned, owned=False)
 
-    sure, doubtful = (
-        stated_depth((one,), farthest_per_m=0.2, blank_share=0.1) for one in (owned, surrounded)
-    )
-    nothing_behind = stated_depth((surrounded,), farthest_per_m=0.5, blank_share=0.1)
+    sure, doubtful = (stated_depth((one,), farthest_per_m=0.2, blank=True) for one in (owned, surrounded))
+    nothing_behind = stated_depth((surrounded,), farthest_per_m=0.5, blank=True)
 
     assert sure is not None
     assert sure[1] == pytest.approx(owned.sigma_per_m)
@@ -92,19 +90,17 @@ def test_an_inference_without_a_point_of_its_own_states_the_chance_of_a_gap() ->
     assert doubtful[1] == pytest.approx(rms, rel=0.01)
 
 
-@pytest.mark.parametrize(("blank_share", "doubted"), [(0.0, True), (4.0e-4, True), (6.0e-4, False)])
-def test_what_surrounds_a_speck_may_be_something_else(blank_share: float, doubted: bool) -> None:
+@pytest.mark.parametrize("blank", [False, True])
+def test_what_surrounds_a_target_among_textures_may_be_something_else(*, blank: bool) -> None:
     owned = _inferred(0.5, probability=0.95)
     surrounded = replace(owned, owned=False)
 
-    own, around = (
-        stated_depth((one,), farthest_per_m=0.5, blank_share=blank_share) for one in (owned, surrounded)
-    )
+    own, around = (stated_depth((one,), farthest_per_m=0.5, blank=blank) for one in (owned, surrounded))
 
     assert own is not None
     assert own[1] == pytest.approx(owned.sigma_per_m)
     assert around is not None
-    assert around[1] == pytest.approx(DOUBT_SHARE * 0.5 if doubted else owned.sigma_per_m)
+    assert around[1] == pytest.approx(owned.sigma_per_m if blank else DOUBT_SHARE * 0.5)
 
 
 def test_a_large_error_of_depth_is_stated_as_that_to_the_far_side() -> None:

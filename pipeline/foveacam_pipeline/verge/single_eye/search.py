@@ -15,6 +15,7 @@ from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reache
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
+from foveacam_pipeline.verge.matching.register import UNSEEN
 from foveacam_pipeline.verge.matching.support import SURVEY_SCALE, MatchSupport, support_of
 from foveacam_pipeline.verge.matching.survey import (
     ReducedEye,
@@ -43,6 +44,8 @@ ROW_PX = 4.0
 """Largest offset from the expected row, survey px."""
 CENTRED_PX = 0.4
 """A look whose target lies nearer to the centre needs no further one, survey px."""
+THERE_STEPS = 3
+"""A target is shown at a depth when it is found within so many steps of it."""
 ROUNDS = 3
 HALF_SHOWN_SCORE = 0.6
 """Correlation of the foveae with each other from which on they show something in common."""
@@ -161,6 +164,31 @@ class SingleEyeSearch:
                     between_score=self._between(observation, gazes),
                 )
         return None
+
+    def best_score(
+        self,
+        observation: Observation,
+        templates: tuple[WidePatch, ...],
+        target: NDArray[np.float64],
+        inverse_z_per_m: float,
+    ) -> float:
+        """Return how well a look shows a target at one depth: the best correlation, of any patch, either eye.
+
+        `target`: (2,) tangents at the time of the look.
+        """
+        f_px, baseline_m = templates[0].f_px, self._calibration.baseline_m
+        step = STEP_PX / (f_px * 0.5 * baseline_m)
+        reach = THERE_STEPS * step
+        about = np.linspace(inverse_z_per_m - reach, inverse_z_per_m + reach, 2 * THERE_STEPS + 1)
+        scores = [UNSEEN]
+        for role in EYES:
+            eye = self._eye(observation, role, inverse_z_per_m, f_px)
+            for template in templates:
+                profile = profile_of(
+                    eye, role, template, target, inverse_z_per_m=about, baseline_m=baseline_m
+                )
+                scores.append(float(profile.scores.max()))
+        return max(scores)
 
     def beside_edge(self, edge: EyeSighting, target: NDArray[np.float64], frame: Frame) -> BorderDepth | None:
         """Return the depth of what lies behind an edge on the target's side of it; None where none is seen.

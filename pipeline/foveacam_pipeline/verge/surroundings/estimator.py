@@ -48,7 +48,7 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.surroundings.stated_depth import DOUBT_SHARE, stated_depth
+from foveacam_pipeline.verge.surroundings.stated_depth import BLANK_SHARE, DOUBT_SHARE, stated_depth
 from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
@@ -81,11 +81,14 @@ class SurroundingDepth:
     farthest_per_m: float
 
     @property
+    def blank(self) -> bool:
+        """Whether the point lies in a blank region rather than among textures."""
+        return self.region.area_share >= BLANK_SHARE
+
+    @property
     def stated(self) -> tuple[float, float] | None:
         """1/Z and its error as they are stated, 1/m; None where nothing is inferred, or too vaguely."""
-        return stated_depth(
-            self.inferred, farthest_per_m=self.farthest_per_m, blank_share=self.region.area_share
-        )
+        return stated_depth(self.inferred, farthest_per_m=self.farthest_per_m, blank=self.blank)
 
 
 class SurroundingsEstimator:

@@ -22,13 +22,13 @@ VAGUE_SHARE = 0.6
 
 
 def stated_depth(
-    inferred: tuple[InferredDepth, ...], *, farthest_per_m: float, blank_share: float
+    inferred: tuple[InferredDepth, ...], *, farthest_per_m: float, blank: bool
 ) -> tuple[float, float] | None:
     """Return 1/Z and its error, 1/m, of depths that come into question, most probable first.
 
     A doubtful inference states an error that covers all of them, one without a point sure to be of the
     target's surface the chance of a gap. `farthest_per_m`: 1/Z of the farthest that was measured about it.
-    `blank_share`: share of the wide image that the blank region about the target is, 0 where it has texture.
+    `blank`: whether the target lies in a blank region of at least `BLANK_SHARE`, not among textures.
     None: nothing is inferred, or too vaguely.
     """
     if not inferred:
@@ -39,6 +39,6 @@ def stated_depth(
     if not best.owned:
         behind_per_m = max(0.0, best.inverse_z_per_m - farthest_per_m)
         sigma = math.hypot(sigma, math.sqrt(GAP_CHANCE / 3.0) * behind_per_m)
-    held = best.owned or (best.held and blank_share >= BLANK_SHARE)
+    held = best.owned or (best.held and blank)
     sigma = sigma if held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
     return None if sigma > VAGUE_SHARE * best.inverse_z_per_m else (best.inverse_z_per_m, sigma)
