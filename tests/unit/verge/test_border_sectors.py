@@ -34,6 +34,15 @@ def test_one_place_that_differs_does_not_say_what_lies_beyond_an_edge(outlier: f
     assert middle.beyond == pytest.approx(0.972 if outlier else 0.973)
 
 
+def test_what_one_eye_shows_beyond_an_edge_counts_as_well() -> None:
+    by_one = [_edge(0.001 * k, 0.25, beyond=0.98, by_both=False) for k in range(3)]
+
+    (middle,) = middles_by_sector([*by_one, _edge(0.004, 0.25, beyond=0.79)], TARGET)
+
+    assert middle.by_both
+    assert middle.beyond == pytest.approx(0.98)
+
+
 def test_what_is_as_deep_as_no_other_place_does_not_say_what_lies_beyond_the_middle() -> None:
     edge = [_edge(0.001 * k, 0.25, beyond=0.97) for k in range(3)]
 

@@ -20,25 +20,26 @@ def middles_by_sector(found: Collection[BorderDepth], target: NDArray[np.float64
     """Return one place for each direction from the target, (2,) tangents: the middle of those there.
 
     What one eye alone shows counts where both show nothing on that side, and a place beside it is as deep.
-    What lies beyond an edge is compared at each of its places: the middle one has the median.
+    What lies beyond an edge is compared at each of its places, those that one eye shows among them: the
+    middle one has the median.
     """
     groups: dict[int, list[BorderDepth]] = {}
     for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):
         sector = int((turn_rad(np.array(depth.tangents), target) / math.tau + 0.5) * SECTORS) % SECTORS
         groups.setdefault(sector, []).append(depth)
     by_both = {k: [depth for depth in group if depth.by_both] for k, group in groups.items()}
-    counted = [
-        by_both[k] or [depth for depth in group if _goes_on(depth, found)]
+    counted = {
+        k: by_both[k] or [depth for depth in group if _goes_on(depth, found)]
         for k, group in groups.items()
         if by_both[k] or not any(by_both.get((k + side) % SECTORS) for side in (-1, 1))
-    ]
-    return [_middle(group) for group in counted if group]
+    }
+    return [_middle(those, groups[k]) for k, those in counted.items() if those]
 
 
-def _middle(group: list[BorderDepth]) -> BorderDepth:
-    """Return the middle of places that are sorted by depth."""
-    middle = group[len(group) // 2]
-    beyond = [one.beyond for one in group if one.beyond is not None and _as_deep(one, middle)]
+def _middle(counted: list[BorderDepth], there: list[BorderDepth]) -> BorderDepth:
+    """Return the middle of places that are sorted by depth; `there`: all in that direction."""
+    middle = counted[len(counted) // 2]
+    beyond = [one.beyond for one in there if one.beyond is not None and _as_deep(one, middle)]
     return replace(middle, beyond=median(beyond) if beyond else None)
 
 
