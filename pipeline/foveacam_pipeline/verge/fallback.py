@@ -39,7 +39,7 @@ from foveacam_pipeline.verge.single_eye.weighing import (
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, SurroundingsEstimator
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth
-from foveacam_pipeline.verge.surroundings.stated_depth import DOUBT_SHARE, SURE_PROBABILITY
+from foveacam_pipeline.verge.surroundings.stated_depth import SURE_PROBABILITY, error_per_m
 from foveacam_pipeline.verge.values import (
     Alternative,
     Basis,
@@ -168,7 +168,7 @@ class FallbackEstimator:
         sure = len(own.roles) == len(EYES) or confirmed(
             own.inverse_z_per_m, own.sigma_per_m, self._near(loop, motion)
         )
-        sigma = _stated_per_m(own.inverse_z_per_m, own.sigma_per_m, sure=sure)
+        sigma = error_per_m(own.inverse_z_per_m, own.sigma_per_m, sure=sure)
         point = self._last_look.look(own.inverse_z_per_m, sigma, motion)
         views = self._last_look.views(own.inverse_z_per_m, motion, seeing=set(own.roles))
         return Answer(
@@ -197,7 +197,7 @@ class FallbackEstimator:
         behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
         if behind is None:
             return None
-        sigma = _stated_per_m(behind.inverse_z_per_m, behind.sigma_per_m, sure=behind.by_both)
+        sigma = error_per_m(behind.inverse_z_per_m, behind.sigma_per_m, sure=behind.by_both)
         point = self._last_look.look(behind.inverse_z_per_m, sigma, motion)
         views = self._last_look.views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
         return Answer(
@@ -221,7 +221,7 @@ class FallbackEstimator:
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
-        sigma = _stated_per_m(inverse_z, sigma, sure=all(confirmed(*depth, near) for depth in depths))
+        sigma = error_per_m(inverse_z, sigma, sure=all(confirmed(*depth, near) for depth in depths))
         alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
         point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
@@ -260,7 +260,7 @@ class FallbackEstimator:
         inverse_z, sigma = stated
         self._last_look.steer(inverse_z, motion)
         shown = depth.blank or self._shown(inverse_z, loop, motion)
-        point = self._last_look.place(inverse_z, _stated_per_m(inverse_z, sigma, sure=shown), motion)
+        point = self._last_look.place(inverse_z, error_per_m(inverse_z, sigma, sure=shown), motion)
         alternatives = self._alternatives(depth.inferred, motion)
         views = self._last_look.views(inverse_z, motion, seeing=set(EYES))
         return Answer(
@@ -325,11 +325,6 @@ class FallbackEstimator:
             bound=bound,
             alternatives=alternatives,
         )
-
-
-def _stated_per_m(inverse_z_per_m: float, sigma_per_m: float, *, sure: bool) -> float:
-    """Return the error of 1/Z that is stated: much larger where the depth may be that of something else."""
-    return sigma_per_m if sure else max(sigma_per_m, DOUBT_SHARE * inverse_z_per_m)
 
 
 def _span_per_m(within: DistanceRange | None, limits: VergeSettings) -> tuple[float, float]:

@@ -48,7 +48,7 @@ from foveacam_pipeline.verge.surroundings.neighbours import (
     repeats_in_row,
     textured_chances,
 )
-from foveacam_pipeline.verge.surroundings.stated_depth import BLANK_SHARE, DOUBT_SHARE, stated_depth
+from foveacam_pipeline.verge.surroundings.stated_depth import BLANK_SHARE, error_per_m, stated_depth
 from foveacam_pipeline.verge.values import Basis, VergePhase
 
 LOOKS, SECONDS = 20, 4.0
@@ -189,8 +189,7 @@ class SurroundingsEstimator:
         if stated is None:
             return
         inverse_z, sigma = stated
-        if not _enclosed(depth, target):
-            sigma = max(sigma, DOUBT_SHARE * inverse_z)
+        sigma = error_per_m(inverse_z, sigma, sure=_enclosed(depth, target))
         self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, inverse_z, sigma))
 
     def _inferred(

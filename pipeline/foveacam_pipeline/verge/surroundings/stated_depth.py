@@ -39,6 +39,10 @@ def stated_depth(
     if not best.owned:
         behind_per_m = max(0.0, best.inverse_z_per_m - farthest_per_m)
         sigma = math.hypot(sigma, math.sqrt(GAP_CHANCE / 3.0) * behind_per_m)
-    held = best.owned or (best.held and blank)
-    sigma = sigma if held else max(sigma, DOUBT_SHARE * best.inverse_z_per_m)
+    sigma = error_per_m(best.inverse_z_per_m, sigma, sure=best.owned or (best.held and blank))
     return None if sigma > VAGUE_SHARE * best.inverse_z_per_m else (best.inverse_z_per_m, sigma)
+
+
+def error_per_m(inverse_z_per_m: float, sigma_per_m: float, *, sure: bool) -> float:
+    """Return the error of 1/Z that is stated: much larger where the depth may be that of something else."""
+    return sigma_per_m if sure else max(sigma_per_m, DOUBT_SHARE * inverse_z_per_m)
