@@ -1,8 +1,8 @@
-"""`foveacam serve` on a scene of walkers, with what the simulation knows of the first of them in a file.
+"""`foveacam serve` on a scene of walkers, with what the simulation knows of them in a file.
 
 `python -m foveacam_bench.pace.judged_server PORT DATA SCENE LOG` appends a line of JSON every 50 ms: the time
-of the rig's clock, where the wide view shows the walker's chest, how far that is, and whether both foveae
-show it. What is written is read by nobody in the server.
+of the rig's clock, and for each walker where the wide view shows the chest, how far that is, and whether both
+foveae show it. What is written is read by nobody in the server.
 """
 
 import json
@@ -19,13 +19,15 @@ from rich.console import Console
 from foveacam_bench.track.following import CHEST_M
 from foveacam_bench.verge.click_truth import EYES
 from foveacam_hardware.contract import Role
+from foveacam_hardware.sim.scenes.format import SceneObject
 from foveacam_hardware.sim.scenes.motion import pose
 from foveacam_hardware.sim.truth import Truth
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.serving import run_server
 
 PERIOD_S = 0.05
-WALKER = "walker 0"
+WALKER = "walker "
+"""How the name of each begins."""
 _RIG_IS_OPEN = threading.Event()
 
 
@@ -52,12 +54,15 @@ def write_truth(known: list[Truth], log: TextIO) -> None:
 
 def _line(truth: Truth) -> dict[str, object]:
     t_ns = time.monotonic_ns()  # the rig's clock
-    placed = next(one for one in truth.world.animated_scene.file.objects if one.name == WALKER)
+    walkers = [one for one in truth.world.animated_scene.file.objects if one.name.startswith(WALKER)]
+    return {"t_ns": t_ns, "walkers": [_walker(truth, walker, t_ns) for walker in walkers]}
+
+
+def _walker(truth: Truth, placed: SceneObject, t_ns: int) -> dict[str, object]:
     chest = pose(placed, truth.world.scene_s(t_ns))[:3, 3] - np.array([0.0, CHEST_M, 0.0])
     x_px, y_px = truth.wide_pixels(chest[None])[0].tolist()
     range_m = float(np.linalg.norm(chest))
     return {
-        "t_ns": t_ns,
         "x_px": x_px,
         "y_px": y_px,
         "range_m": range_m,
