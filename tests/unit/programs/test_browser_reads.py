@@ -37,6 +37,7 @@ PAGES = {"page", "window", "tab"}
 WAITING = {"expect_value", "settled", "wait_for"}
 """What reads again and again: a reading may stand in a lambda, or in a function, that it is given."""
 ALLOWED = {
+    "conftest.py::pytest_runtest_makereport": "which pages there are when a test has failed",
     "console_page.py::Console.frames": "counts that only grow: reading late waits for one frame more",
     "console_page.py::Tabs._idle_tab": "which server an idle tab is at; no test runs in it",
     "console_page.py::Tabs.release_tab": "which server a test was at; it is over",

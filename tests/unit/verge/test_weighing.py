@@ -54,6 +54,7 @@ def test_only_a_surface_at_the_target_confirms_a_match() -> None:
     assert confirmed(0.5, 1e-3, (_inferred(0.5, probability=0.9),))
     assert not confirmed(0.51, 1e-3, (_inferred(0.5, probability=0.9),))
     assert not confirmed(0.5, 1e-3, around)
+    assert confirmed(0.5, 1e-3, (replace(around[0], samples=8),))  # nothing else is there
     assert not confirmed(0.5, 1e-3, ())  # nothing is known there
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from foveacam_pipeline.verge.single_eye.eye_match import EyeMatch
-from foveacam_pipeline.verge.surroundings.infer import InferredDepth
+from foveacam_pipeline.verge.surroundings.infer import MAX_SAMPLES, InferredDepth
 
 AGREE_SIGMAS = 4.0
 SURE_SCORE = 0.7
@@ -68,12 +68,13 @@ def plausible(match: EyeMatch, near: tuple[InferredDepth, ...]) -> bool:
 
 
 def confirmed(inverse_z_per_m: float, sigma_per_m: float, near: tuple[InferredDepth, ...]) -> bool:
-    """Return whether a surface at the target itself is as deep as what one eye shows.
+    """Return whether a surface at the target, or all that was measured about it, is as deep as an eye shows.
 
-    Of 123 such depths none was wrong; of 61 others 14 were, those among them that only surround the target.
+    Of 197 depths that were confirmed so none was wrong; of 98 others 22 were.
     """
     return any(
-        other.owned and abs(inverse_z_per_m - other.inverse_z_per_m) <= _slack(sigma_per_m, other)
+        (other.owned or (other.held and other.samples >= MAX_SAMPLES))
+        and abs(inverse_z_per_m - other.inverse_z_per_m) <= _slack(sigma_per_m, other)
         for other in near
     )
 

@@ -63,6 +63,12 @@ def badge(page: Page) -> Locator:
     return page.locator("#badges a[href='#/capture']")
 
 
+def order(console: Console, page: Locator, button: str) -> None:
+    """Press a button of the running capture and wait until the server has obeyed: the page says so before."""
+    with console.page.expect_response(lambda answer: answer.request.method == "POST"):
+        outcome(page).get_by_role("button", name=button).click()
+
+
 def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
     rig: Running, gate: threading.Event, open_console: OpenConsole
 ) -> None:
@@ -74,7 +80,7 @@ def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
     part(page, "Capture").get_by_label("Name", exact=True).fill("another")
     start(page)
     expect(page.locator(".above")).to_contain_text("Capture from the page is using the rig", ignore_case=True)
-    outcome(page).get_by_role("button", name="Pause").click()
+    order(console, page, "Pause")
     expect(outcome(page)).to_contain_text("pausing after this point")
     gate.set()
     expect(outcome(page)).to_contain_text("paused: 1 of 4", timeout=PATIENCE_MS)
@@ -96,7 +102,7 @@ def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
     page = four_points(console, "cut off")
     start(page)
     expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
-    outcome(page).get_by_role("button", name="Cancel").click()
+    order(console, page, "Cancel")
     expect(outcome(page)).to_contain_text("cancelling")
     gate.set()
     expect(outcome(page)).to_contain_text("“cut off”: cancelled", timeout=PATIENCE_MS)
