@@ -23,6 +23,9 @@ ABORTED_S = 0.3
 """Longest time in which aborted requests end; the server does not wait for what ignores its cancellation."""
 PING_S = 10.0
 """Interval of the pings of a WebSocket, and longest time of their answers."""
+KEEP_ALIVE_S = 75
+"""Time after which a connection without requests is closed: longer than clients and proxies keep one (httpx
+5 s, nginx 60 s). Else a request that is sent at that moment meets a connection that is being closed."""
 HANDSHAKE_S = 10.0
 """Longest time of a TLS handshake."""
 MESSAGE_BYTES = 2**20
@@ -77,6 +80,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
         ws_ping_interval=PING_S,
         ws_ping_timeout=PING_S,
         ws_max_size=MESSAGE_BYTES,
+        timeout_keep_alive=KEEP_ALIVE_S,
         timeout_graceful_shutdown=GRACE_S + ABORTED_S,  # type: ignore[arg-type]  # handed to asyncio alone
         log_config=None,  # its records go where all others go
         log_level="warning",
