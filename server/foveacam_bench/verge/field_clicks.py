@@ -197,12 +197,12 @@ def figures(results: list[JudgedClick]) -> Figures:
 def _estimate_figures(results: list[JudgedClick]) -> Figures:
     """Return the figures of what was told of surfaces before the answers."""
     sigmas = [abs(value) for result in results for value in result.estimate_sigmas]
+    if not sigmas:
+        return {"estimates": 0}
     return {
         "estimates": len(sigmas),
-        "estimates_within_3_sigma_fraction": float(np.mean([s <= 3.0 for s in sigmas]))
-        if sigmas
-        else math.nan,
-        "estimates_sigmas_median": median(sigmas) if sigmas else math.nan,
+        "estimates_within_3_sigma_fraction": float(np.mean([value <= 3.0 for value in sigmas])),
+        "estimates_sigmas_median": median(sigmas),
     }
 
 

@@ -65,7 +65,7 @@ def badge(page: Page) -> Locator:
 
 def order(console: Console, page: Locator, button: str) -> None:
     """Press a button of the running capture and wait until the server has obeyed: the page says so before."""
-    with console.page.expect_response(lambda answer: answer.request.method == "POST"):
+    with console.page.expect_response(lambda answer: answer.url.endswith(("/cancel", "/pause"))):
         outcome(page).get_by_role("button", name=button).click()
 
 
