@@ -52,7 +52,7 @@ def browser(playwright: Playwright, request: pytest.FixtureRequest) -> Iterator[
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add to the report of a test that fails what its pages show; their tabs are left only afterwards."""
+    """Add what each page shows to the report of a failed test, before the tabs are cleared."""
     report = yield
     browser = item.session.stash.get(_BROWSER, None)
     if report.when == "call" and report.failed and browser is not None:

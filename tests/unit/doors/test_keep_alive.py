@@ -9,7 +9,7 @@ from starlette.routing import Route
 from tests.local_server import serving
 
 CLIENTS_KEEP_S = 5.0
-"""So long many clients keep a connection, and so does uvicorn by default."""
+"""Time for which many clients keep an idle connection; uvicorn's default as well."""
 
 
 def test_a_connection_is_kept_longer_than_clients_keep_it() -> None:

@@ -19,9 +19,9 @@ BESIDE_TAN, BESIDE_SIGMAS = 0.012, 4.0
 def middles_by_sector(found: Collection[BorderDepth], target: NDArray[np.float64]) -> list[BorderDepth]:
     """Return one place for each direction from the target, (2,) tangents: the middle of those there.
 
-    What one eye alone shows counts where both show nothing on that side, and a place beside it is as deep.
-    What lies beyond an edge is compared at each of its places, those that one eye shows among them: the
-    middle one has the median.
+    Places that one eye alone shows are used only where both eyes show none nearby, and where a neighbouring
+    place is as deep. `beyond` of the returned place is the median over all places of its edge, those of one
+    eye included.
     """
     groups: dict[int, list[BorderDepth]] = {}
     for depth in sorted(found, key=lambda depth: depth.inverse_z_per_m):

@@ -19,7 +19,7 @@ export class SetupReader {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_start;
 
-  /** So many changes of the draft were made on this page, and so many of them the server has answered. */
+  /** Number of changes of the draft made on this page, and number of those that the server has answered. */
   changes = { made: 0, sent: 0 };
 
   /** @param {Store} store */
