@@ -24,6 +24,7 @@ const every = setInterval;
 window.setInterval = (run, period_ms, ...rest) =>
   every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
 }</script>"""
+_PACE = Path(__file__).parent / "static" / "js" / "scene" / "drawing_pace.js"
 # Inside the console: hides the docked views, which the console has itself, folds the panel, and hides the
 # bottom sheet, which would cover most of a phone's pane
 _BARE = """<style>
@@ -69,8 +70,14 @@ def viser_page(*, bare: bool = False) -> bytes:
     head, separator, rest = page.partition("<head>")
     if not separator:
         raise PageChanged(f"viser {viser.__version__}: its client page has no <head>")
-    added = _RECONNECT + _STYLE + (_DRAW_SELDOM + _BARE if bare else _THEME)
+    added = _RECONNECT + _STYLE + (_DRAW_SELDOM + _draw_in_steps() + _BARE if bare else _THEME)
     return (head + separator + added + rest).encode()
+
+
+def _draw_in_steps() -> str:
+    """Return the script that spaces out the drawings of a browser that draws in software."""
+    pace = _PACE.read_text(encoding="utf-8")
+    return f'<script type="module">{pace}\npaceDrawing(window);</script>'
 
 
 def viser_subprotocol() -> str:

@@ -301,6 +301,14 @@ def test_the_page_reconnects_without_focus() -> None:
     assert viser_page(bare=True) != viser_page()
 
 
+def test_the_pane_of_the_console_paces_its_drawings_before_viser_starts() -> None:
+    page = viser_page(bare=True).decode()
+    head = page[: page.index("</head>")]
+    assert "paceDrawing(window)" in head
+    assert "data-p=" in head[head.index("paceDrawing(window)") :], "viser's own script comes later"
+    assert "paceDrawing" not in viser_page().decode()
+
+
 def test_label_says_how_a_distance_is_known_unless_both_foveae_measured_it() -> None:
     def text(basis: Basis) -> str:
         where = (0.0, 0.0, 2.0)
