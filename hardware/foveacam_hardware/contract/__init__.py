@@ -17,11 +17,13 @@ from foveacam_hardware.contract.camera_values import (
 )
 from foveacam_hardware.contract.clock import Clock, MonotonicClock, VirtualClock
 from foveacam_hardware.contract.devices import (
+    AheadHead,
     Camera,
     Head,
     Mirrors,
     OneEyedHead,
     PendingExposure,
+    PendingLook,
     TriggerHead,
 )
 from foveacam_hardware.contract.errors import (
@@ -66,6 +68,7 @@ from foveacam_hardware.contract.values import (
 
 __all__ = [
     "PARKED",
+    "AheadHead",
     "AutoMode",
     "Binning",
     "Busy",
@@ -101,6 +104,7 @@ __all__ = [
     "PanTiltPose",
     "PanTiltState",
     "PendingExposure",
+    "PendingLook",
     "PixelFormat",
     "Rail",
     "RailLimits",

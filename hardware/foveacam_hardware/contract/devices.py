@@ -230,6 +230,23 @@ class Head(Protocol):
         ...
 
 
+class PendingLook(Protocol):
+    """A look that has been requested."""
+
+    def result(self) -> Sighting:
+        """Wait for its frames; raise as `Head.look` does."""
+        ...
+
+
+@runtime_checkable
+class AheadHead(Head, Protocol):
+    """A head that looks while its caller works out what the look before has shown."""
+
+    def begin_look(self, volts: StereoVolts) -> PendingLook:
+        """Request a look as `look` makes it, without waiting; requests are carried out in their order."""
+        ...
+
+
 @runtime_checkable
 class OneEyedHead(Head, Protocol):
     """A head that can look while the camera of one fovea is missing."""

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from foveacam_hardware.contract import Clock, Frame, Head, Sighting
+from foveacam_hardware.contract import AheadHead, Clock, Frame, Head, PendingLook, Sighting, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.fovea_match import FoveaReading
+from foveacam_pipeline.track.look_schedule import Claim, LookSchedule
 from foveacam_pipeline.track.target import FollowedTarget, TargetReport
 from foveacam_pipeline.track.watching_head import WatchingHead
 from foveacam_pipeline.verge.aim import aim_at, clamp_gazes, volts_for
@@ -19,62 +20,6 @@ FIRST_LOOK_S = 0.05
 SMOOTHING = 0.2
 WIDE_PERIOD_NS = 100_000_000
 """A wide frame is fetched before a look when the newest one known is older."""
-
-
-LATE = 1.2
-"""With several that are late at once the longest wait is 1.5 turns of equals."""
-STRAY_WEIGHT = 0.5
-"""A target whose place is uncertain by half a fovea's field is preferred by so much of its share."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Claim:
-    """One target's claim to be looked at.
-
-    `priority`: its share of the looks against that of the others, 1 for all alike. `stray`: expected error of
-    its place over half a fovea's field.
-    """
-
-    priority: float = 1.0
-    stray: float = 0.0
-
-
-class LookSchedule:
-    """Keeps what is owed to each target, looks, and for how many looks it has waited.
-
-    With every look each target gains its share of one look, and the one that is looked at pays a whole one.
-    The target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier.
-    Who has waited for longer than `LATE` of its turns goes before all others: none can starve, whatever the
-    others claim.
-    """
-
-    def __init__(self) -> None:
-        self._owed: dict[str, float] = {}
-        self._waited: dict[str, int] = {}
-
-    def choose(self, claims: Mapping[str, Claim]) -> str:
-        """Return the name of the target to look at now; raise ValueError without a claim.
-
-        What is owed to a target that claims nothing now is forgotten.
-        """
-        if not claims:
-            raise ValueError("choose: there is no claim to choose from")
-        total = sum(claim.priority for claim in claims.values())
-        shares = {name: claim.priority / total for name, claim in claims.items()}
-        owed = {name: self._owed.get(name, 0.0) + share for name, share in shares.items()}
-        waited = {name: self._waited.get(name, 0) + 1 for name in claims}
-        turns = {name: waited[name] * share for name, share in shares.items()}
-        urge = {
-            name: owed[name] + STRAY_WEIGHT * shares[name] * min(1.0, claim.stray)
-            for name, claim in claims.items()
-        }
-        chosen = max(turns, key=lambda name: turns[name])
-        if turns[chosen] < LATE:
-            chosen = max(urge, key=lambda name: urge[name])
-        owed[chosen] -= 1.0
-        waited[chosen] = 0
-        self._owed, self._waited = owed, waited
-        return chosen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,6 +35,26 @@ class FollowStep:
     reading: FoveaReading | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _BegunLook:
+    target: FollowedTarget
+    requested_ns: int
+    pending: PendingLook
+
+
+@dataclass(frozen=True, slots=True)
+class _MadeLook:
+    sighting: Sighting
+
+    def result(self) -> Sighting:
+        """Return what was seen."""
+        return self.sighting
+
+
+def _look(head: Head, volts: StereoVolts) -> PendingLook:
+    return head.begin_look(volts) if isinstance(head, AheadHead) else _MadeLook(head.look(volts))
+
+
 class Follower:
     """Shares both foveae among targets; one thread calls it."""
 
@@ -103,6 +68,9 @@ class Follower:
         self._lead_ns = FIRST_LEAD_NS
         self._look_s = FIRST_LOOK_S
         self._last_ns = 0
+        self._turn: FollowedTarget | None = None
+        """The target whose turn is next, where its look must wait for what the one before has shown."""
+        self._begun: _BegunLook | None = None
 
     @property
     def targets(self) -> Mapping[str, FollowedTarget]:
@@ -122,18 +90,29 @@ class Follower:
 
     def remove(self, target_id: str) -> None:
         """Follow a target no more; no effect when there is none of that id."""
-        self._targets.pop(target_id, None)
+        removed = self._targets.pop(target_id, None)
+        if removed is self._turn:
+            self._turn = None
 
     def step(self, head: Head) -> FollowStep:
-        """Look once at the target whose turn it is; with none in reach take a new wide frame alone."""
-        if self._clock.now_ns() - self._wide_ns > WIDE_PERIOD_NS:
-            self._see_wide(head.wide())
-        expected_ns = self._clock.now_ns() + self._lead_ns
-        target = self._chosen(expected_ns)
-        if target is None:
+        """Look once at the target whose turn it is; with none in reach take a new wide frame alone.
+
+        Where the head can, the look at another target begins before this one is measured. Call `finish`
+        before the targets are changed, and before the head is given away.
+        """
+        begun, self._begun = self._begun or self._begin_next(head), None
+        if begun is None:
             self._see_wide(head.wide(max_age_ms=0.0))
             return FollowStep(t_ns=self._clock.now_ns())
-        return self._look_at(head, target, expected_ns)
+        sighting = begun.pending.result()
+        if isinstance(head, AheadHead) and len(self._targets) > 1:
+            self._begin_another(head, begun.target)
+        return self._measured(begun, sighting)
+
+    def finish(self) -> FollowStep | None:
+        """Wait for the look that has begun and measure it; None where none has."""
+        begun, self._begun = self._begun, None
+        return None if begun is None else self._measured(begun, begun.pending.result())
 
     def round(self, head: Head) -> list[FollowStep]:
         """Look once at each target that both eyes reach, one right after the other; return the looks."""
@@ -141,7 +120,8 @@ class Follower:
         for target in self._targets.values():
             expected_ns = self._clock.now_ns() + self._lead_ns
             if target.reachable(expected_ns):
-                steps.append(self._look_at(head, target, expected_ns))
+                begun = self._begin(head, target, expected_ns)
+                steps.append(self._measured(begun, begun.pending.result()))
         return steps
 
     def watching(self, head: Head) -> Head:
@@ -153,31 +133,56 @@ class Follower:
         now_ns = self._clock.now_ns()
         return tuple(target.report(now_ns) for target in self._targets.values())
 
-    def _look_at(self, head: Head, target: FollowedTarget, expected_ns: int) -> FollowStep:
+    def _begin_next(self, head: Head) -> _BegunLook | None:
+        """Begin the look at the target whose turn it is; None where the eyes can look at none."""
+        if self._clock.now_ns() - self._wide_ns > WIDE_PERIOD_NS:
+            self._see_wide(head.wide())
+        expected_ns = self._clock.now_ns() + self._lead_ns
+        target, self._turn = self._turn, None
+        if target is None or not target.reachable(expected_ns):
+            target = self._chosen(expected_ns)
+        return None if target is None else self._begin(head, target, expected_ns)
+
+    def _begin_another(self, head: Head, measured: FollowedTarget) -> None:
+        """Begin the next look, unless it is at the target that is about to be measured."""
+        expected_ns = self._clock.now_ns() + self._lead_ns
+        target = self._chosen(expected_ns, seen=measured)
+        if target is measured:
+            self._turn = target
+        elif target is not None:
+            self._begun = self._begin(head, target, expected_ns)
+
+    def _begin(self, head: Head, target: FollowedTarget, expected_ns: int) -> _BegunLook:
+        """Begin a look at a target; a head that cannot look ahead makes it at once."""
         estimate = target.aim(expected_ns)
         gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
+        volts = volts_for(self._calibration, clamp_gazes(self._calibration, gazes))
         requested_ns = self._clock.now_ns()
-        sighting = head.look(volts_for(self._calibration, clamp_gazes(self._calibration, gazes)))
-        self._lead_ns = max(0, sighting.left.t_ns - requested_ns)
+        return _BegunLook(target=target, requested_ns=requested_ns, pending=_look(head, volts))
+
+    def _measured(self, begun: _BegunLook, sighting: Sighting) -> FollowStep:
+        self._lead_ns = max(0, sighting.left.t_ns - begun.requested_ns)
         self._time(sighting.left.t_ns)
         self._see_wide(sighting.wide)
+        target = begun.target
         reading = target.see_foveae(sighting)
         return FollowStep(
             t_ns=sighting.left.t_ns, target_id=target.target_id, sighting=sighting, reading=reading
         )
 
-    def _chosen(self, t_ns: int) -> FollowedTarget | None:
-        """Return the target whose turn it is; None where the eyes can look at none."""
+    def _chosen(self, t_ns: int, *, seen: FollowedTarget | None = None) -> FollowedTarget | None:
+        """Return the target whose turn it is; None where the eyes can look at none.
+
+        `seen`: one that a look has shown which is not measured yet: its place will be known.
+        """
         reachable = [target for target in self._targets.values() if target.reachable(t_ns)]
         if not reachable:
             return None
         half_field = (self._calibration.fovea_width - 1) / 2.0 / self._calibration.fovea_f_px
-        claims = {
-            target.target_id: Claim(
-                priority=target.priority, stray=target.at(t_ns).direction_sigma / half_field
-            )
-            for target in reachable
-        }
+        claims = {}
+        for target in reachable:
+            stray = 0.0 if target is seen else target.at(t_ns).direction_sigma / half_field
+            claims[target.target_id] = Claim(priority=target.priority, stray=stray)
         return self._targets[self._schedule.choose(claims)]
 
     def _see_wide(self, frame: Frame) -> None:

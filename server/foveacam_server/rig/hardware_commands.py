@@ -120,6 +120,17 @@ class LookProvider(Protocol):
         ...
 
 
+class RequestedLook:
+    """Implements `PendingLook`: the answer of the hardware thread."""
+
+    def __init__(self, answer: "Future[Sighting]") -> None:
+        self._answer = answer
+
+    def result(self) -> Sighting:
+        """Wait for the frames of all three cameras."""
+        return answer_of(self._answer, asked="a look")
+
+
 class ExclusiveHead:
     """Implements `Head` for one job: looks go through the hardware thread, until the job is cancelled."""
 
@@ -132,9 +143,11 @@ class ExclusiveHead:
 
     def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
         """Steer, settle, expose, and return the frames of all three cameras."""
-        self._check()
-        answer = self._looker.look(volts, settle_us=settle_us, one_eyed=self._one_eyed)
-        return answer_of(answer, asked="a look")
+        return self._requested(volts, settle_us).result()
+
+    def begin_look(self, volts: StereoVolts) -> "RequestedLook":
+        """Request a look without waiting for it."""
+        return self._requested(volts, None)
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame."""
@@ -153,6 +166,10 @@ class ExclusiveHead:
         """Run the drive filters at another cut-off; a cancelled job may still set it back."""
         change = self._looker.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
         return answer_of(change, asked="another filter")
+
+    def _requested(self, volts: StereoVolts, settle_us: int | None) -> "RequestedLook":
+        self._check()
+        return RequestedLook(self._looker.look(volts, settle_us=settle_us, one_eyed=self._one_eyed))
 
     def _check(self) -> None:
         if self._cancelled():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foveacam_pipeline.track.follow import Claim, LookSchedule
+from foveacam_pipeline.track.look_schedule import Claim, LookSchedule
 
 
 def simulate(

@@ -1,8 +1,9 @@
 """The job that follows targets: it shares both foveae among them and gives way to other jobs."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -141,7 +142,10 @@ class FollowJob:
             threading.Event().wait(WAIT_S)
             return
         due_ns = 0
-        with hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head:
+        with (
+            hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head,
+            self._finishing(follower),
+        ):
             while self._records and not hardware.use.wanted:
                 context.check()
                 if hardware.halted:
@@ -155,9 +159,24 @@ class FollowJob:
                     due_ns = now_ns + REPORT_PERIOD_NS
                     self._tell(follower, context)
 
+    @contextmanager
+    def _finishing(self, follower: Follower) -> Iterator[None]:
+        """Let a look that has begun end before the rig is given away, whatever came of it."""
+        try:
+            yield
+        finally:
+            with suppress(FoveaError):
+                self._finish(follower)
+
+    def _finish(self, follower: Follower) -> None:
+        if (step := follower.finish()) is not None:
+            self._take(follower, step)
+
     def _take_changes(self, follower: Follower, head: Head) -> None:
         """Let the follower have the targets that it should have."""
         records, changed = self._records.take_changes()
+        if changed or records.keys() != follower.targets.keys():
+            self._finish(follower)
         for follow_id in [one for one in follower.targets if one not in records]:
             follower.remove(follow_id)
         for record in records.values():
@@ -224,6 +243,8 @@ class FollowJob:
     def _take_rounds(self, follower: Follower, head: Head) -> None:
         with self._lock:
             asked, self._rounds = self._rounds, []
+        if asked:
+            self._finish(follower)
         for one in asked:
             if not one.set_running_or_notify_cancel():
                 continue
