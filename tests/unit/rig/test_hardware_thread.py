@@ -9,6 +9,7 @@ from tests.unit.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup,
 
 from foveacam_hardware.contract import (
     PARKED,
+    AheadHead,
     Busy,
     Cancelled,
     DeviceFault,
@@ -69,6 +70,26 @@ def test_live_looks_rest_while_a_job_has_the_rig_and_its_looks_feed_the_views(se
             head.look(THERE)
         assert setup.pictures.counts["left"] == before + 3
     assert hardware.gaze == THERE
+
+
+def test_looks_that_are_begun_ahead_are_made_in_their_order(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    with hardware.session("a job", cancelled=never) as head:
+        assert isinstance(head, AheadHead)
+        hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
+        before = setup.pictures.counts.get("left", 0)
+        begun = [head.begin_look(volts) for volts in (THERE, PARKED)]
+        assert [look.result().volts for look in begun] == [THERE, PARKED]
+        assert setup.pictures.counts["left"] == before + 2
+    assert hardware.gaze == PARKED
+
+
+def test_a_cancelled_session_begins_no_look(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    with hardware.session("a job", cancelled=lambda: True) as head:
+        assert isinstance(head, AheadHead)
+        with pytest.raises(Cancelled):
+            head.begin_look(THERE)
 
 
 def test_second_session_is_refused_and_names_the_first(setup: HardwareSetup) -> None:
