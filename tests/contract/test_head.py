@@ -104,19 +104,26 @@ def test_the_wide_frame_of_a_look_is_not_older_than_the_exposure_and_next_to_it(
         assert 0.0 <= late_ms <= 1000.0 / 30.0 + 1.0
 
 
-def test_the_wide_frame_of_a_look_comes_while_the_first_fovea_is_read(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("reading_ms", "order"),
+    [(5, [Role.LEFT, Role.RIGHT, Role.WIDE]), (60, [Role.LEFT, Role.WIDE, Role.RIGHT])],
+)
+def test_the_wide_frame_is_read_before_the_other_fovea_only_once_it_must_be_there(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, reading_ms: int, order: list[Role]
 ) -> None:
-    delivered: list[Role] = []
+    found: list[Role] = []
     deliver = SimCamera._deliver
 
-    def noted(camera: SimCamera, exposure: CameraExposure) -> Frame:
-        delivered.append(camera.role)
-        return deliver(camera, exposure)
+    def slowly(self: SimCamera, exposure: CameraExposure) -> Frame:
+        found.append(self.role)
+        if self.role is not Role.WIDE:
+            rig.clock.sleep_until_ns(rig.clock.now_ns() + reading_ms * 1_000_000)
+        return deliver(self, exposure)
 
-    monkeypatch.setattr(SimCamera, "_deliver", noted)
-    rig.head.look(PARKED)
-    assert delivered == [Role.LEFT, Role.WIDE, Role.RIGHT]
+    monkeypatch.setattr(SimCamera, "_deliver", slowly)
+    sighting = rig.head.look(both(20.0, 10.0))
+    assert found == order
+    assert sighting.wide.t_ns >= sighting.left.t_ns
 
 
 def test_a_look_tells_what_the_controller_said_of_its_exposure(rig: Rig) -> None:

@@ -125,10 +125,12 @@ class TriggeredHead:
         """Return all cameras' frames of an exposure."""
         first, *others = (camera.role for camera in self._present(missing))
         frames = {first: self.frame_of(first, receipt)}
-        # The wide camera runs freely: its frame comes up to a period later, while the first fovea's is read.
-        # After both foveae a newer one might have replaced it.
-        wides = self._wides_until(receipt.middle_ns(exposure_ns=self._exposure_ns(missing)))
+        middle_ns = receipt.middle_ns(exposure_ns=self._exposure_ns(missing))
+        # The wide camera runs freely: its frame comes up to a period later, and the other fovea is read
+        # meanwhile. Where reading takes long, the wide frame comes first: a newer one would replace it.
+        wides = self._wides_until(middle_ns) if self._clock.now_ns() >= self._wide_by_ns(middle_ns) else []
         frames |= {role: self.frame_of(role, receipt) for role in others}
+        wides = wides or self._wides_until(middle_ns)
         left = frames.get(Role.LEFT) or _black(frames[first], Role.LEFT, receipt.volts.left)
         right = frames.get(Role.RIGHT) or _black(frames[first], Role.RIGHT, receipt.volts.right)
         # the foveae's times come from another clock
@@ -158,6 +160,11 @@ class TriggeredHead:
             frames.append(self._wide.latest(max_age_ms=age_ms))
         self._read_until(frames, until_ns=t_ns)
         return frames
+
+    def _wide_by_ns(self, t_ns: int) -> int:
+        """Return when a wide frame of `t_ns` or later has surely ended its exposure."""
+        settings = self._wide.settings
+        return t_ns + round(1e9 / settings.frame_rate_hz) + settings.exposure_ns
 
     def _read_until(self, wides: list[Frame], *, until_ns: int) -> None:
         """Append wide frames until one is of `until_ns` or later."""
