@@ -240,7 +240,7 @@ class PendingLook(Protocol):
 
 @runtime_checkable
 class AheadHead(Head, Protocol):
-    """A head that looks while its caller works out what the look before has shown."""
+    """A head that can begin the next look while its caller still evaluates the previous one."""
 
     def begin_look(self, volts: StereoVolts) -> PendingLook:
         """Request a look as `look` makes it, without waiting; requests are carried out in their order."""

@@ -69,7 +69,7 @@ class Follower:
         self._look_s = FIRST_LOOK_S
         self._last_ns = 0
         self._turn: FollowedTarget | None = None
-        """The target whose turn is next, where its look must wait for what the one before has shown."""
+        """The next target, where its look has to wait until its previous look is measured."""
         self._begun: _BegunLook | None = None
 
     @property
@@ -173,7 +173,7 @@ class Follower:
     def _chosen(self, t_ns: int, *, seen: FollowedTarget | None = None) -> FollowedTarget | None:
         """Return the target whose turn it is; None where the eyes can look at none.
 
-        `seen`: one that a look has shown which is not measured yet: its place will be known.
+        `seen`: a target whose last look is not measured yet; its position error counts as zero.
         """
         reachable = [target for target in self._targets.values() if target.reachable(t_ns)]
         if not reachable:

@@ -161,7 +161,7 @@ class FollowJob:
 
     @contextmanager
     def _finishing(self, follower: Follower) -> Iterator[None]:
-        """Let a look that has begun end before the rig is given away, whatever came of it."""
+        """Wait for a look that has begun before the rig is given away; an error of that look is dropped."""
         try:
             yield
         finally:

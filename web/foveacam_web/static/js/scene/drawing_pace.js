@@ -14,7 +14,7 @@ const TOUCHED_MS = 1000; // so long after the last touch the view may still turn
  * }} Clock
  */
 
-/** In place of `requestAnimationFrame` and `cancelAnimationFrame`. */
+/** Replaces `requestAnimationFrame` and `cancelAnimationFrame`; delays requests where the browser draws slowly. */
 export class DrawingPace {
   #clock;
   #slow = false;
@@ -60,7 +60,7 @@ export class DrawingPace {
     return this.#drawn_ms + STEP_MS - now_ms;
   }
 
-  /** @param {number} id @param {Draw} draw @param {boolean} follows whether a drawing asked for it: nothing else waits */
+  /** @param {number} id @param {Draw} draw @param {boolean} follows whether a drawing asked for it, so that the time since then is that of drawing */
   #ask(id, draw, follows) {
     const frame = this.#clock.request((now_ms) => {
       this.#cancels.delete(id);
