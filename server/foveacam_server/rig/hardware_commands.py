@@ -132,7 +132,7 @@ class RequestedLook:
 
 
 class ExclusiveHead:
-    """Implements `AheadHead` for one job: looks go through the hardware thread, until the job is cancelled."""
+    """Implements `AheadHead` for one job: looks go through the hardware thread until it is cancelled."""
 
     def __init__(
         self, looker: LookProvider, *, cancelled: Callable[[], bool], one_eyed: bool = False

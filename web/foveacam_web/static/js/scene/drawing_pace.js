@@ -60,7 +60,10 @@ export class DrawingPace {
     return this.#drawn_ms + STEP_MS - now_ms;
   }
 
-  /** @param {number} id @param {Draw} draw @param {boolean} follows whether a drawing asked for it, so that the time since then is that of drawing */
+  /**
+   * @param {number} id @param {Draw} draw
+   * @param {boolean} follows whether a drawing asked for it, so that the time since then is that of drawing
+   */
   #ask(id, draw, follows) {
     const frame = this.#clock.request((now_ms) => {
       this.#cancels.delete(id);
