@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Binning, Role, VirtualClock
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.exposures import ExposureInterval
+from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX
 from foveacam_hardware.sim.presets import RIG120
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.scenes.format import SceneFile
-from foveacam_hardware.sim.world import World
+from foveacam_hardware.sim.world import SETTLED_PX, World
 
 EXPOSURE_NS = 8_000_000
 PICTURES = 48
@@ -73,13 +74,46 @@ def test_what_turns_is_drawn_picture_by_picture(world: World) -> None:
 
 
 @pytest.mark.parametrize("world", [WALK], indirect=True)
+@pytest.mark.parametrize("begins_s", [1.05, 1.8])  # a board passes, and nothing moves but the mirror
+def test_a_mirror_that_comes_to_rest_is_drawn_once_where_it_is_on_the_average(
+    world: World, begins_s: float
+) -> None:
+    taken = exposure(world, begins_s)
+    step_mirrors(world, taken.start_ns - 21_000_000)
+    places_px = eye_places_px(world, taken)
+    assert 0.7 < np.ptp(places_px, axis=0).max() < SETTLED_PX
+    assert np.abs(places_px.mean(axis=0) - places_px[PICTURES // 2]).max() > 0.1  # not that of the middle
+    drawn = count_pictures(world)
+    found = world.radiance(Role.LEFT, taken, channels=1)
+    assert len(drawn) == (1 if begins_s > 1.5 else 0)
+    exact = mean_of_pictures(world, taken, 1)
+    assert rms(found - exact) < 0.002
+    middle = world.animated_scene.radiance(
+        world.projection(Role.LEFT, taken.middle_ns), world.scene_s(taken.middle_ns), channels=1
+    )
+    assert rms(middle - exact) > 3.0 * rms(found - exact)
+
+
+@pytest.mark.parametrize("world", [WALK], indirect=True)
 def test_while_the_mirror_swings_all_is_drawn_picture_by_picture(world: World) -> None:
     drawn, taken = count_pictures(world), exposure(world, 1.05)
-    world.set_rail(world.t0_ns, on=True)
-    world.set_low_pass(world.t0_ns, 240)
-    world.set_codes(taken.start_ns, (40_000, 25_000) * 4)
+    step_mirrors(world, taken.start_ns)
     world.radiance(Role.LEFT, taken, channels=1)
     assert len(drawn) > 1
+
+
+def step_mirrors(world: World, t_ns: int) -> None:
+    """Drive both mirrors by some degrees, to where they rest without a drive."""
+    world.set_rail(world.t0_ns, on=True)
+    world.set_low_pass(world.t0_ns, 240)
+    world.set_codes(world.t0_ns, (40_000, 25_000) * 4)
+    world.set_codes(t_ns, (0,) * 8)
+
+
+def eye_places_px(world: World, taken: ExposureInterval) -> NDArray[np.float64]:
+    """Return where the left eye looks during an exposure, (n, 2) px of the sensor."""
+    tilts_rad = world.mirrors.tilts_rad(Role.LEFT, taken.middles_ns(PICTURES))
+    return 2.0 * FOVEA_FOCAL_PX * tilts_rad
 
 
 def count_pictures(world: World) -> list[float]:
@@ -96,9 +130,11 @@ def count_pictures(world: World) -> list[float]:
 
 
 def mean_of_pictures(world: World, taken: ExposureInterval, binning: Binning) -> NDArray[np.float64]:
-    projection = world.projection(Role.LEFT, taken.middle_ns, binning=binning)
-    times_s = [world.scene_s(t_ns) for t_ns in taken.middles_ns(PICTURES)]
-    pictures = (world.animated_scene.radiance(projection, t_s, channels=1) for t_s in times_s)
+    views = (
+        (world.projection(Role.LEFT, t_ns, binning=binning), world.scene_s(t_ns))
+        for t_ns in taken.middles_ns(PICTURES)
+    )
+    pictures = (world.animated_scene.radiance(view, t_s, channels=1) for view, t_s in views)
     return np.asarray(sum(picture.astype(np.float64) for picture in pictures) / PICTURES)
 
 
