@@ -19,6 +19,7 @@ WIDE_SIGMA_PX = 1.0
 FOVEA_SIGMA_PX = 2.0
 """Error of a direction that a look tells, fovea px; the same for the disparity."""
 BIAS_GAIN = 0.3
+"""Share of the newest look in how far beside the target the image tracker is; the first looks have more."""
 LOST_MISSES = 2
 """After so many looks in a row that do not show it a target counts as lost."""
 AGAIN_SCORE = 0.7
@@ -75,7 +76,7 @@ class FollowedTarget:
         priority: float = 1.0,
         velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """`sighting`, `point_rig_m`: a look that shows it, and its point, m. `wide`: its wide view, grey.
+        """`sighting`, `point_rig_m`: a look that shows it, and its point, m. `wide`: the look's, grey.
 
         `velocity_rig_m_s`: as far as it is known. Raise `OutOfRange` where the wide view about it shows
         nothing that could be followed.
@@ -96,12 +97,11 @@ class FollowedTarget:
             aim_at(calibration, point[:2] / point[2], 1.0 / point[2]),
             inverse_z_per_m=1.0 / point[2],
         )
-        self._bias_px = np.zeros(2)
         self._wide: tuple[int, TrackMatch] | None = None
         self._misses, self._other, self._rests = 0, 0, False
         self._looks, self._hits, self._score = 0, 0, 1.0
         self._last_hit_ns = t_ns
-        self.use_tracker(tracker, wide, t_ns)
+        self.use_tracker(tracker, wide, sighting.wide.t_ns)
 
     def use_tracker(self, kind: TrackerKind, wide: NDArray[np.uint8], t_ns: int) -> None:
         """Change the image tracker: the new one learns the target where it is now.
@@ -113,7 +113,7 @@ class FollowedTarget:
         binning = self._calibration.wide.binning_of(wide.shape)
         tracker = start_tracker(kind, wide, box, binning=binning)
         self._tracker, self.tracker = tracker, kind
-        self._bias_px = np.zeros(2)
+        self._bias_px, self._compared = np.zeros(2), 0
 
     def at(self, t_ns: int) -> PositionEstimate:
         """Return where it is expected at a time."""
@@ -232,14 +232,20 @@ class FollowedTarget:
         self._hits += 1
         self._score, self._last_hit_ns = reading.score, reading.t_ns
         if self._wide is not None:
-            t_ns, match = self._wide
-            beside = np.array([match.x_px, match.y_px]) - self._wide_place(t_ns)
-            off_px = float(np.hypot(*(beside - self._bias_px)))
-            if off_px <= max(self._box_px) / 2:
-                self._bias_px += BIAS_GAIN * (beside - self._bias_px)
-            elif off_px > max(self._box_px):  # it follows another thing
-                self._tracker.refuse()
-                self._wide = None
+            self._compare(*self._wide)
+
+    def _compare(self, t_ns: int, match: TrackMatch) -> None:
+        """Learn how far beside its middle the image tracker holds the target; refuse another thing.
+
+        What the foveae tell alone is compared: the wide view has drawn the other filter to itself.
+        """
+        beside = np.array([match.x_px, match.y_px]) - self._wide_place(t_ns, self._confirmed)
+        if float(np.hypot(*beside)) > max(self._box_px):
+            self._tracker.refuse()
+            self._wide = None
+            return
+        self._compared += 1
+        self._bias_px += max(BIAS_GAIN, 1.0 / self._compared) * (beside - self._bias_px)
 
     def _doubt(self) -> None:
         """Refuse what the image tracker follows where two looks in a row at it do not show the target."""
@@ -262,7 +268,8 @@ class FollowedTarget:
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         return PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
 
-    def _wide_place(self, t_ns: int) -> NDArray[np.float64]:
-        """Return where the wide view should show it, (2,) px."""
-        pixels = self._calibration.wide.pixels(np.arctan(self.at(t_ns).tangents)[None])
+    def _wide_place(self, t_ns: int, known: PositionFilter | None = None) -> NDArray[np.float64]:
+        """Return where the wide view should show it by one of its filters, (2,) px."""
+        tangents = (known or self._filter).at(t_ns).tangents
+        pixels = self._calibration.wide.pixels(np.arctan(tangents)[None])
         return np.asarray(pixels[0], dtype=np.float64)
