@@ -4,6 +4,7 @@ Each eye's picture at survey scale is compared with the target's own picture the
 left against right then gives the disparity. A place in the wide view that looks alike is told by this.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -21,6 +22,8 @@ from foveacam_pipeline.verge.matching.wide_patch import peak, survey_f_px
 HALF_PX = 30
 """Half side of a target's picture, survey px: a quarter of a degree."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
+LOST_RATIOS = (1.0, 0.8, 1.25)
+"""Of 1/Z at which a lost target is looked for: what was hidden comes back nearer or farther, in another size."""
 SAME_SCALE = 0.05
 """Depths that differ by less make no other picture."""
 FOUND_SCORE = 0.6
@@ -76,16 +79,21 @@ class FoveaPicture:
         ]
 
     def find(
-        self, sighting: Sighting, *, inverse_z_per_m: float, least_score: float = FOUND_SCORE
+        self,
+        sighting: Sighting,
+        *,
+        inverse_z_per_m: float,
+        least_score: float = FOUND_SCORE,
+        ratios: Sequence[float] = (1.0,),
     ) -> FoveaReading | None:
         """Return the target in a look; None where it is not there.
 
-        `inverse_z_per_m`: 1/Z of the target as far as it is known. `least_score`: correlation that both eyes
-        must reach, -1 to 1.
+        `inverse_z_per_m`: 1/Z of the target as far as it is known, and `ratios` of it to try. `least_score`:
+        correlation that both eyes must reach, -1 to 1.
         """
         look = reduce_look(sighting, self._calibration, f_px=self._f_px)
         gazes = gazes_under(self._calibration, sighting.volts)
-        scale, found = self._best_scale(look, inverse_z_per_m)
+        scale, found = self._best_scale(look, [inverse_z_per_m * ratio for ratio in ratios])
         if min(score for _, score in found) < least_score:
             return None
         left, right = (place / self._f_px for place, _ in found)
@@ -99,12 +107,12 @@ class FoveaPicture:
         return reading
 
     def _best_scale(
-        self, look: ReducedLook, inverse_z_per_m: float
+        self, look: ReducedLook, tried_per_m: list[float]
     ) -> tuple[float, list[tuple[NDArray[np.float64], float]]]:
-        """Return the scale at which the pictures fit, that expected or that of the last hit; their places."""
-        tried = [inverse_z_per_m, self._last_per_m]
-        if abs(tried[0] / tried[1] - 1.0) < SAME_SCALE:
-            tried.pop()
+        """Return the scale at which the pictures fit, one of those tried or the last hit's; their places."""
+        tried = list(tried_per_m)
+        if all(abs(per_m / self._last_per_m - 1.0) >= SAME_SCALE for per_m in tried):
+            tried.append(self._last_per_m)
         best: tuple[float, list[tuple[NDArray[np.float64], float]]] = (1.0, [])
         for per_m in tried:
             scale = float(np.clip(per_m / self._inverse_z_per_m, LEAST_SCALE, MOST_SCALE))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Sighting
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.track.fovea_match import FOUND_SCORE, FoveaPicture, FoveaReading
+from foveacam_pipeline.track.fovea_match import FOUND_SCORE, LOST_RATIOS, FoveaPicture, FoveaReading
 from foveacam_pipeline.track.image_tracker import TrackBox, TrackerKind, TrackMatch
 from foveacam_pipeline.track.position_filter import PositionEstimate, PositionFilter
 from foveacam_pipeline.track.trackers import start_tracker
@@ -174,6 +174,7 @@ class FollowedTarget:
             sighting,
             inverse_z_per_m=expected.inverse_z_per_m,
             least_score=AGAIN_SCORE if self.lost else FOUND_SCORE,
+            ratios=LOST_RATIOS if self.lost else (1.0,),
         )
         self._looks += 1
         if reading is None or not self._possible(reading):

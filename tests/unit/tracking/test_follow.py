@@ -116,6 +116,24 @@ def test_what_is_hidden_is_told_as_lost_and_found_again_where_it_went_on() -> No
     assert (during, after) == ({FollowState.LOST}, {FollowState.FOLLOWED})
 
 
+@pytest.mark.parametrize("z_m", [5.0, 7.2])
+def test_what_was_hidden_is_found_again_at_another_distance(z_m: float) -> None:
+    head = head_with(lambda t_ns: (0.0, 0.0))
+    follower = Follower(head.calibration, clock=head.clock)
+    follower.add(begin(head))
+    errors_m(head, follower, 5)
+    head.passer_px = lambda t_ns: 700.0
+    while head.clock.now_ns() < 1_000_000_000:
+        follower.step(head)
+    assert follower.reports()[0].state is FollowState.LOST
+    head.z_m, head.passer_px = z_m, lambda t_ns: None
+    for _ in range(10):
+        follower.step(head)
+    report = follower.reports()[0]
+    assert report.state is FollowState.FOLLOWED
+    assert report.estimate.distance_m == pytest.approx(z_m, rel=0.01)
+
+
 def test_what_leaves_the_field_is_told_and_taken_up_again_when_it_is_back() -> None:
     def there_and_back(t_ns: int) -> tuple[float, float]:
         return 0.6 + 0.9 * math.sin(1.5 * t_ns / 1e9), 0.0  # the mirrors reach 1.0 m there
