@@ -9,6 +9,8 @@ from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
 
+from tests.cpu_seconds import CpuSeconds
+
 CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""
 SHARING = ("tests/system/console", "tests/system/api")
@@ -21,9 +23,12 @@ gc.disable()  # until the tests are collected: what is imported stays, and searc
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Offer to run the contracts on a real rig."""
+    """Offer to run the contracts on a real rig, and to count processor time."""
     parser.addoption(
         "--rig", default=None, metavar="FILE", help="run the contracts on the rig of this rig file"
+    )
+    parser.addoption(
+        "--cpu-seconds", default=None, metavar="FILE", help="write the processor time of each file of tests"
     )
 
 
@@ -33,6 +38,8 @@ def pytest_configure(config: pytest.Config) -> None:
     # A moment in which this machine stands still is no failure of an example
     settings.register_profile("busy", deadline=None)
     settings.load_profile("busy")
+    if (path := config.getoption("--cpu-seconds")) is not None:
+        config.pluginmanager.register(CpuSeconds(Path(path).absolute()))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
