@@ -130,7 +130,8 @@ class World:
     ) -> NDArray[np.float32]:
         """Return the mean radiance over an exposure, (h, w) or (h, w, 3) float32, 0..1, at a binning.
 
-        It is rendered once, at the middle, unless the mirror, the rig or an object moves noticeably.
+        It is rendered once, for its middle and the mean tilt of the mirror, unless mirror, rig or an object
+        moves noticeably.
         """
         scene, middle_s = self.animated_scene, self.scene_s(interval.middle_ns)
         middle, swing_px = self._mean_view(role, interval, binning)

@@ -23,7 +23,7 @@ HALF_PX = 30
 """Half side of a target's picture, survey px: a quarter of a degree."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
 LOST_RATIOS = (1.0, 0.8, 1.25)
-"""Of 1/Z at which a lost target is looked for: what was hidden comes back in another size."""
+"""Ratios of 1/Z at which a lost target is looked for: it may return nearer or farther, larger or smaller."""
 SAME_SCALE = 0.05
 """Depths that differ by less make no other picture."""
 FOUND_SCORE = 0.6

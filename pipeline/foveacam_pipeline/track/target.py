@@ -19,7 +19,7 @@ WIDE_SIGMA_PX = 1.0
 FOVEA_SIGMA_PX = 2.0
 """Error of a direction that a look tells, fovea px; the same for the disparity."""
 BIAS_GAIN = 0.3
-"""Share of the newest look in how far beside the target the image tracker is; the first looks have more."""
+"""Weight of the newest look in the mean offset of the image tracker from the target; larger at first."""
 LOST_MISSES = 2
 """After so many looks in a row that do not show it a target counts as lost."""
 AGAIN_SCORE = 0.7
@@ -236,9 +236,9 @@ class FollowedTarget:
             self._compare(*self._wide)
 
     def _compare(self, t_ns: int, match: TrackMatch) -> None:
-        """Learn how far beside its middle the image tracker holds the target; refuse another thing.
+        """Update the image tracker's offset from the target; refuse the match where it is of something else.
 
-        What the foveae tell alone is compared: the wide view has drawn the other filter to itself.
+        The position is that of the foveae alone: the other filter already contains the wide view's error.
         """
         beside = np.array([match.x_px, match.y_px]) - self._wide_place(t_ns, self._confirmed)
         if float(np.hypot(*beside)) > max(self._box_px):
