@@ -17,7 +17,8 @@ _log = logging.getLogger(__name__)
 
 PERIOD_S = 1.0
 HEADERS_S = 10.0
-"""Longest time of a request's line and headers; uvicorn closes an idle kept-alive connection earlier."""
+"""Longest time of a request's line and headers. A kept connection that has sent nothing of its next request
+may wait longer: uvicorn closes it."""
 BODY_S = 120.0
 """Longest time of a request's body."""
 UNREAD_S = 10.0
@@ -95,8 +96,10 @@ def _phase(connection: Connection) -> tuple[str, object]:
     """Return what the peer must send (`headers`, `body` or `nothing`) and the newest request's cycle."""
     if not isinstance(connection, H11Protocol):
         return "nothing", None  # a WebSocket: uvicorn's pings find out whether it is alive
-    awaited = {h11.IDLE: "headers", h11.SEND_BODY: "body"}.get(connection.conn.their_state, "nothing")
-    return awaited, connection.cycle
+    state, cycle = connection.conn.their_state, connection.cycle
+    if state is h11.IDLE and cycle is not None and not connection.conn.trailing_data[0]:
+        return "nothing", cycle  # it has its answer
+    return {h11.IDLE: "headers", h11.SEND_BODY: "body"}.get(state, "nothing"), cycle
 
 
 def _overdue(progress: _Progress, *, now_s: float) -> str | None:

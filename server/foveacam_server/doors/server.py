@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 import resource
 import socket
 import ssl
@@ -9,13 +10,15 @@ from collections.abc import Sequence
 from typing import cast
 
 import uvicorn
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
+
+_log = logging.getLogger("uvicorn.error")  # where uvicorn tells of the errors of requests
 
 GRACE_S = 1.0
 """Time of open requests when the server shuts down: connections are aborted then, requests cancelled."""
@@ -64,6 +67,32 @@ class QuietEnds:
                 raise
 
 
+class KeptConnections:
+    """Logs an error that is raised after its complete answer, and keeps the connection.
+
+    uvicorn would close it, which the client that has its answer learns only from its next request.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or WebSocket."""
+        complete = False
+
+        async def note(message: Message) -> None:
+            nonlocal complete
+            await send(message)
+            complete = message["type"] == "http.response.body" and not message.get("more_body", False)
+
+        try:
+            await self._app(scope, receive, note)
+        except Exception:
+            if not complete:
+                raise
+            _log.exception("Exception in ASGI application")
+
+
 def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvicorn.Config:
     """Return the settings that every server of this project has.
 
@@ -71,7 +100,7 @@ def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvico
     any other peer are ignored.
     """
     return uvicorn.Config(
-        QuietEnds(app),
+        QuietEnds(KeptConnections(app)),
         http="h11",  # whose state the watch reads
         ws=RefusableWebSocket,
         proxy_headers=bool(trusted_proxies),

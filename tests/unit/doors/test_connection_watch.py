@@ -11,6 +11,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from foveacam_server.doors import connection_watch
 from foveacam_server.doors.connection_watch import (
@@ -18,6 +19,7 @@ from foveacam_server.doors.connection_watch import (
     HEADERS_S,
     PERIOD_S,
     UNREAD_S,
+    Connection,
     ConnectionWatch,
 )
 from foveacam_server.doors.listening_socket import listen
@@ -183,6 +185,27 @@ def test_each_request_of_a_kept_connection_has_its_own_time() -> None:
         peer.close()
 
     run(scenario)
+
+
+def test_a_kept_connection_may_wait_for_its_next_request() -> None:
+    async def scenario(running: Running) -> None:
+        peer = await running.connect(REQUEST)
+        loop = asyncio.get_running_loop()
+        await loop.sock_recv(peer, 1000)
+        running.look()
+        assert running.look(later_s=HEADERS_S + 1) == 0
+        await loop.sock_sendall(peer, REQUEST[:-2])
+        await until(lambda: any(_received(connection) for connection in running.server.watched))
+        running.look()
+        assert running.look(later_s=HEADERS_S + 1) == 1
+        peer.close()
+
+    run(scenario)
+
+
+def _received(connection: Connection) -> bool:
+    assert isinstance(connection, H11Protocol)
+    return connection.conn.trailing_data[0] != b""
 
 
 def test_a_peer_that_reads_nothing_loses_its_seat() -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import APIResponse, Locator, Page, Route, expect
 
+from foveacam_hardware.drivers.cameras.aravis import library
+from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_hardware.rig_config import load_rig_config
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
@@ -22,13 +24,25 @@ from . import rig_documents
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 OpenSetup = Callable[..., Console]
+GIGE = "GV-7"
 
 
 @pytest.fixture(scope="module")
 def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """A server whose rig these tests exchange, and whose live views hardly render."""
-    with running(tmp_path_factory.mktemp("data"), live_hz=(0.2, 0.2)) as found:
-        yield server_of(found)
+    """A server whose rig these tests exchange, and whose live views hardly render.
+
+    It finds one network camera only: it takes a picture with each that it finds, and others on this machine
+    belong to tests that run at the same time.
+    """
+
+    def find_own() -> list[FoundCamera]:
+        return [camera for camera in search() if camera.info.serial == GIGE]
+
+    search = library.find_cameras
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(library, "find_cameras", find_own)
+        with running(tmp_path_factory.mktemp("data"), live_hz=(0.2, 0.2)) as found:
+            yield server_of(found)
 
 
 @pytest.fixture
@@ -164,11 +178,11 @@ def test_rig_of_basler_cameras_is_set_up_and_opened(own_server: Server, open_set
 def test_gige_camera_is_found_chosen_opened_and_missed_when_it_leaves(
     own_server: Server, open_setup: OpenSetup
 ) -> None:
-    with fake_program("GV-7") as camera:
+    with fake_program(GIGE) as camera:
         console = open_setup()
         page = console.page
-        give(page, "aravis", "GV-7", "wide")
-        expect(card(page, "aravis", "GV-7").locator("img")).to_be_visible()
+        give(page, "aravis", GIGE, "wide")
+        expect(card(page, "aravis", GIGE).locator("img")).to_be_visible()
         enter(page, "rig_id", "gige")
         page.get_by_label("Left and right expose").select_option("software")
         enter(page, "mirrors-port", "/dev/no-such-port")
@@ -177,11 +191,11 @@ def test_gige_camera_is_found_chosen_opened_and_missed_when_it_leaves(
         open_now(page)
         expect(step(page, "wide")).to_have_class("good")
         expect(step(page, "mirrors")).to_contain_text("/dev/no-such-port")
-        assert own_server.get("/rig")["cameras"][0]["serial"] == "GV-7"
+        assert own_server.get("/rig")["cameras"][0]["serial"] == GIGE
         camera.kill()
-        expect(page.locator("#problems")).to_contain_text("GV-7")
+        expect(page.locator("#problems")).to_contain_text(GIGE)
         page.get_by_role("button", name="Search again").click()
-        expect(page.locator(".role-wide")).to_contain_text("Serial GV-7 is not there")
+        expect(page.locator(".role-wide")).to_contain_text(f"Serial {GIGE} is not there")
         console.errors = [
             error for error in console.errors if "status of 503" not in error
         ]  # its last picture
