@@ -29,9 +29,9 @@ from foveacam_pipeline.study.visibility.observed import REST_NS
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
-from foveacam_server.resources.studies.matching_errors import VERGE, VERGED
-from foveacam_server.resources.studies.recipes import CERTIFICATE
-from foveacam_server.resources.studies.simulated_rigs import pose_setter
+from foveacam_server.resources.studying.studies.matching_errors import VERGE, VERGED
+from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
+from foveacam_server.resources.studying.studies.simulated_rigs import pose_setter
 
 CLICK_SCENE = "bench"
 """The simulated scene that the clicks of `verge_error` fall on."""

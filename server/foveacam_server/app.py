@@ -33,57 +33,57 @@ from foveacam_server.foundation.http.answers import BODY_BYTES, problems
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
-from foveacam_server.resources.archive import routes as archive
-from foveacam_server.resources.batches import routes as batches
-from foveacam_server.resources.calibration_sessions import routes as calibration_sessions
-from foveacam_server.resources.calibrations import routes as calibrations
-from foveacam_server.resources.cameras import preset_routes as camera_presets
-from foveacam_server.resources.cameras import routes as cameras
-from foveacam_server.resources.captures import routes as captures
-from foveacam_server.resources.clouds import depth_routes as depth
-from foveacam_server.resources.clouds import routes as clouds
-from foveacam_server.resources.depth_backends import routes as depth_backends
-from foveacam_server.resources.displays import routes as displays
-from foveacam_server.resources.drift_checks import routes as drift_checks
-from foveacam_server.resources.engine import routes as engine
-from foveacam_server.resources.events import routes as events
-from foveacam_server.resources.faults import routes as faults
-from foveacam_server.resources.fixations import correction_routes as corrections
-from foveacam_server.resources.fixations import routes as fixations
-from foveacam_server.resources.fixations import target_routes as targets
-from foveacam_server.resources.follows import routes as follows
-from foveacam_server.resources.jobs import routes as jobs
-from foveacam_server.resources.lease import routes as lease
-from foveacam_server.resources.loop import routes as loop
-from foveacam_server.resources.measurements import routes as measurements
-from foveacam_server.resources.mirrors import routes as mirrors
-from foveacam_server.resources.mirrors import steering
-from foveacam_server.resources.mosaics import routes as mosaics
-from foveacam_server.resources.people import audit_routes as audit
-from foveacam_server.resources.people import session_routes as session
-from foveacam_server.resources.people import token_routes as service_tokens
-from foveacam_server.resources.people import user_routes as users
-from foveacam_server.resources.planner import routes as planner
-from foveacam_server.resources.positioners import pan_tilt_routes as pan_tilt
-from foveacam_server.resources.positioners import rail_routes as rail
-from foveacam_server.resources.reach import routes as reach
-from foveacam_server.resources.recordings import moment_routes as recording_moments
-from foveacam_server.resources.recordings import routes as recordings
-from foveacam_server.resources.recordings.imports import routes as recording_imports
-from foveacam_server.resources.references import routes as references
-from foveacam_server.resources.retention import routes as retention
-from foveacam_server.resources.rig_setup import routes as rig_setup
-from foveacam_server.resources.rig_state import binning_routes, health_routes
-from foveacam_server.resources.rig_state import routes as rig_state
-from foveacam_server.resources.rigs import routes as rigs
-from foveacam_server.resources.settle_time import routes as settle_time
-from foveacam_server.resources.simulation import routes as simulation
-from foveacam_server.resources.stills import routes as stills
-from foveacam_server.resources.stop import routes as stop
-from foveacam_server.resources.suggestions import routes as suggestions
-from foveacam_server.resources.views import layout_routes as window_layouts
-from foveacam_server.resources.views import routes as views
-from foveacam_server.resources.wide_depth import routes as wide_depth
+from foveacam_server.resources.calibrating.calibrations import routes as calibrations
+from foveacam_server.resources.calibrating.drift_checks import routes as drift_checks
+from foveacam_server.resources.calibrating.sessions import routes as calibration_sessions
+from foveacam_server.resources.capturing.archive import routes as archive
+from foveacam_server.resources.capturing.batches import routes as batches
+from foveacam_server.resources.capturing.captures import routes as captures
+from foveacam_server.resources.capturing.mosaics import routes as mosaics
+from foveacam_server.resources.capturing.recordings import moment_routes as recording_moments
+from foveacam_server.resources.capturing.recordings import routes as recordings
+from foveacam_server.resources.capturing.recordings.imports import routes as recording_imports
+from foveacam_server.resources.capturing.references import routes as references
+from foveacam_server.resources.capturing.retention import routes as retention
+from foveacam_server.resources.capturing.stills import routes as stills
+from foveacam_server.resources.devices.cameras import preset_routes as camera_presets
+from foveacam_server.resources.devices.cameras import routes as cameras
+from foveacam_server.resources.devices.displays import routes as displays
+from foveacam_server.resources.devices.faults import routes as faults
+from foveacam_server.resources.devices.mirrors import routes as mirrors
+from foveacam_server.resources.devices.mirrors import steering
+from foveacam_server.resources.devices.positioners import pan_tilt_routes as pan_tilt
+from foveacam_server.resources.devices.positioners import rail_routes as rail
+from foveacam_server.resources.devices.rig_setup import routes as rig_setup
+from foveacam_server.resources.devices.rig_state import binning_routes, health_routes
+from foveacam_server.resources.devices.rig_state import routes as rig_state
+from foveacam_server.resources.devices.settle_time import routes as settle_time
+from foveacam_server.resources.devices.simulation import routes as simulation
+from foveacam_server.resources.devices.stop import routes as stop
+from foveacam_server.resources.looking.clouds import depth_routes as depth
+from foveacam_server.resources.looking.clouds import routes as clouds
+from foveacam_server.resources.looking.depth_backends import routes as depth_backends
+from foveacam_server.resources.looking.fixations import correction_routes as corrections
+from foveacam_server.resources.looking.fixations import routes as fixations
+from foveacam_server.resources.looking.fixations import target_routes as targets
+from foveacam_server.resources.looking.follows import routes as follows
+from foveacam_server.resources.looking.loop import routes as loop
+from foveacam_server.resources.looking.measurements import routes as measurements
+from foveacam_server.resources.looking.reach import routes as reach
+from foveacam_server.resources.looking.suggestions import routes as suggestions
+from foveacam_server.resources.looking.wide_depth import routes as wide_depth
+from foveacam_server.resources.operating.engine import routes as engine
+from foveacam_server.resources.operating.events import routes as events
+from foveacam_server.resources.operating.jobs import routes as jobs
+from foveacam_server.resources.operating.lease import routes as lease
+from foveacam_server.resources.operating.people import audit_routes as audit
+from foveacam_server.resources.operating.people import session_routes as session
+from foveacam_server.resources.operating.people import token_routes as service_tokens
+from foveacam_server.resources.operating.people import user_routes as users
+from foveacam_server.resources.operating.rigs import routes as rigs
+from foveacam_server.resources.operating.views import layout_routes as window_layouts
+from foveacam_server.resources.operating.views import routes as views
+from foveacam_server.resources.studying.planner import routes as planner
 from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 API = "/api/v1"

@@ -22,18 +22,18 @@ from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.errors import translate_error
 from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.foundation.watching.log_lines import choose_format, configure_logging
-from foveacam_server.resources.archive.cli import app as archive_app
-from foveacam_server.resources.batches.cli import app as batch_app
-from foveacam_server.resources.captures.cli import capture
-from foveacam_server.resources.captures.dataset_cli import app as dataset_app
-from foveacam_server.resources.depth_backends.cli import app as depth_app
-from foveacam_server.resources.displays.cli import app as board_app
-from foveacam_server.resources.learning.cli import app as learn_app
-from foveacam_server.resources.positioners.cli import confirm_zero
-from foveacam_server.resources.recordings.cli import app as recording_app
-from foveacam_server.resources.recordings.cli import record
-from foveacam_server.resources.stills.cli import still
-from foveacam_server.resources.studies.cli import study
+from foveacam_server.resources.capturing.archive.cli import app as archive_app
+from foveacam_server.resources.capturing.batches.cli import app as batch_app
+from foveacam_server.resources.capturing.captures.cli import capture
+from foveacam_server.resources.capturing.captures.dataset_cli import app as dataset_app
+from foveacam_server.resources.capturing.recordings.cli import app as recording_app
+from foveacam_server.resources.capturing.recordings.cli import record
+from foveacam_server.resources.capturing.stills.cli import still
+from foveacam_server.resources.devices.displays.cli import app as board_app
+from foveacam_server.resources.devices.positioners.cli import confirm_zero
+from foveacam_server.resources.looking.depth_backends.cli import app as depth_app
+from foveacam_server.resources.studying.learning.cli import app as learn_app
+from foveacam_server.resources.studying.studies.cli import study
 
 app = typer.Typer(
     name="foveacam",

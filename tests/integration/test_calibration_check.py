@@ -14,7 +14,7 @@ from foveacam_pipeline.calibrate.fit.check_pictures import check_pictures
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 from .marker_room import make_grey
 

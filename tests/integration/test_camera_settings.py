@@ -19,10 +19,10 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.cameras.pair import differences
-from foveacam_server.resources.cameras.records import CameraRecord, CameraRecords
-from foveacam_server.resources.cameras.service import CameraSettingsService
-from foveacam_server.resources.cameras.trigger_test import (
+from foveacam_server.resources.devices.cameras.pair import differences
+from foveacam_server.resources.devices.cameras.records import CameraRecord, CameraRecords
+from foveacam_server.resources.devices.cameras.service import CameraSettingsService
+from foveacam_server.resources.devices.cameras.trigger_test import (
     TriggerProbe,
     TriggerVerdict,
     patience_ms,

@@ -17,16 +17,16 @@ from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import middle_node, nodes_to_return_to
 from foveacam_pipeline.models import Calibration
-from foveacam_server.resources.calibration_sessions.drift_step import close_drift
-from foveacam_server.resources.calibration_sessions.fit_step import compute_fit
-from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
-from foveacam_server.resources.calibration_sessions.options import FitOptions, MirrorsOptions
-from foveacam_server.resources.calibration_sessions.sessions import (
+from foveacam_server.resources.calibrating.sessions.drift_step import close_drift
+from foveacam_server.resources.calibrating.sessions.fit_step import compute_fit
+from foveacam_server.resources.calibrating.sessions.mirrors_step import measure_mirrors
+from foveacam_server.resources.calibrating.sessions.options import FitOptions, MirrorsOptions
+from foveacam_server.resources.calibrating.sessions.sessions import (
     DRIFT,
     CalibrationSession,
     SessionCollection,
 )
-from foveacam_server.resources.calibration_sessions.step_environment import environment_of
+from foveacam_server.resources.calibrating.sessions.step_environment import environment_of
 
 from .marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
 

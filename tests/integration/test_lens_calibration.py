@@ -11,7 +11,7 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.calibrate.wide.fit_fovea import fit_fovea
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
-from foveacam_server.resources.calibration_sessions.lens_step import BOARD
+from foveacam_server.resources.calibrating.sessions.lens_step import BOARD
 
 from .marker_room import changed_room, make_grey
 

@@ -12,7 +12,7 @@ from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 PRESETS = ("rig120", "paper")
 

@@ -13,7 +13,7 @@ from foveacam_pipeline.loop.settings import Gains
 from foveacam_pipeline.loop.split_eyes import MOST_STEP_V, EyeState, SplitEyes, SplitStep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 from .marker_room import make_grey
 

@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 from .marker_room import make_grey
 

@@ -14,7 +14,7 @@ from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.study.localisation.accuracy import aligned
 from foveacam_pipeline.study.localisation.experiment import ExperimentPlan, Pair, run_experiment, slide_to
 from foveacam_pipeline.study.localisation.rail import CENTRE, FOOT_Y_M, SCENE, slots, targets_m
-from foveacam_server.resources.studies.simulated_rigs import FigurineStage, rail_rig
+from foveacam_server.resources.studying.studies.simulated_rigs import FigurineStage, rail_rig
 
 STANDOFF_M = 10.0
 PLAN = ExperimentPlan(standoffs_m=(STANDOFF_M,), slots=2, trials=1)

@@ -40,7 +40,7 @@ from foveacam_pipeline.study.visibility.toy_scene import (
     has_room,
     toy_map,
 )
-from foveacam_server.resources.studies.simulated_rigs import placed_rig, rig_from_scene
+from foveacam_server.resources.studying.studies.simulated_rigs import placed_rig, rig_from_scene
 
 SEEN, TOO_FAR, HIDDEN, TOO_NEAR = (2.5, 2.5), (3.75, 1.25), (-3.75, 3.75), (0.0, 6.25)
 

@@ -28,7 +28,7 @@ from foveacam_server.app import create_app
 from foveacam_server.assembly.services import Services
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.captures.job_watcher import CaptureJobWatcher
+from foveacam_server.resources.capturing.captures.job_watcher import CaptureJobWatcher
 from tests.local_server import serving
 
 from . import server_state

@@ -13,7 +13,7 @@ import pytest
 
 from foveacam_hardware.contract import PARKED, PixelFormat, Role, Sighting, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 from .conftest import API, CENTRE, PATIENCE_S, SELDOM_HZ, Running, missing_rig, running
 

@@ -13,7 +13,7 @@ from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.cli import app
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.stills.collection import HELD
+from foveacam_server.resources.capturing.stills.collection import HELD
 from tests.unit.dataset_scenes import written
 from tests.unit.recordings import record
 

@@ -292,7 +292,7 @@ def test_cameras_are_put_back_when_a_record_does_not_get_its_name(
 
     before = cameras(server)
     with monkeypatch.context() as patched:
-        patched.setattr("foveacam_server.resources.cameras.records.finish_part", refuse)
+        patched.setattr("foveacam_server.resources.devices.cameras.records.finish_part", refuse)
         answer = server.http.patch(f"{API}/cameras/left", json={"gain_db": 5.0, "linked": True})
 
     assert (answer.status_code, answer.json()["type"]) == (507, "/problems/storage-full")

@@ -23,8 +23,8 @@ from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.http.answers import BODY_BYTES
-from foveacam_server.resources.planner import routes
-from foveacam_server.resources.planner.maps import MOST_VERTICES
+from foveacam_server.resources.studying.planner import routes
+from foveacam_server.resources.studying.planner.maps import MOST_VERTICES
 from tests.local_server import serving
 from tests.paper.obstacle_quadrature import success_by_quadrature
 from tests.persons import install_persons

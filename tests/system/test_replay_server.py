@@ -17,7 +17,7 @@ from foveacam_pipeline.capture.recording.session import RecordingSession, RigDes
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.app import create_app
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.rig.replay import open_recording
 from tests.local_server import serving
 from tests.unit.recordings import STREAMS, picture, raw

@@ -13,8 +13,8 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.stills.cli_run import take_on_server
-from foveacam_server.resources.stills.schema import StillRequest
+from foveacam_server.resources.capturing.stills.cli_run import take_on_server
+from foveacam_server.resources.capturing.stills.schema import StillRequest
 
 from .conftest import API, Running, running
 
@@ -212,7 +212,9 @@ def test_a_disk_too_small_is_told_before_anything_is_taken(
     class Usage:
         free = 10_000_000
 
-    monkeypatch.setattr("foveacam_server.resources.stills.service.shutil.disk_usage", lambda _: Usage)
+    monkeypatch.setattr(
+        "foveacam_server.resources.capturing.stills.service.shutil.disk_usage", lambda _: Usage
+    )
     refused = server.post(URL, {})
 
     assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")

@@ -34,12 +34,12 @@ from foveacam_pipeline.study.report.findings import (
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server import cli
 from foveacam_server.foundation import bench_package
-from foveacam_server.resources.studies import recipes as study_recipes
-from foveacam_server.resources.studies import trained_networks
-from foveacam_server.resources.studies.cli import StudyName
-from foveacam_server.resources.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
-from foveacam_server.resources.studies.run import ReportOptions, catch_ctrl_c, run_studies
-from foveacam_server.resources.studies.simulated_rigs import pose_setter
+from foveacam_server.resources.studying.studies import recipes as study_recipes
+from foveacam_server.resources.studying.studies import trained_networks
+from foveacam_server.resources.studying.studies.cli import StudyName
+from foveacam_server.resources.studying.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
+from foveacam_server.resources.studying.studies.run import ReportOptions, catch_ctrl_c, run_studies
+from foveacam_server.resources.studying.studies.simulated_rigs import pose_setter
 
 
 @pytest.fixture(autouse=True)

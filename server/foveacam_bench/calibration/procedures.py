@@ -35,14 +35,14 @@ from foveacam_pipeline.calibrate.drift.check import run_drift_check
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
-from foveacam_server.resources.calibration_sessions.fit_step import compute_fit
-from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
-from foveacam_server.resources.calibration_sessions.options import FitOptions, MirrorsOptions, WideOptions
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.calibration_sessions.step_environment import environment_of
-from foveacam_server.resources.calibration_sessions.turning import turn_to_station
-from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
-from foveacam_server.resources.calibration_sessions.wide_step import measure_wide
+from foveacam_server.resources.calibrating.sessions.fit_step import compute_fit
+from foveacam_server.resources.calibrating.sessions.mirrors_step import measure_mirrors
+from foveacam_server.resources.calibrating.sessions.options import FitOptions, MirrorsOptions, WideOptions
+from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
+from foveacam_server.resources.calibrating.sessions.step_environment import environment_of
+from foveacam_server.resources.calibrating.sessions.turning import turn_to_station
+from foveacam_server.resources.calibrating.sessions.wide_stage import lens_of
+from foveacam_server.resources.calibrating.sessions.wide_step import measure_wide
 
 SEED = 4_711
 JUDGE_SEED = 99

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from foveacam_bench.calibration.procedures import StageTimer, calibrate_rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import save_calibration
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 PRESETS = ("rig120", "paper")
 

@@ -38,8 +38,8 @@ from foveacam_pipeline.capture.run import CaptureReport, run_capture
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.storage.disk import sync_folder
 from foveacam_server.datasets.capture_tools import rig_facts
-from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.captures.begin import CaptureSpec, begin_dataset
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.capturing.captures.begin import CaptureSpec, begin_dataset
 
 EXPOSURE_NS = 5_000_000
 FEW_POINTS, MANY_SCANS = (3, 3), 5

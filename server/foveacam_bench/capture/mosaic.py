@@ -46,7 +46,7 @@ from foveacam_pipeline.capture.mosaic.views import MosaicView
 from foveacam_pipeline.capture.plan import RasterPlan, fill_in_plan, plan_from, point_volts, points_of_plan
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.values import DepthMesh
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_web.glb import write_glb
 
 Floats = NDArray[np.float64]

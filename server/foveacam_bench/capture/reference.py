@@ -42,7 +42,7 @@ from foveacam_pipeline.capture.reference import (
 )
 from foveacam_pipeline.capture.reference.values import ReferenceSample
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 Floats = NDArray[np.float64]
 CERTIFICATE = SHIPPED / "sim-rig120.json"

@@ -32,7 +32,7 @@ from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import PixelTarget
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 SCENE = "bench"

@@ -26,7 +26,7 @@ from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import plane_from_raw, rectify
 from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 MOTORCYCLE_F_PX = 994.978  # its published calibration at quarter size

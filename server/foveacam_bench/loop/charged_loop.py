@@ -12,7 +12,7 @@ from foveacam_hardware.rig import Rig
 from foveacam_pipeline.loop.settings import AXES, LoopSettings
 from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 
 def certificate(preset: str) -> Path:

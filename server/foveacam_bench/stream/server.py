@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors.listening_socket import listen
-from foveacam_server.resources.views import routes
+from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig import stream_messages
 from foveacam_server.rig.encoder import Scale
 from foveacam_server.rig.frame_hub import FrameHub

@@ -26,7 +26,7 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 SCENES = ("bench", "street")

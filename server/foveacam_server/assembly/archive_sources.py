@@ -6,14 +6,14 @@ from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.storage.archive import ArchiveItem
 from foveacam_server.datasets.collection import readable_dataset
 from foveacam_server.datasets.drawings import capture_picture
-from foveacam_server.resources.captures.schema import CaptureDocument
-from foveacam_server.resources.captures.service import CaptureService
-from foveacam_server.resources.recordings.notes import layout_path, notes_path
-from foveacam_server.resources.recordings.schema import RecordingDocument
-from foveacam_server.resources.recordings.service import RecordingService
-from foveacam_server.resources.stills.collection import StillState
-from foveacam_server.resources.stills.schema import StillDocument
-from foveacam_server.resources.stills.service import StillService
+from foveacam_server.resources.capturing.captures.schema import CaptureDocument
+from foveacam_server.resources.capturing.captures.service import CaptureService
+from foveacam_server.resources.capturing.recordings.notes import layout_path, notes_path
+from foveacam_server.resources.capturing.recordings.schema import RecordingDocument
+from foveacam_server.resources.capturing.recordings.service import RecordingService
+from foveacam_server.resources.capturing.stills.collection import StillState
+from foveacam_server.resources.capturing.stills.schema import StillDocument
+from foveacam_server.resources.capturing.stills.service import StillService
 
 
 class CaptureArchiveSource:

@@ -13,18 +13,18 @@ from foveacam_server.assembly.first_services import SharedServices, live_rates
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.datasets.collection import CAPTURES
 from foveacam_server.datasets.derived_products import DerivedProductTools
-from foveacam_server.resources.archive.service import ArchiveService
-from foveacam_server.resources.batches.service import BatchService
-from foveacam_server.resources.captures.service import CaptureService
-from foveacam_server.resources.depth_backends.service import DepthBackendService
-from foveacam_server.resources.mosaics.service import MosaicService
-from foveacam_server.resources.recordings.collection import RECORDINGS
-from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
-from foveacam_server.resources.references.service import ReferenceService
-from foveacam_server.resources.retention.rules import RetentionSource, Sources
-from foveacam_server.resources.retention.service import RetentionService
-from foveacam_server.resources.stills.collection import STILLS
-from foveacam_server.resources.stills.service import StillService
+from foveacam_server.resources.capturing.archive.service import ArchiveService
+from foveacam_server.resources.capturing.batches.service import BatchService
+from foveacam_server.resources.capturing.captures.service import CaptureService
+from foveacam_server.resources.capturing.mosaics.service import MosaicService
+from foveacam_server.resources.capturing.recordings.collection import RECORDINGS
+from foveacam_server.resources.capturing.recordings.service import RecordingService, RecordingTools
+from foveacam_server.resources.capturing.references.service import ReferenceService
+from foveacam_server.resources.capturing.retention.rules import RetentionSource, Sources
+from foveacam_server.resources.capturing.retention.service import RetentionService
+from foveacam_server.resources.capturing.stills.collection import STILLS
+from foveacam_server.resources.capturing.stills.service import StillService
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,20 +6,20 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.assembly.first_services import SharedServices
 from foveacam_server.datasets.collection import CaptureCollection
-from foveacam_server.resources.clouds.collection import CLOUDS, CloudCollection
-from foveacam_server.resources.clouds.shapes import ShapeWorker
-from foveacam_server.resources.depth_backends.service import DepthBackendService
-from foveacam_server.resources.fixations.retained import RetainedLooks
-from foveacam_server.resources.fixations.service import FixationService, FixationTools
-from foveacam_server.resources.follows.follow_job import FollowTools
-from foveacam_server.resources.follows.rounds import FollowRounds, RoundTools
-from foveacam_server.resources.follows.service import FollowService
-from foveacam_server.resources.loop.service import LoopService, LoopTools
-from foveacam_server.resources.measurements.point_finder import ShownViews
-from foveacam_server.resources.measurements.service import MeasurementService, MeasuringTools
-from foveacam_server.resources.retention.rules import Sources, look_sources
-from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
-from foveacam_server.resources.wide_depth.service import WideDepthService, WideDepthTools
+from foveacam_server.resources.capturing.retention.rules import Sources, look_sources
+from foveacam_server.resources.looking.clouds.collection import CLOUDS, CloudCollection
+from foveacam_server.resources.looking.clouds.shapes import ShapeWorker
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
+from foveacam_server.resources.looking.fixations.retained import RetainedLooks
+from foveacam_server.resources.looking.fixations.service import FixationService, FixationTools
+from foveacam_server.resources.looking.follows.follow_job import FollowTools
+from foveacam_server.resources.looking.follows.rounds import FollowRounds, RoundTools
+from foveacam_server.resources.looking.follows.service import FollowService
+from foveacam_server.resources.looking.loop.service import LoopService, LoopTools
+from foveacam_server.resources.looking.measurements.point_finder import ShownViews
+from foveacam_server.resources.looking.measurements.service import MeasurementService, MeasuringTools
+from foveacam_server.resources.looking.wide_depth.context_keeper import ContextKeeper
+from foveacam_server.resources.looking.wide_depth.service import WideDepthService, WideDepthTools
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

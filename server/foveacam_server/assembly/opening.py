@@ -27,33 +27,33 @@ from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
-from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
-from foveacam_server.resources.calibration_sessions.runs import CalibrationJobTools
-from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.calibrations.records import CalibrationRecords
-from foveacam_server.resources.cameras.presets import CameraPreset, CameraPresets
-from foveacam_server.resources.cameras.trigger_tests import TriggerTests
-from foveacam_server.resources.captures import estimates
-from foveacam_server.resources.depth_backends.comparison import BackendComparisons
-from foveacam_server.resources.depth_backends.service import DepthBackendService
-from foveacam_server.resources.displays.service import PatternDisplayService
-from foveacam_server.resources.drift_checks.service import DriftChecks
-from foveacam_server.resources.engine.process_files import ProcessFiles
-from foveacam_server.resources.engine.service import EngineParts, EngineService
-from foveacam_server.resources.faults.service import FaultService
-from foveacam_server.resources.planner import computations as planner
-from foveacam_server.resources.positioners.pan_tilt import PanTiltService
-from foveacam_server.resources.positioners.rail import RailService
-from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
-from foveacam_server.resources.rig_setup.pictures import CameraPictures
-from foveacam_server.resources.rig_setup.service import RigSetupService
-from foveacam_server.resources.rigs.announcements import open_announcements
-from foveacam_server.resources.rigs.rig_list import read_rig_list
-from foveacam_server.resources.rigs.service import RigDirectory
-from foveacam_server.resources.suggestions.service import SuggestionService
-from foveacam_server.resources.views.layout_routes import WindowLayout
-from foveacam_server.resources.views.scene_follower import RigGaze, SceneFollower
+from foveacam_server.resources.calibrating.calibrations.records import CalibrationRecords
+from foveacam_server.resources.calibrating.drift_checks.service import DriftChecks
+from foveacam_server.resources.calibrating.sessions.descriptions import SessionReader
+from foveacam_server.resources.calibrating.sessions.runs import CalibrationJobTools
+from foveacam_server.resources.calibrating.sessions.service import CalibrationSessionService
+from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
+from foveacam_server.resources.capturing.captures import estimates
+from foveacam_server.resources.devices.cameras.presets import CameraPreset, CameraPresets
+from foveacam_server.resources.devices.cameras.trigger_tests import TriggerTests
+from foveacam_server.resources.devices.displays.service import PatternDisplayService
+from foveacam_server.resources.devices.faults.service import FaultService
+from foveacam_server.resources.devices.positioners.pan_tilt import PanTiltService
+from foveacam_server.resources.devices.positioners.rail import RailService
+from foveacam_server.resources.devices.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.devices.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.devices.rig_setup.service import RigSetupService
+from foveacam_server.resources.looking.depth_backends.comparison import BackendComparisons
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
+from foveacam_server.resources.looking.suggestions.service import SuggestionService
+from foveacam_server.resources.operating.engine.process_files import ProcessFiles
+from foveacam_server.resources.operating.engine.service import EngineParts, EngineService
+from foveacam_server.resources.operating.rigs.announcements import open_announcements
+from foveacam_server.resources.operating.rigs.rig_list import read_rig_list
+from foveacam_server.resources.operating.rigs.service import RigDirectory
+from foveacam_server.resources.operating.views.layout_routes import WindowLayout
+from foveacam_server.resources.operating.views.scene_follower import RigGaze, SceneFollower
+from foveacam_server.resources.studying.planner import computations as planner
 from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.stop import StopSwitch
 

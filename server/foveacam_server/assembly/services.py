@@ -13,44 +13,44 @@ from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.archive.service import ArchiveService
-from foveacam_server.resources.batches.service import BatchService
-from foveacam_server.resources.calibration_sessions.service import CalibrationSessionService
-from foveacam_server.resources.calibrations.records import CalibrationRecords
-from foveacam_server.resources.calibrations.service import CalibrationService
-from foveacam_server.resources.cameras.presets import CameraPresets
-from foveacam_server.resources.cameras.service import CameraSettingsService
-from foveacam_server.resources.cameras.trigger_tests import TriggerTests
-from foveacam_server.resources.captures.service import CaptureService
-from foveacam_server.resources.clouds.collection import CloudCollection
-from foveacam_server.resources.depth_backends.comparison import BackendComparisons
-from foveacam_server.resources.depth_backends.service import DepthBackendService
-from foveacam_server.resources.displays.service import PatternDisplayService
-from foveacam_server.resources.drift_checks.service import DriftChecks
-from foveacam_server.resources.engine.service import EngineService
-from foveacam_server.resources.faults.service import FaultService
-from foveacam_server.resources.fixations.service import FixationService
-from foveacam_server.resources.follows.rounds import FollowRounds
-from foveacam_server.resources.follows.service import FollowService
-from foveacam_server.resources.loop.service import LoopService
-from foveacam_server.resources.measurements.service import MeasurementService
-from foveacam_server.resources.mosaics.service import MosaicService
-from foveacam_server.resources.positioners.pan_tilt import PanTiltService
-from foveacam_server.resources.positioners.rail import RailService
-from foveacam_server.resources.recordings.service import RecordingService
-from foveacam_server.resources.references.service import ReferenceService
-from foveacam_server.resources.retention.service import RetentionService
-from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
-from foveacam_server.resources.rig_setup.pictures import CameraPictures
-from foveacam_server.resources.rig_setup.service import RigSetupService
-from foveacam_server.resources.rigs.service import RigDirectory
-from foveacam_server.resources.settle_time.service import SettleTimeService
-from foveacam_server.resources.stills.service import StillService
-from foveacam_server.resources.suggestions.service import SuggestionService
-from foveacam_server.resources.views.layout_routes import WindowLayout
-from foveacam_server.resources.views.live_stereo import LiveStereo
-from foveacam_server.resources.views.overlay import GazeOverlay
-from foveacam_server.resources.wide_depth.service import WideDepthService
+from foveacam_server.resources.calibrating.calibrations.records import CalibrationRecords
+from foveacam_server.resources.calibrating.calibrations.service import CalibrationService
+from foveacam_server.resources.calibrating.drift_checks.service import DriftChecks
+from foveacam_server.resources.calibrating.sessions.service import CalibrationSessionService
+from foveacam_server.resources.capturing.archive.service import ArchiveService
+from foveacam_server.resources.capturing.batches.service import BatchService
+from foveacam_server.resources.capturing.captures.service import CaptureService
+from foveacam_server.resources.capturing.mosaics.service import MosaicService
+from foveacam_server.resources.capturing.recordings.service import RecordingService
+from foveacam_server.resources.capturing.references.service import ReferenceService
+from foveacam_server.resources.capturing.retention.service import RetentionService
+from foveacam_server.resources.capturing.stills.service import StillService
+from foveacam_server.resources.devices.cameras.presets import CameraPresets
+from foveacam_server.resources.devices.cameras.service import CameraSettingsService
+from foveacam_server.resources.devices.cameras.trigger_tests import TriggerTests
+from foveacam_server.resources.devices.displays.service import PatternDisplayService
+from foveacam_server.resources.devices.faults.service import FaultService
+from foveacam_server.resources.devices.positioners.pan_tilt import PanTiltService
+from foveacam_server.resources.devices.positioners.rail import RailService
+from foveacam_server.resources.devices.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.devices.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.devices.rig_setup.service import RigSetupService
+from foveacam_server.resources.devices.settle_time.service import SettleTimeService
+from foveacam_server.resources.looking.clouds.collection import CloudCollection
+from foveacam_server.resources.looking.depth_backends.comparison import BackendComparisons
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
+from foveacam_server.resources.looking.fixations.service import FixationService
+from foveacam_server.resources.looking.follows.rounds import FollowRounds
+from foveacam_server.resources.looking.follows.service import FollowService
+from foveacam_server.resources.looking.loop.service import LoopService
+from foveacam_server.resources.looking.measurements.service import MeasurementService
+from foveacam_server.resources.looking.suggestions.service import SuggestionService
+from foveacam_server.resources.looking.wide_depth.service import WideDepthService
+from foveacam_server.resources.operating.engine.service import EngineService
+from foveacam_server.resources.operating.rigs.service import RigDirectory
+from foveacam_server.resources.operating.views.layout_routes import WindowLayout
+from foveacam_server.resources.operating.views.live_stereo import LiveStereo
+from foveacam_server.resources.operating.views.overlay import GazeOverlay
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import SceneViewer
@@ -122,54 +122,54 @@ class Services:
 
 
 if TYPE_CHECKING:
-    from foveacam_server.resources.archive.routes import ArchiveRouteServices
-    from foveacam_server.resources.batches.routes import BatchRouteServices
-    from foveacam_server.resources.calibration_sessions.routes import CalibrationSessionRouteServices
-    from foveacam_server.resources.calibrations.routes import CalibrationRouteServices
-    from foveacam_server.resources.cameras.preset_routes import CameraPresetRouteServices
-    from foveacam_server.resources.cameras.routes import CameraRouteServices
-    from foveacam_server.resources.captures.routes import CaptureRouteServices
-    from foveacam_server.resources.clouds.depth_routes import DepthRouteServices
-    from foveacam_server.resources.clouds.routes import CloudRouteServices
-    from foveacam_server.resources.depth_backends.routes import DepthBackendRouteServices
-    from foveacam_server.resources.displays.routes import DisplayRouteServices
-    from foveacam_server.resources.drift_checks.routes import DriftCheckRouteServices
-    from foveacam_server.resources.engine.routes import EngineRouteServices
-    from foveacam_server.resources.events.routes import EventRouteServices
-    from foveacam_server.resources.faults.routes import FaultRouteServices
-    from foveacam_server.resources.fixations.correction_routes import CorrectionRouteServices
-    from foveacam_server.resources.fixations.routes import FixationRouteServices
-    from foveacam_server.resources.fixations.target_routes import TargetRouteServices
-    from foveacam_server.resources.follows.routes import FollowRouteServices
-    from foveacam_server.resources.jobs.routes import JobRouteServices
-    from foveacam_server.resources.lease.routes import LeaseRouteServices
-    from foveacam_server.resources.loop.routes import LoopRouteServices
-    from foveacam_server.resources.measurements.routes import MeasurementRouteServices
-    from foveacam_server.resources.mirrors.routes import MirrorRouteServices
-    from foveacam_server.resources.mosaics.routes import MosaicRouteServices
-    from foveacam_server.resources.people.audit_routes import AuditRouteServices
-    from foveacam_server.resources.people.session_routes import SessionRouteServices
-    from foveacam_server.resources.people.token_routes import TokenRouteServices
-    from foveacam_server.resources.people.user_routes import UserRouteServices
-    from foveacam_server.resources.planner.routes import PlannerRouteServices
-    from foveacam_server.resources.positioners.pan_tilt_routes import PanTiltRouteServices
-    from foveacam_server.resources.positioners.rail_routes import RailRouteServices
-    from foveacam_server.resources.reach.routes import ReachRouteServices
-    from foveacam_server.resources.recordings.routes import RecordingRouteServices
-    from foveacam_server.resources.references.routes import ReferenceRouteServices
-    from foveacam_server.resources.retention.routes import RetentionRouteServices
-    from foveacam_server.resources.rig_setup.routes import RigSetupRouteServices
-    from foveacam_server.resources.rig_state.binning_routes import BinningRouteServices
-    from foveacam_server.resources.rig_state.health_routes import HealthRouteServices
-    from foveacam_server.resources.rig_state.routes import RigRouteServices
-    from foveacam_server.resources.rigs.routes import RigListServices
-    from foveacam_server.resources.settle_time.routes import SettleTimeRouteServices
-    from foveacam_server.resources.simulation.routes import SimulationRouteServices
-    from foveacam_server.resources.stills.routes import StillRouteServices
-    from foveacam_server.resources.stop.routes import StopRouteServices
-    from foveacam_server.resources.suggestions.routes import SuggestionRouteServices
-    from foveacam_server.resources.views.layout_routes import WindowLayoutRouteServices
-    from foveacam_server.resources.wide_depth.routes import WideDepthRouteServices
+    from foveacam_server.resources.calibrating.calibrations.routes import CalibrationRouteServices
+    from foveacam_server.resources.calibrating.drift_checks.routes import DriftCheckRouteServices
+    from foveacam_server.resources.calibrating.sessions.routes import CalibrationSessionRouteServices
+    from foveacam_server.resources.capturing.archive.routes import ArchiveRouteServices
+    from foveacam_server.resources.capturing.batches.routes import BatchRouteServices
+    from foveacam_server.resources.capturing.captures.routes import CaptureRouteServices
+    from foveacam_server.resources.capturing.mosaics.routes import MosaicRouteServices
+    from foveacam_server.resources.capturing.recordings.routes import RecordingRouteServices
+    from foveacam_server.resources.capturing.references.routes import ReferenceRouteServices
+    from foveacam_server.resources.capturing.retention.routes import RetentionRouteServices
+    from foveacam_server.resources.capturing.stills.routes import StillRouteServices
+    from foveacam_server.resources.devices.cameras.preset_routes import CameraPresetRouteServices
+    from foveacam_server.resources.devices.cameras.routes import CameraRouteServices
+    from foveacam_server.resources.devices.displays.routes import DisplayRouteServices
+    from foveacam_server.resources.devices.faults.routes import FaultRouteServices
+    from foveacam_server.resources.devices.mirrors.routes import MirrorRouteServices
+    from foveacam_server.resources.devices.positioners.pan_tilt_routes import PanTiltRouteServices
+    from foveacam_server.resources.devices.positioners.rail_routes import RailRouteServices
+    from foveacam_server.resources.devices.rig_setup.routes import RigSetupRouteServices
+    from foveacam_server.resources.devices.rig_state.binning_routes import BinningRouteServices
+    from foveacam_server.resources.devices.rig_state.health_routes import HealthRouteServices
+    from foveacam_server.resources.devices.rig_state.routes import RigRouteServices
+    from foveacam_server.resources.devices.settle_time.routes import SettleTimeRouteServices
+    from foveacam_server.resources.devices.simulation.routes import SimulationRouteServices
+    from foveacam_server.resources.devices.stop.routes import StopRouteServices
+    from foveacam_server.resources.looking.clouds.depth_routes import DepthRouteServices
+    from foveacam_server.resources.looking.clouds.routes import CloudRouteServices
+    from foveacam_server.resources.looking.depth_backends.routes import DepthBackendRouteServices
+    from foveacam_server.resources.looking.fixations.correction_routes import CorrectionRouteServices
+    from foveacam_server.resources.looking.fixations.routes import FixationRouteServices
+    from foveacam_server.resources.looking.fixations.target_routes import TargetRouteServices
+    from foveacam_server.resources.looking.follows.routes import FollowRouteServices
+    from foveacam_server.resources.looking.loop.routes import LoopRouteServices
+    from foveacam_server.resources.looking.measurements.routes import MeasurementRouteServices
+    from foveacam_server.resources.looking.reach.routes import ReachRouteServices
+    from foveacam_server.resources.looking.suggestions.routes import SuggestionRouteServices
+    from foveacam_server.resources.looking.wide_depth.routes import WideDepthRouteServices
+    from foveacam_server.resources.operating.engine.routes import EngineRouteServices
+    from foveacam_server.resources.operating.events.routes import EventRouteServices
+    from foveacam_server.resources.operating.jobs.routes import JobRouteServices
+    from foveacam_server.resources.operating.lease.routes import LeaseRouteServices
+    from foveacam_server.resources.operating.people.audit_routes import AuditRouteServices
+    from foveacam_server.resources.operating.people.session_routes import SessionRouteServices
+    from foveacam_server.resources.operating.people.token_routes import TokenRouteServices
+    from foveacam_server.resources.operating.people.user_routes import UserRouteServices
+    from foveacam_server.resources.operating.rigs.routes import RigListServices
+    from foveacam_server.resources.operating.views.layout_routes import WindowLayoutRouteServices
+    from foveacam_server.resources.studying.planner.routes import PlannerRouteServices
 
     def _check_route_services(services: Services) -> None:
         """Let the type checker verify that the services of every route are opened."""

@@ -20,7 +20,7 @@ from foveacam_server.commands.options import (
     parse_pair,
 )
 from foveacam_server.foundation.plain_words import validated
-from foveacam_server.resources.calibration_sessions import options as of_step
+from foveacam_server.resources.calibrating.sessions import options as of_step
 
 app = typer.Typer(
     name="calibrate",
@@ -273,8 +273,8 @@ def settle_time(
     from foveacam_server.commands.calibrate_runs import find_session
     from foveacam_server.commands.calibration_data import open_data
     from foveacam_server.commands.rig import RigChoice
-    from foveacam_server.resources.calibration_sessions.descriptions import measured_time
-    from foveacam_server.resources.settle_time.schema import SettleTimeDocument
+    from foveacam_server.resources.calibrating.sessions.descriptions import measured_time
+    from foveacam_server.resources.devices.settle_time.schema import SettleTimeDocument
 
     if apply and rig_file:
         raise InvalidInput("settle-time: --apply and --rig-file exclude each other; give one of them")
@@ -309,7 +309,7 @@ def _run_with_board(
 ) -> None:
     """Run a step that looks at a board, in the session or a new one: with the rig, or on images."""
     from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session, run_on_images
-    from foveacam_server.resources.calibration_sessions.wide_step import ImageFolder
+    from foveacam_server.resources.calibrating.sessions.wide_step import ImageFolder
 
     chosen = SessionChoice(session=session, label=label, begin=True)
     if images is None:

@@ -71,8 +71,8 @@ def report(
 ) -> None:
     """Write a calibration's report as one HTML page: measured values beside the paper's."""
     from foveacam_server.commands.calibration_data import CalibrationData
-    from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
-    from foveacam_server.resources.calibrations.reports import report_page
+    from foveacam_server.resources.calibrating.calibrations.reports import report_page
+    from foveacam_server.resources.calibrating.sessions.descriptions import SessionReader
 
     records = CalibrationData(checked_settings({"data": data}).data)
     found = records.find(calibration)
@@ -93,8 +93,8 @@ def export(
     """Write a calibration to a file."""
     from foveacam_pipeline.calibrate.records.new_file import write_new
     from foveacam_server.commands.calibration_data import CalibrationData
-    from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
-    from foveacam_server.resources.calibrations.record_files import export_bytes, known_format
+    from foveacam_server.resources.calibrating.calibrations.record_files import export_bytes, known_format
+    from foveacam_server.resources.calibrating.sessions.descriptions import SessionReader
 
     records = CalibrationData(checked_settings({"data": data}).data)
     found = records.find(calibration)
@@ -117,7 +117,7 @@ def import_file(
     """Keep the calibration of a file; `use` puts it in force."""
     from foveacam_server.commands.calibration_data import CalibrationData
     from foveacam_server.commands.rig import RigChoice
-    from foveacam_server.resources.calibrations.record_files import ImportFacts, calibration_of
+    from foveacam_server.resources.calibrating.calibrations.record_files import ImportFacts, calibration_of
 
     try:
         content = json.loads(file.read_text(encoding="utf-8"))

@@ -15,22 +15,22 @@ from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import RigChoice, open_enabled_rig
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.progress_bar import progress_bar
-from foveacam_server.resources.calibration_sessions.descriptions import describe_session
-from foveacam_server.resources.calibration_sessions.options import FitOptions, LensOptions, Run, WideOptions
-from foveacam_server.resources.calibration_sessions.schema import (
+from foveacam_server.resources.calibrating.drift_checks.records import DriftRecords
+from foveacam_server.resources.calibrating.drift_checks.step import check_drift, store_check
+from foveacam_server.resources.calibrating.sessions.descriptions import describe_session
+from foveacam_server.resources.calibrating.sessions.options import FitOptions, LensOptions, Run, WideOptions
+from foveacam_server.resources.calibrating.sessions.schema import (
     LensDocument,
     SessionDocument,
     SettleAxisDocument,
 )
-from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession
-from foveacam_server.resources.calibration_sessions.step_environment import (
+from foveacam_server.resources.calibrating.sessions.sessions import CalibrationSession
+from foveacam_server.resources.calibrating.sessions.step_environment import (
     StepEnvironment,
     environment_of,
 )
-from foveacam_server.resources.calibration_sessions.steps import measure_on_images, run_fit, run_step
-from foveacam_server.resources.calibration_sessions.wide_step import ImageFolder
-from foveacam_server.resources.drift_checks.records import DriftRecords
-from foveacam_server.resources.drift_checks.step import check_drift, store_check
+from foveacam_server.resources.calibrating.sessions.steps import measure_on_images, run_fit, run_step
+from foveacam_server.resources.calibrating.sessions.wide_step import ImageFolder
 from foveacam_server.rig.settle_times import SettleTimes
 
 _INTERRUPTED = 130

@@ -13,11 +13,11 @@ from foveacam_server.commands.rig import RigChoice
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.calibrations.in_force import check_discarded, pinned_id, write_pin
-from foveacam_server.resources.calibrations.schema import CalibrationDocument
-from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
-from foveacam_server.resources.drift_checks.records import DriftRecords
+from foveacam_server.resources.calibrating.calibrations.in_force import check_discarded, pinned_id, write_pin
+from foveacam_server.resources.calibrating.calibrations.schema import CalibrationDocument
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED, CalibrationService
+from foveacam_server.resources.calibrating.drift_checks.records import DriftRecords
+from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
 from foveacam_server.rig.settle_times import SettleTimes
 
 CURRENT = "current"

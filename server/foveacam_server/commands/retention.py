@@ -13,7 +13,7 @@ from foveacam_server.foundation.settings import checked_settings
 
 if TYPE_CHECKING:
     from foveacam_server.foundation.schema import ResponseModel
-    from foveacam_server.resources.retention.schema import DueItem
+    from foveacam_server.resources.capturing.retention.schema import DueItem
 
 app = typer.Typer(
     name="retention",

@@ -5,17 +5,22 @@ from pathlib import Path
 from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
 from foveacam_server.foundation.store import DATABASE, Store, StoreReader
-from foveacam_server.resources.captures.schema import CaptureDocument
-from foveacam_server.resources.clouds.collection import CLOUDS, CloudCollection
-from foveacam_server.resources.fixations.retained import RetainedLooks
-from foveacam_server.resources.fixations.table import FixationTable, TargetTable
-from foveacam_server.resources.recordings.collection import RECORDINGS, RecordingCollection
-from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.retention.rules import RetentionSource, Sources, look_sources, preview
-from foveacam_server.resources.retention.schema import RetentionApplied, RetentionPreview
-from foveacam_server.resources.retention.service import RetentionService
-from foveacam_server.resources.stills.collection import STILLS, StillCollection, StillState
-from foveacam_server.resources.stills.schema import StillDocument
+from foveacam_server.resources.capturing.captures.schema import CaptureDocument
+from foveacam_server.resources.capturing.recordings.collection import RECORDINGS, RecordingCollection
+from foveacam_server.resources.capturing.recordings.documents import recording_document
+from foveacam_server.resources.capturing.retention.rules import (
+    RetentionSource,
+    Sources,
+    look_sources,
+    preview,
+)
+from foveacam_server.resources.capturing.retention.schema import RetentionApplied, RetentionPreview
+from foveacam_server.resources.capturing.retention.service import RetentionService
+from foveacam_server.resources.capturing.stills.collection import STILLS, StillCollection, StillState
+from foveacam_server.resources.capturing.stills.schema import StillDocument
+from foveacam_server.resources.looking.clouds.collection import CLOUDS, CloudCollection
+from foveacam_server.resources.looking.fixations.retained import RetainedLooks
+from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
 
 
 def due_items(folder: Path) -> RetentionPreview:

@@ -27,7 +27,7 @@ from foveacam_server.checks.machine import Machine
 from foveacam_server.checks.needs import RigNeeds, needs_of
 from foveacam_server.doors.listening_socket import listen
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.rig.chosen_rig import rig_config
 
 REMEDIES = {

@@ -7,7 +7,7 @@ import pytest
 
 from foveacam_hardware.contract import CameraSettings, InvalidInput, Role
 from foveacam_pipeline.models.resolution import px_per_deg
-from foveacam_server.resources.clouds.shapes import MAX_POINTS
+from foveacam_server.resources.looking.clouds.shapes import MAX_POINTS
 from tests.system.conftest import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("binned")]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
-from foveacam_server.resources.fixations import service
-from foveacam_server.resources.fixations.schema import FixationDocument
+from foveacam_server.resources.looking.fixations import service
+from foveacam_server.resources.looking.fixations.schema import FixationDocument
 from tests.system.conftest import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]

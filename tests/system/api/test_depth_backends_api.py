@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_server.foundation.store import Document
-from foveacam_server.resources.depth_backends.networks import NetworkFolder
+from foveacam_server.resources.looking.depth_backends.networks import NetworkFolder
 from tests.system.conftest import API, Running
 from tests.unit.network_graphs import constant, matcher, write_card
 

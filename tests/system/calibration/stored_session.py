@@ -11,8 +11,8 @@ from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_reference import nodes_to_return_to
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
-from foveacam_server.resources.calibration_sessions.schema import SettleDocument
-from foveacam_server.resources.calibration_sessions.sessions import (
+from foveacam_server.resources.calibrating.sessions.schema import SettleDocument
+from foveacam_server.resources.calibrating.sessions.sessions import (
     SETTLE,
     SETTLE_REPORT,
     CalibrationSession,
@@ -20,7 +20,7 @@ from foveacam_server.resources.calibration_sessions.sessions import (
     FinishedWide,
     SessionCollection,
 )
-from foveacam_server.resources.calibration_sessions.wide_stage import RESULT, WideResult, views_id
+from foveacam_server.resources.calibrating.sessions.wide_stage import RESULT, WideResult, views_id
 from tests.integration.marker_room import true_wide
 from tests.unit.settle_report import REPORT
 from tests.unit.swept_rig import swept, visited

@@ -281,7 +281,10 @@ def test_file_that_is_no_calibration_is_refused(room: Running, body: dict[str, o
 
 
 def test_calibration_of_another_rig_is_refused_naming_both(room: Running) -> None:
-    other = Path(__file__).parents[3] / "server/foveacam_server/resources/calibrations/shipped/sim-paper.json"
+    other = (
+        Path(__file__).parents[3]
+        / "server/foveacam_server/resources/calibrating/calibrations/shipped/sim-paper.json"
+    )
     answer = room.post("/calibrations/import", json.loads(other.read_text()))
     assert answer.status_code == 409
     assert "sim-paper" in answer.json()["detail"]

@@ -8,7 +8,7 @@ import pytest
 
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
-from foveacam_server.resources.calibration_sessions import fit_step
+from foveacam_server.resources.calibrating.sessions import fit_step
 from foveacam_server.rig.settle_times import SettleTime
 from tests.system.conftest import API
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
+from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
 from tests.system.conftest import API, Running
 
 from .calibration_server import CalibrationServer, calibration_server

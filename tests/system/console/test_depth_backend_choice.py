@@ -8,7 +8,7 @@ import httpx
 import pytest
 from playwright.sync_api import expect
 
-from foveacam_server.resources.depth_backends.networks import NetworkFolder
+from foveacam_server.resources.looking.depth_backends.networks import NetworkFolder
 from tests.unit.network_graphs import constant, matcher, write_card
 
 from .awaited import expect_to_fit

@@ -22,7 +22,7 @@ from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.persons.person_quota import OWN_LIMIT
-from foveacam_server.resources.views import routes
+from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.schema import Direction, OverlayDocument
 from foveacam_server.rig.stream import LiveStreams

@@ -17,7 +17,7 @@ from fastapi import FastAPI
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import UncollectedStreams
-from foveacam_server.resources.views import routes
+from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.stream import MJPEG_EACH, LiveStreams
 from tests.local_server import serving

@@ -16,10 +16,10 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.calibration_sessions.schema import SettleDocument
-from foveacam_server.resources.calibration_sessions.sessions import SETTLE, SETTLE_REPORT, SessionCollection
-from foveacam_server.resources.calibrations.in_force import write_pin
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.in_force import write_pin
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.sessions.schema import SettleDocument
+from foveacam_server.resources.calibrating.sessions.sessions import SETTLE, SETTLE_REPORT, SessionCollection
 
 RIG = "sim-rig120"
 

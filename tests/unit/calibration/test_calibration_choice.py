@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration_file import load_calibration, save_cal
 from foveacam_server.foundation.errors import NotFound, StillOpening
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.calibrations.service import SHIPPED, CalibrationService
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED, CalibrationService
 
 RIG = "sim-rig120"
 

@@ -10,15 +10,15 @@ from foveacam_hardware.contract import InvalidInput, NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.calibration_sessions.descriptions import describe_session
-from foveacam_server.resources.calibration_sessions.pictures import (
+from foveacam_server.resources.calibrating.sessions.descriptions import describe_session
+from foveacam_server.resources.calibrating.sessions.pictures import (
     describe_pictures,
     picture_path,
     write_picture,
 )
-from foveacam_server.resources.calibration_sessions.schema import ClosingDocument, ClosingEyeDocument
-from foveacam_server.resources.calibration_sessions.sessions import DRIFT, HEAD, VIEWS, SessionCollection
-from foveacam_server.resources.calibration_sessions.wide_stage import lens_of
+from foveacam_server.resources.calibrating.sessions.schema import ClosingDocument, ClosingEyeDocument
+from foveacam_server.resources.calibrating.sessions.sessions import DRIFT, HEAD, VIEWS, SessionCollection
+from foveacam_server.resources.calibrating.sessions.wide_stage import lens_of
 
 from .exchange_rig import Bench
 

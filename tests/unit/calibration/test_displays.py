@@ -10,13 +10,13 @@ from foveacam_hardware.contract import Busy, InvalidInput, VirtualClock
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.displays.schema import (
+from foveacam_server.resources.devices.displays.schema import (
     BlankPattern,
     CharucoPattern,
     DisplayRequest,
     MarkersPattern,
 )
-from foveacam_server.resources.displays.service import MOST, SILENT_S, PatternDisplayService
+from foveacam_server.resources.devices.displays.service import MOST, SILENT_S, PatternDisplayService
 
 CHARUCO = CharucoPattern(kind="charuco", columns=9, rows=6, square_mm=20.0, marker_mm=15.0)
 TABLET = DisplayRequest(name="Tablet", width_px=2400, height_px=1600, px_per_mm=10.0)

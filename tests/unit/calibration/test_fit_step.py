@@ -14,10 +14,10 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, Intrinsics
-from foveacam_server.resources.calibration_sessions.descriptions import describe_session
-from foveacam_server.resources.calibration_sessions.fit_step import earlier_fit, fit_session
-from foveacam_server.resources.calibration_sessions.options import FitOptions
-from foveacam_server.resources.calibration_sessions.sessions import CalibrationSession, SessionCollection
+from foveacam_server.resources.calibrating.sessions.descriptions import describe_session
+from foveacam_server.resources.calibrating.sessions.fit_step import earlier_fit, fit_session
+from foveacam_server.resources.calibrating.sessions.options import FitOptions
+from foveacam_server.resources.calibrating.sessions.sessions import CalibrationSession, SessionCollection
 
 pytestmark = pytest.mark.slow
 

@@ -12,15 +12,15 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.resources.calibration_sessions.descriptions import SessionReader
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.calibrations.record_files import (
+from foveacam_server.resources.calibrating.calibrations.record_files import (
     ImportFacts,
     calibration_of,
     export_bytes,
     known_format,
 )
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.sessions.descriptions import SessionReader
+from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
 
 SEED = 5
 

@@ -8,7 +8,7 @@ from tests.unit.fake_rig import FakeRig
 from foveacam_hardware.contract import StorageFull, VirtualClock
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.settle_time.service import SettleTimeService
+from foveacam_server.resources.devices.settle_time.service import SettleTimeService
 from foveacam_server.rig.settle_times import SettleTime, SettleTimes
 
 MEASURED = SettleTime(

@@ -4,7 +4,7 @@ import pytest
 
 from foveacam_hardware.contract import Binning, Role
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_server.resources.calibration_sessions.step_environment import environment_of
+from foveacam_server.resources.calibrating.sessions.step_environment import environment_of
 
 
 @pytest.mark.parametrize(("asked", "working", "used"), [(1, 2, 1), (None, 2, 2), (None, 1, 1)])

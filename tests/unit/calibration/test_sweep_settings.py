@@ -3,8 +3,8 @@
 from contextlib import AbstractContextManager, nullcontext
 
 from foveacam_hardware.contract import Binning, MarkerPrint, Role, VirtualClock
-from foveacam_server.resources.calibration_sessions.mirrors_step import sweep_settings
-from foveacam_server.resources.calibration_sessions.step_environment import ExclusiveRig, StepEnvironment
+from foveacam_server.resources.calibrating.sessions.mirrors_step import sweep_settings
+from foveacam_server.resources.calibrating.sessions.step_environment import ExclusiveRig, StepEnvironment
 
 
 def nobody(what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:

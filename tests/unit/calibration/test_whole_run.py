@@ -19,9 +19,10 @@ from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.resources.calibration_sessions.fit_step import inputs_of
-from foveacam_server.resources.calibration_sessions.mirrors_step import measure_mirrors
-from foveacam_server.resources.calibration_sessions.options import (
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.sessions.fit_step import inputs_of
+from foveacam_server.resources.calibrating.sessions.mirrors_step import measure_mirrors
+from foveacam_server.resources.calibrating.sessions.options import (
     AllOptions,
     BoardOption,
     CheckOptions,
@@ -29,8 +30,8 @@ from foveacam_server.resources.calibration_sessions.options import (
     MirrorsOptions,
     WideOptions,
 )
-from foveacam_server.resources.calibration_sessions.schema import SettleDocument
-from foveacam_server.resources.calibration_sessions.sessions import (
+from foveacam_server.resources.calibrating.sessions.schema import SettleDocument
+from foveacam_server.resources.calibrating.sessions.sessions import (
     FINISHED,
     SETTLE,
     SETTLE_REPORT,
@@ -42,10 +43,9 @@ from foveacam_server.resources.calibration_sessions.sessions import (
     FinishedWide,
     SessionCollection,
 )
-from foveacam_server.resources.calibration_sessions.step_environment import ExclusiveRig, StepEnvironment
-from foveacam_server.resources.calibration_sessions.steps import KNOWN, run_all
-from foveacam_server.resources.calibration_sessions.wide_stage import RESULT, WideResult, views_id
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.sessions.step_environment import ExclusiveRig, StepEnvironment
+from foveacam_server.resources.calibrating.sessions.steps import KNOWN, run_all
+from foveacam_server.resources.calibrating.sessions.wide_stage import RESULT, WideResult, views_id
 from foveacam_server.rig.settle_times import SettleTime
 
 RIG, SEED = "sim-rig120", 0

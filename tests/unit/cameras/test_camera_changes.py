@@ -6,7 +6,7 @@ import pytest
 from tests.unit.fake_camera import FakeCamera, supervised
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, OutOfRange, Role, TriggerSource, VirtualClock
-from foveacam_server.resources.cameras.changes import CameraChange, refuse_own_exposure
+from foveacam_server.resources.devices.cameras.changes import CameraChange, refuse_own_exposure
 
 AUTOMATIC = CameraSettings(exposure_ns=9_000_000, exposure_auto=AutoMode.CONTINUOUS, frame_rate_auto=True)
 PULSED = replace(AUTOMATIC, triggered=True)

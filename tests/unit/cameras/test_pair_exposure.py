@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import PARKED, DeviceFault, Frame, Role, Sighting, StereoVolts, ValueRange
-from foveacam_server.resources.cameras.pair_exposure import (
+from foveacam_server.resources.devices.cameras.pair_exposure import (
     LONGEST_NS,
     PairSettings,
     find_exposure,

@@ -15,7 +15,7 @@ def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def opened(*_: object, **__: object) -> NoReturn:
         raise AssertionError("no device is to be opened")
 
-    monkeypatch.setattr("foveacam_server.resources.captures.cli_run.open_enabled_rig", opened)
+    monkeypatch.setattr("foveacam_server.resources.capturing.captures.cli_run.open_enabled_rig", opened)
     monkeypatch.setenv("FOVEACAM_DATA", str(tmp_path))
     return tmp_path
 

@@ -29,7 +29,7 @@ from foveacam_pipeline.products.task import ProductKind, ProductSettings, plan_p
 from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.resources.batches.run import BatchOrder, glb_of, make_batch
+from foveacam_server.resources.capturing.batches.run import BatchOrder, glb_of, make_batch
 
 DEPTH = ProductSettings(kind=ProductKind.DEPTH)
 MOSAIC = ProductSettings(kind=ProductKind.MOSAIC)

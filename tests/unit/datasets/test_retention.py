@@ -16,15 +16,15 @@ from foveacam_server.cli import app
 from foveacam_server.foundation.errors import EditedMeanwhile
 from foveacam_server.foundation.job_table import Job, JobTable
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.clouds.collection import CloudCollection
-from foveacam_server.resources.fixations.schema import (
+from foveacam_server.resources.capturing.retention.rules import RetentionSource, read_rules
+from foveacam_server.resources.capturing.retention.service import RetentionService
+from foveacam_server.resources.looking.clouds.collection import CloudCollection
+from foveacam_server.resources.looking.fixations.schema import (
     FixationDocument,
     TargetDocument,
     TargetPlace,
 )
-from foveacam_server.resources.fixations.table import FixationTable, TargetTable
-from foveacam_server.resources.retention.rules import RetentionSource, read_rules
-from foveacam_server.resources.retention.service import RetentionService
+from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
 
 
 @dataclass

@@ -9,14 +9,14 @@ from foveacam_hardware.contract import Busy, InvalidInput, NotConnected, Role
 from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
 from foveacam_server.datasets.collection import point_of
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.stills.cli_run import StillOrder, take_on_server
-from foveacam_server.resources.stills.collection import (
+from foveacam_server.resources.capturing.stills.cli_run import StillOrder, take_on_server
+from foveacam_server.resources.capturing.stills.collection import (
     MOST_HELD,
     StillCollection,
     StillState,
     StoredStill,
 )
-from foveacam_server.resources.stills.schema import StillDocument, StillRequest
+from foveacam_server.resources.capturing.stills.schema import StillDocument, StillRequest
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.clouds.collection import CloudCollection, FixationShape
-from foveacam_server.resources.clouds.depth_patches import DepthPatch
+from foveacam_server.resources.looking.clouds.collection import CloudCollection, FixationShape
+from foveacam_server.resources.looking.clouds.depth_patches import DepthPatch
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from foveacam_server.cli import app
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.depth_backends.schema import DepthBackendChoice
-from foveacam_server.resources.depth_backends.service import DepthBackendService
+from foveacam_server.resources.looking.depth_backends.schema import DepthBackendChoice
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 
 pytestmark = pytest.mark.slow
 

@@ -8,7 +8,7 @@ from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.clouds.depth_patches import (
+from foveacam_server.resources.looking.clouds.depth_patches import (
     DepthPatch,
     DepthPatches,
     load_patch,

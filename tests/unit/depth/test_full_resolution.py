@@ -3,8 +3,8 @@
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.resources.fixations.full_resolution import point_of
-from foveacam_server.resources.fixations.schema import (
+from foveacam_server.resources.looking.fixations.full_resolution import point_of
+from foveacam_server.resources.looking.fixations.schema import (
     AlternativeDocument,
     Basis,
     FixationDocument,

@@ -15,8 +15,8 @@ from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 from foveacam_pipeline.verge.matching.wide_patch import wide_zoom
-from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.views.live_stereo import LiveStereo, PairJoiner, SteadySpan
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.operating.views.live_stereo import LiveStereo, PairJoiner, SteadySpan
 from foveacam_server.rig.frame_tap import FrameTap
 
 VOLTS = MirrorVolts(x_v=0.0, y_v=0.0)

@@ -13,13 +13,19 @@ from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.clouds.collection import CloudCollection
-from foveacam_server.resources.clouds.schema import CloudDocument
-from foveacam_server.resources.clouds.shapes import FULL_SCALE, MAX_POINTS, WAITING, ShapeWorker, VergedLook
-from foveacam_server.resources.depth_backends.service import DepthBackendService
-from foveacam_server.resources.fixations.documents import stored_look
-from foveacam_server.resources.fixations.schema import TargetDocument
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.looking.clouds.collection import CloudCollection
+from foveacam_server.resources.looking.clouds.schema import CloudDocument
+from foveacam_server.resources.looking.clouds.shapes import (
+    FULL_SCALE,
+    MAX_POINTS,
+    WAITING,
+    ShapeWorker,
+    VergedLook,
+)
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
+from foveacam_server.resources.looking.fixations.documents import stored_look
+from foveacam_server.resources.looking.fixations.schema import TargetDocument
 
 PATIENCE_S = 20.0
 

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import DeviceInfo, PanTiltLimits, PanTiltPose, P
 from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
-from foveacam_server.resources.wide_depth.context_keeper import ContextKeeper
+from foveacam_server.resources.looking.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.rig.status import PanTiltStatus, RigStatus
 
 POINT = DepthSamples(tangents=np.zeros((1, 2)), inverse_z_per_m=np.array([0.2]), sigma_per_m=np.array([1e-3]))

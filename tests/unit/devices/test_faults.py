@@ -9,8 +9,8 @@ from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.schema import JobDocument, JobProgress, Problem, StorageFault
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.faults.schema import FaultDocument
-from foveacam_server.resources.faults.service import MOST, FaultService
+from foveacam_server.resources.devices.faults.schema import FaultDocument
+from foveacam_server.resources.devices.faults.service import MOST, FaultService
 from foveacam_server.rig.schema import DeviceName, DeviceProblemDocument, StopChange, StopDocument
 
 STOPPED = StopDocument(engaged=True, since_utc=None, by="me")

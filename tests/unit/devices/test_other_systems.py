@@ -10,7 +10,7 @@ import pytest
 from foveacam_hardware.wire.guardian import watch_process
 from foveacam_server.checks.machine import Machine
 from foveacam_server.doors import process_limits, server
-from foveacam_server.resources.engine.process_files import ProcessFiles
+from foveacam_server.resources.operating.engine.process_files import ProcessFiles
 
 
 def test_the_guardian_does_without_a_pidfd(monkeypatch: pytest.MonkeyPatch) -> None:

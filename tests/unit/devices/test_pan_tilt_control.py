@@ -15,7 +15,7 @@ from foveacam_hardware.contract import (
     PanTiltPose,
     Stopped,
 )
-from foveacam_server.resources.positioners.pan_tilt import PanTiltService
+from foveacam_server.resources.devices.positioners.pan_tilt import PanTiltService
 from foveacam_server.rig.exclusive_pan_tilt import exclusive_pan_tilt
 
 THERE = PanTiltPose(pan_rad=0.3, tilt_rad=-0.1)

@@ -18,7 +18,7 @@ from foveacam_hardware.contract import (
     Stopped,
 )
 from foveacam_hardware.rail_config import PAPER_PLACES
-from foveacam_server.resources.positioners.rail import RailService
+from foveacam_server.resources.devices.positioners.rail import RailService
 
 
 class FakeRail:

@@ -5,9 +5,9 @@ import json
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, OutOfRange, StereoVolts
-from foveacam_server.resources.mirrors import steering_messages as messages
-from foveacam_server.resources.mirrors.schema import EyeVolts, VoltsRequest
-from foveacam_server.resources.mirrors.targets import volts_of
+from foveacam_server.resources.devices.mirrors import steering_messages as messages
+from foveacam_server.resources.devices.mirrors.schema import EyeVolts, VoltsRequest
+from foveacam_server.resources.devices.mirrors.targets import volts_of
 from foveacam_server.rig.refusals import check_volts
 
 BEFORE = StereoVolts(left=MirrorVolts(x_v=1.0, y_v=2.0), right=MirrorVolts(x_v=3.0, y_v=4.0))

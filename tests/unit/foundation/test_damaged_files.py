@@ -10,12 +10,12 @@ import pytest
 from foveacam_pipeline.loop.settings import LoopSettings
 from foveacam_pipeline.storage.archive import read_record
 from foveacam_server.foundation.named_documents import NamedDocument, NamedDocuments
-from foveacam_server.resources.cameras.records import CameraRecords
-from foveacam_server.resources.cameras.trigger_tests import TriggerTests
-from foveacam_server.resources.clouds.depth_patches import load_patch
-from foveacam_server.resources.loop import settings_file
-from foveacam_server.resources.recordings.notes import notes_path, read_notes
-from foveacam_server.resources.rig_setup.service import load_draft
+from foveacam_server.resources.capturing.recordings.notes import notes_path, read_notes
+from foveacam_server.resources.devices.cameras.records import CameraRecords
+from foveacam_server.resources.devices.cameras.trigger_tests import TriggerTests
+from foveacam_server.resources.devices.rig_setup.service import load_draft
+from foveacam_server.resources.looking.clouds.depth_patches import load_patch
+from foveacam_server.resources.looking.loop import settings_file
 from foveacam_server.rig.settle_times import SettleTimes
 
 DAMAGED = {

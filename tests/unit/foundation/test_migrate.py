@@ -19,9 +19,9 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import JobTable
 from foveacam_server.foundation.migrate import migrate, migration_config
 from foveacam_server.foundation.store import Store, TableRow
-from foveacam_server.resources.clouds.collection import CloudCollection
-from foveacam_server.resources.fixations.table import FixationTable, TargetTable
-from foveacam_server.resources.measurements.table import MeasurementTable
+from foveacam_server.resources.looking.clouds.collection import CloudCollection
+from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
+from foveacam_server.resources.looking.measurements.table import MeasurementTable
 
 FIRST_VERSION = Path(__file__).parents[2] / "data" / "database-0.1-first.sql"
 ROWS = (UserRow, SignInRow, ServiceTokenRow, AuditRow)

@@ -10,7 +10,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.models.reach import outline_margin_px, reach_outline_px
 from foveacam_pipeline.verge.aim import aim_at
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 EDGE_PX = 6.0
 """The domain has a margin beyond its hull (0.1 degrees are 5.5 px); nearer to the outline either may hold."""

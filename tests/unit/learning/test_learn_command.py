@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.cli import app
-from foveacam_server.resources.learning import run as learning
+from foveacam_server.resources.studying.learning import run as learning
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from foveacam_pipeline.learn.monocular.prior_loss import aligned, difference_los
 from foveacam_pipeline.learn.monocular.training import PriorPlan, inverse_depth_loss, train_prior
 from foveacam_pipeline.learn.pairs import CropSource
 from foveacam_pipeline.learn.training import CHECKPOINT, TrainingPlan, train
-from foveacam_server.resources.learning.run import TrainingOrder, run_training
+from foveacam_server.resources.studying.learning.run import TrainingOrder, run_training
 
 PLAN = PriorPlan(steps=4, batch=2, crop_px=(96, 64))
 

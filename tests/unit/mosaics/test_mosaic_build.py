@@ -22,7 +22,7 @@ from foveacam_pipeline.capture.mosaic.wide import wide_view_of
 from foveacam_pipeline.capture.mosaic.wide_depth import add_wide_depth
 from foveacam_pipeline.networks.card import load_network
 from foveacam_server import cli
-from foveacam_server.resources.captures.dataset_cli import _mosaic_words
+from foveacam_server.resources.capturing.captures.dataset_cli import _mosaic_words
 
 
 @pytest.fixture(scope="module")

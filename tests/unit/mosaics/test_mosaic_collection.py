@@ -13,8 +13,8 @@ from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
 from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
 from foveacam_pipeline.capture.mosaic.values import DepthFigures, MosaicFigures, MosaicSettings, SeamFigures
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.mosaics.collection import DepthTilesFile, MosaicCollection
-from foveacam_server.resources.mosaics.service import viewpoint_of
+from foveacam_server.resources.capturing.mosaics.collection import DepthTilesFile, MosaicCollection
+from foveacam_server.resources.capturing.mosaics.service import viewpoint_of
 
 CHART = Chart(u0_px=-500, v0_px=100, width=4000, height=3000, f_px=28760.0)
 SEAMS = SeamFigures(

@@ -15,7 +15,7 @@ from foveacam_server.accounts import passwords, route_rights
 from foveacam_server.console import access_rules
 from foveacam_server.console.access_rules import AccessRules
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.fixations import routes as fixation_routes
+from foveacam_server.resources.looking.fixations import routes as fixation_routes
 
 FIXATE = ServedRoute("POST", "/api/v1/fixations")
 ONE_IN = 24

@@ -23,7 +23,7 @@ from foveacam_server.console import security
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.people import session_routes, token_routes, user_routes
+from foveacam_server.resources.operating.people import session_routes, token_routes, user_routes
 
 
 @needs(Right.VIEW)

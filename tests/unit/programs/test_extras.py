@@ -8,7 +8,7 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline import diagrams
 from foveacam_pipeline.capture.recording.formats import FORMATS, check_format
-from foveacam_server.resources.recordings.films import format_documents
+from foveacam_server.resources.capturing.recordings.films import format_documents
 
 
 @pytest.fixture

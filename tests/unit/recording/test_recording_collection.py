@@ -8,10 +8,10 @@ from tests.unit.recordings import record
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.recordings.collection import RecordingCollection
-from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.recordings.notes import RecordingNotes, notes_path, write_notes
-from foveacam_server.resources.recordings.opened import KEPT, OpenRecordings
+from foveacam_server.resources.capturing.recordings.collection import RecordingCollection
+from foveacam_server.resources.capturing.recordings.documents import recording_document
+from foveacam_server.resources.capturing.recordings.notes import RecordingNotes, notes_path, write_notes
+from foveacam_server.resources.capturing.recordings.opened import KEPT, OpenRecordings
 
 
 @pytest.fixture

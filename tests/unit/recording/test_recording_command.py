@@ -13,7 +13,7 @@ from foveacam_hardware.rig_replay import replay_rig
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server import cli
-from foveacam_server.resources.recordings.cli_record import RecordingSpec, record_opened
+from foveacam_server.resources.capturing.recordings.cli_record import RecordingSpec, record_opened
 
 START_NS = 1_000_000_000
 
@@ -73,7 +73,7 @@ def test_a_disk_that_comes_to_its_reserve_ends_a_recording_soundly_and_says_so(
         free[0] -= 1
         return free[0]
 
-    monkeypatch.setattr("foveacam_server.resources.recordings.cli_record.free_bytes", less)
+    monkeypatch.setattr("foveacam_server.resources.capturing.recordings.cli_record.free_bytes", less)
     with replay_rig(MemoryRecording(), clock=VirtualClock(START_NS)) as rig:
         wish = RecordingSpec(file=tmp_path / "a.fcap", seconds=9.0)
         found = record_opened(rig, wish, calibration=None, report=lambda *_: None)

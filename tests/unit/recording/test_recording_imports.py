@@ -11,16 +11,16 @@ from foveacam_hardware.contract import Busy, InvalidInput, OutOfRange, StorageFu
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.errors import NotFound, PersonLimit
 from foveacam_server.foundation.persons.person_quota import PERSON
-from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
-from foveacam_server.resources.recordings.documents import recording_document
-from foveacam_server.resources.recordings.imports import uploads
-from foveacam_server.resources.recordings.imports.schema import (
+from foveacam_server.resources.capturing.recordings.collection import RecordingCollection, StoredRecording
+from foveacam_server.resources.capturing.recordings.documents import recording_document
+from foveacam_server.resources.capturing.recordings.imports import uploads
+from foveacam_server.resources.capturing.recordings.imports.schema import (
     LARGEST_BYTES,
     OpenRequest,
     UploadDocument,
     UploadRequest,
 )
-from foveacam_server.resources.recordings.imports.service import ImportService
+from foveacam_server.resources.capturing.recordings.imports.service import ImportService
 
 from .test_recording_others import written
 

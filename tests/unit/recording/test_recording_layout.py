@@ -7,8 +7,8 @@ import pytest
 from tests.unit.recordings import record
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.resources.recordings.collection import RecordingCollection, StoredRecording
-from foveacam_server.resources.recordings.layout import (
+from foveacam_server.resources.capturing.recordings.collection import RecordingCollection, StoredRecording
+from foveacam_server.resources.capturing.recordings.layout import (
     LayoutRequest,
     PlayerLayout,
     TrackLayout,

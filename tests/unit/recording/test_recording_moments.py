@@ -21,8 +21,8 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.estimator import BACKENDS, DepthEstimator
 from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_pipeline.stereo.values import DepthMap
-from foveacam_server.resources.recordings.depth import DepthOrder, RecordedDepthService, centre_of
-from foveacam_server.resources.recordings.moments import (
+from foveacam_server.resources.capturing.recordings.depth import DepthOrder, RecordedDepthService, centre_of
+from foveacam_server.resources.capturing.recordings.moments import (
     anaglyph,
     difference,
     frame_time_s,
@@ -30,7 +30,7 @@ from foveacam_server.resources.recordings.moments import (
     pair_at,
     timeline_document,
 )
-from foveacam_server.resources.recordings.opened import OpenRecordings
+from foveacam_server.resources.capturing.recordings.opened import OpenRecordings
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from foveacam_pipeline.geometry.pinhole import homography_apply
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.models.footprint import fovea_corners_px, fovea_footprint_px
 
-SHIPPED = Path("server/foveacam_server/resources/calibrations/shipped/sim-rig120.json")
+SHIPPED = Path("server/foveacam_server/resources/calibrating/calibrations/shipped/sim-rig120.json")
 
 
 @pytest.fixture(scope="module")

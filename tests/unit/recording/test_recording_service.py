@@ -20,12 +20,12 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.store import Document, Store
-from foveacam_server.resources.calibrations.service import CalibrationService
-from foveacam_server.resources.depth_backends.service import DepthBackendService
-from foveacam_server.resources.recordings.begin import check_room
-from foveacam_server.resources.recordings.live import LiveRecording
-from foveacam_server.resources.recordings.schema import FilmRequest, RecordingRequest
-from foveacam_server.resources.recordings.service import RecordingService, RecordingTools
+from foveacam_server.resources.calibrating.calibrations.service import CalibrationService
+from foveacam_server.resources.capturing.recordings.begin import check_room
+from foveacam_server.resources.capturing.recordings.live import LiveRecording
+from foveacam_server.resources.capturing.recordings.schema import FilmRequest, RecordingRequest
+from foveacam_server.resources.capturing.recordings.service import RecordingService, RecordingTools
+from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.frame_tap import FrameTap
 from foveacam_server.rig.hardware import HardwareThread

@@ -12,7 +12,7 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder
 from foveacam_pipeline.capture.recording.tracks import MOST_RUNS, track_of
 from foveacam_pipeline.capture.recording.values import TrackedBox
-from foveacam_server.resources.recordings.documents import tracks_document
+from foveacam_server.resources.capturing.recordings.documents import tracks_document
 
 MS = 1_000_000
 

@@ -25,8 +25,8 @@ from foveacam_server.foundation.watching.flows import (
     read_flows,
     this_part,
 )
-from foveacam_server.resources.engine.graph import edge_documents, part_documents
-from foveacam_server.resources.engine.loads import (
+from foveacam_server.resources.operating.engine.graph import edge_documents, part_documents
+from foveacam_server.resources.operating.engine.loads import (
     BucketCounts,
     ThreadSample,
     read_stages,
@@ -35,9 +35,9 @@ from foveacam_server.resources.engine.loads import (
     thread_names,
     unknown_loads,
 )
-from foveacam_server.resources.engine.process_files import ProcessFiles
-from foveacam_server.resources.engine.schema import HardwareLoadDocument
-from foveacam_server.resources.engine.service import EngineParts, EngineService
+from foveacam_server.resources.operating.engine.process_files import ProcessFiles
+from foveacam_server.resources.operating.engine.schema import HardwareLoadDocument
+from foveacam_server.resources.operating.engine.service import EngineParts, EngineService
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware_thread.opening_steps import OpeningSteps
 from foveacam_server.rig.loop_lag import PERIOD_S, LoopLag

@@ -10,7 +10,7 @@ from tests.unit.hardware_setup import PATIENCE_S, POLL_S, HardwareSetup, hardwar
 
 from foveacam_hardware.contract import Busy, CameraSettings, InvalidInput, MonotonicClock, Role
 from foveacam_server.foundation.settings import Settings
-from foveacam_server.resources.rig_state.binning_routes import binning_document
+from foveacam_server.resources.devices.rig_state.binning_routes import binning_document
 from foveacam_server.rig.hardware_thread.binning import RigBinning
 
 

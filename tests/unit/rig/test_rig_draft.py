@@ -5,10 +5,10 @@ from pathlib import Path
 
 import foveacam_hardware
 from foveacam_hardware.rig_config import load_rig_config
-from foveacam_server.resources.rig_setup.draft_checks import faults_of
-from foveacam_server.resources.rig_setup.draft_file import draft_of, merge_draft
-from foveacam_server.resources.rig_setup.rig_files import content_of, difference
-from foveacam_server.resources.rig_setup.schema import (
+from foveacam_server.resources.devices.rig_setup.draft_checks import faults_of
+from foveacam_server.resources.devices.rig_setup.draft_file import draft_of, merge_draft
+from foveacam_server.resources.devices.rig_setup.rig_files import content_of, difference
+from foveacam_server.resources.devices.rig_setup.schema import (
     DraftCamera,
     DraftCameras,
     DraftMarkers,

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.resources.rigs.rig_list import read_rig_list
+from foveacam_server.resources.operating.rigs.rig_list import read_rig_list
 
 LIST = """
 [[rig]]

@@ -16,17 +16,17 @@ from foveacam_server.foundation.errors import EditedMeanwhile, NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.rig_setup.draft_checks import advice_on
-from foveacam_server.resources.rig_setup.found_devices import DeviceSearch
-from foveacam_server.resources.rig_setup.schema import (
+from foveacam_server.resources.devices.rig_setup.draft_checks import advice_on
+from foveacam_server.resources.devices.rig_setup.found_devices import DeviceSearch
+from foveacam_server.resources.devices.rig_setup.schema import (
     DraftCamera,
     DraftCameras,
     DraftMirrors,
     DraftPanTilt,
     RigDraft,
 )
-from foveacam_server.resources.rig_setup.service import RigSetupService
-from foveacam_server.resources.rig_setup.tries import step_mirrors, try_controller, try_pan_tilt
+from foveacam_server.resources.devices.rig_setup.service import RigSetupService
+from foveacam_server.resources.devices.rig_setup.tries import step_mirrors, try_controller, try_pan_tilt
 from foveacam_server.rig.chosen_rig import ChosenRig
 from foveacam_server.rig.status import RigStatus
 

@@ -25,7 +25,7 @@ from foveacam_server.doors.server import WatchedServer, server_config
 from foveacam_server.doors.stop_door import StopDoor
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.stop import routes as stop_routes
+from foveacam_server.resources.devices.stop import routes as stop_routes
 from foveacam_server.rig.stop import StopSwitch
 
 STOP = b"POST /api/v1/stop HTTP/1.1\r\nHost: 127.0.0.1\r\n"

@@ -14,8 +14,8 @@ from foveacam_pipeline.study.localisation.summary import COLUMNS
 from foveacam_pipeline.study.report.cache import CachedStudy
 from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_pipeline.study.report.page import ReportedStudy, report_html
-from foveacam_server.resources.studies.output import write_report
-from foveacam_server.resources.studies.recipes import CERTIFICATE
+from foveacam_server.resources.studying.studies.output import write_report
+from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
 
 from .localisation_scenes import record_of
 

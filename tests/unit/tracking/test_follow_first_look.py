@@ -11,7 +11,7 @@ from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.track.acquire import ClickTrack, acquire
 from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget
-from foveacam_server.resources.follows.first_look import (
+from foveacam_server.resources.looking.follows.first_look import (
     MOVES_PX_S,
     catch_up,
     look_first,

@@ -8,8 +8,8 @@ import pytest
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.loop.settings import Gains, LoopSettings
 from foveacam_pipeline.track.image_tracker import TrackerKind
-from foveacam_server.resources.loop.schema import LoopGains, LoopSettingsGroup, LoopSettingsPatch
-from foveacam_server.resources.loop.settings_file import (
+from foveacam_server.resources.looking.loop.schema import LoopGains, LoopSettingsGroup, LoopSettingsPatch
+from foveacam_server.resources.looking.loop.settings_file import (
     FILE,
     GROUPS,
     describe_settings,

@@ -9,8 +9,13 @@ import foveacam_server
 from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_server.resources.views.overlay import GazeOverlay
-from foveacam_server.resources.views.scene_follower import MOVING_PERIODS, RigGaze, SceneFollower, rig_shape
+from foveacam_server.resources.operating.views.overlay import GazeOverlay
+from foveacam_server.resources.operating.views.scene_follower import (
+    MOVING_PERIODS,
+    RigGaze,
+    SceneFollower,
+    rig_shape,
+)
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import EyeGaze, RigShape
 

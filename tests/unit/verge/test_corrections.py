@@ -3,8 +3,13 @@
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_server.resources.fixations.corrections import kind_of, limits_of, remaining_range
-from foveacam_server.resources.fixations.schema import FixationDocument, FixationOrder, Pixel, Rectangle
+from foveacam_server.resources.looking.fixations.corrections import kind_of, limits_of, remaining_range
+from foveacam_server.resources.looking.fixations.schema import (
+    FixationDocument,
+    FixationOrder,
+    Pixel,
+    Rectangle,
+)
 
 PIXEL = Pixel(x_px=1.0, y_px=2.0)
 RECTANGLE = Rectangle(x_px=1.0, y_px=2.0, width_px=3.0, height_px=4.0)

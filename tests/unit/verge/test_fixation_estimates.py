@@ -11,7 +11,7 @@ from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.fixations.estimates import FixationEstimates
+from foveacam_server.resources.looking.fixations.estimates import FixationEstimates
 
 JOB = Job(id="job-1", kind="fixation", request={})
 POINT = LocatedPoint(point_rig_m=(0.0, 0.0, 8.0), distance_m=8.0, distance_sigma_m=0.6)

@@ -5,9 +5,9 @@ import pytest
 from foveacam_hardware.contract import InvalidInput, OutOfRange
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget, Target
-from foveacam_server.resources.calibrations.service import SHIPPED
-from foveacam_server.resources.fixations.request import check_target, target_of
-from foveacam_server.resources.fixations.schema import FixationRequest, Pixel, Rectangle
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.looking.fixations.request import check_target, target_of
+from foveacam_server.resources.looking.fixations.schema import FixationRequest, Pixel, Rectangle
 from foveacam_server.rig.refusals import check_direction
 from foveacam_server.rig.schema import Direction
 

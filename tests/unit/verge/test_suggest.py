@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.suggest import APART_PX, suggest_targets
-from foveacam_server.resources.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 RED, GREEN, BLUE = (190, 60, 50), (50, 150, 60), (50, 70, 180)
 

@@ -16,8 +16,8 @@ from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_server import cli
 from foveacam_server.datasets.collection import CaptureCollection
 from foveacam_server.foundation.store import Store
-from foveacam_server.resources.calibration_sessions.sessions import SessionCollection
-from foveacam_server.resources.stills.collection import HELD, StillCollection
+from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
+from foveacam_server.resources.capturing.stills.collection import HELD, StillCollection
 
 BOARD = ("--board", "9x6", "--square-mm", "25")
 REFUSED = "in use by another FoveaCam server"

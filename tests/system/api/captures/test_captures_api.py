@@ -228,7 +228,9 @@ def test_a_disk_that_is_too_small_is_refused_with_both_figures(
     class Usage:
         free = 10_000_000
 
-    monkeypatch.setattr("foveacam_server.resources.captures.begin.shutil.disk_usage", lambda _: Usage)
+    monkeypatch.setattr(
+        "foveacam_server.resources.capturing.captures.begin.shutil.disk_usage", lambda _: Usage
+    )
     refused = server.post(URL, {"name": "large", "plan": plan(9, 9)})
 
     assert (refused.status_code, refused.json()["found"]) == (422, "10000000 bytes")

@@ -19,7 +19,7 @@ from playwright.sync_api import Locator, Page, Route, expect
 
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
-from foveacam_server.resources.planner import routes
+from foveacam_server.resources.studying.planner import routes
 from tests.local_server import serving
 from tests.system.console.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
 from tests.system.console.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of

@@ -1,0 +1,1 @@
+"""Calibrating the rig: sessions of measurements, calibrations, checks for drift."""

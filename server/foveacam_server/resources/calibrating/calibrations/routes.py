@@ -1,0 +1,173 @@
+"""Routes of calibrations: list, put in force, health, compare, import and export, trash, report."""
+
+from typing import Annotated, Any, Literal, Protocol
+
+from fastapi import Body, Depends, Path, Query
+from fastapi.responses import HTMLResponse, Response
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
+    FILE_BYTES,
+    LeaseHeader,
+    file_responses,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.http.large_bodies import LargeBodyRoute
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.resources.calibrating.calibrations.record_files import FileFormat
+from foveacam_server.resources.calibrating.calibrations.records import CalibrationRecords
+from foveacam_server.resources.calibrating.calibrations.schema import (
+    CalibrationDocument,
+    ComparisonDocument,
+    HealthDocument,
+)
+from foveacam_server.resources.calibrating.calibrations.service import CalibrationService
+
+router = GuardedRouter(
+    "/calibrations",
+    tags=["calibrations"],
+    reading=Right.VIEW,
+    changing=Right.OPERATE,
+    route_class=LargeBodyRoute,
+)
+
+
+class CalibrationRouteServices(Protocol):
+    """Services that these routes use."""
+
+    calibration: CalibrationService
+    records: CalibrationRecords
+    lease: Lease
+    computing: ComputeQueue
+
+
+ServicesDep = Annotated[CalibrationRouteServices, Depends(opened_services)]
+
+CalibrationId = Annotated[str, Path(max_length=64)]
+WhichOne = Annotated[str, Query(pattern=r"^[0-9a-f]{1,64}$", description="id of a calibration")]
+DistanceQuery = Annotated[float | None, Query(gt=0.0, le=1000.0, allow_inf_nan=False)]
+_JSON_FILE = {
+    200: {"content": {"application/json": {"schema": {"type": "object"}}}, "description": "the file"},
+    **problems(404),
+}
+
+
+@router.get("", summary="All calibrations of this rig, newest first")
+def every(
+    services: ServicesDep,
+    removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
+) -> list[CalibrationDocument]:
+    """Return all calibrations known for this rig, or those that were discarded."""
+    found = services.calibration.discarded() if removed == "true" else services.calibration.every()
+    return [services.records.describe(calibration) for calibration in found]
+
+
+@router.get("/current", summary="The one in force", responses=problems(409, 503))
+async def current(services: ServicesDep) -> CalibrationDocument:
+    """Return the calibration in force; 409 without one, 503 while the rig opens."""
+    return services.records.describe(services.calibration.require())
+
+
+@router.get("/health", summary="Does the one in force still hold?")
+async def health(services: ServicesDep) -> HealthDocument:
+    """Return what ordinary fixations say of the calibration in force."""
+    return services.records.health()
+
+
+@router.get("/compare", summary="Compare two", responses=problems(404))
+async def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> ComparisonDocument:
+    """Return how far b differs from a, in pixels that an operator sees."""
+    return await services.computing.run(lambda: services.records.compare(a, b))
+
+
+@router.get(
+    "/compare.png",
+    summary="Compare two, as a picture",
+    response_class=Response,
+    responses=file_responses("image/png"),
+)
+async def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
+    """Return where over the field two calibrations differ."""
+    picture = await services.computing.run(lambda: services.records.compare_picture(a, b))
+    return Response(picture, media_type="image/png")
+
+
+@router.post(
+    "/import",
+    status_code=201,
+    summary="Take a calibration from a file",
+    responses=problems(409, 503),
+    max_body_size=FILE_BYTES,
+)
+def import_file(
+    document: Annotated[dict[str, Any], Body()],  # Any: a file of another program, checked where it is read
+    services: ServicesDep,
+    distance_m: DistanceQuery = None,
+) -> CalibrationDocument:
+    """Keep the calibration of a file of this program, or of the authors' device bundle.
+
+    A bundle does not say how far away its markers stood: give `distance_m`.
+    """
+    return services.records.import_file(document, distance_m=distance_m)
+
+
+@router.get("/{calibration_id}", summary="One calibration", responses=problems(404))
+async def one(calibration_id: CalibrationId, services: ServicesDep) -> CalibrationDocument:
+    """Return one calibration."""
+    return services.records.describe(services.calibration.get(calibration_id))
+
+
+@router.delete(
+    "/{calibration_id}", status_code=204, summary="Discard a calibration", responses=problems(404, 409)
+)
+def discard(calibration_id: CalibrationId, services: ServicesDep) -> None:
+    """Put it in the trash, from which it can be restored; neither the one in force nor one that ships."""
+    services.calibration.discard(calibration_id)
+
+
+@router.post(
+    "/{calibration_id}/restore", summary="Take a calibration out of the trash", responses=problems(404)
+)
+def restore(calibration_id: CalibrationId, services: ServicesDep) -> CalibrationDocument:
+    """Undo its discarding; what is in force stays so."""
+    return services.records.describe(services.calibration.restore(calibration_id))
+
+
+@router.post("/{calibration_id}/activate", summary="Put one in force", responses=problems(404, 409))
+@needs(Right.ADMINISTER)
+def activate(
+    calibration_id: CalibrationId, services: ServicesDep, x_lease: LeaseHeader = None
+) -> CalibrationDocument:
+    """Put a calibration in force, now and at every start."""
+    services.lease.check(x_lease)
+    return services.records.describe(services.calibration.activate(calibration_id))
+
+
+@router.get(
+    "/{calibration_id}/report",
+    summary="What is known of one, as a page",
+    response_class=HTMLResponse,
+    responses=problems(404),
+)
+async def report(calibration_id: CalibrationId, services: ServicesDep) -> HTMLResponse:
+    """Return one self-contained page: measured figures beside the paper's, and all pictures."""
+    return HTMLResponse(await services.computing.run(lambda: services.records.report(calibration_id)))
+
+
+@router.get("/{calibration_id}/file", summary="One as a file", response_class=Response, responses=_JSON_FILE)
+def download(
+    calibration_id: CalibrationId,
+    services: ServicesDep,
+    file_format: Annotated[FileFormat, Query(alias="format")] = "foveacam",
+) -> Response:
+    """Return the calibration as a file of this program, or with its poses as the authors' device bundle."""
+    content = services.records.file(calibration_id, file_format)
+    name = f"{calibration_id}.json" if file_format == "foveacam" else f"{calibration_id}-bundle.json"
+    return Response(
+        content,
+        media_type="application/json",
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},
+    )

@@ -1,0 +1,92 @@
+"""Routes of drift checks: looks into the scene that measure how far the eyes moved since the calibration."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends, Path
+from fastapi.responses import JSONResponse, Response
+
+from foveacam_server.accounts.errors import require
+from foveacam_server.accounts.requests import PrincipalDep
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument, DriftRequest
+from foveacam_server.resources.calibrating.drift_checks.service import DriftChecks
+
+router = GuardedRouter("/drift_checks", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class DriftCheckRouteServices(Protocol):
+    """Services that these routes use."""
+
+    drift: DriftChecks
+    jobs: JobRunner
+    lease: Lease
+    computing: ComputeQueue
+
+
+ServicesDep = Annotated[DriftCheckRouteServices, Depends(opened_services)]
+
+CheckId = Annotated[str, Path(max_length=64)]
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Check the drift",
+    response_model=JobDocument,
+    responses={
+        200: {"model": DriftCheckDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: DriftRequest,
+    services: ServicesDep,
+    principal: PrincipalDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
+    if request.apply:
+        require(principal, Right.ADMINISTER, asked="a drift check that puts a calibration in force")
+    services.lease.check(x_lease)
+    job = services.drift.submit(request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.drift.get_by_url)
+
+
+@router.get("", summary="All drift checks, newest first")
+def every(services: ServicesDep) -> list[DriftCheckDocument]:
+    """Return what all checks found."""
+    return services.drift.records.every()
+
+
+@router.get(
+    "/trend.png",
+    summary="Drift over time",
+    response_class=Response,
+    responses=file_responses("image/png"),
+)
+async def trend(services: ServicesDep) -> Response:
+    """Return a picture of how both eyes have drifted since they were calibrated."""
+    picture = await services.computing.run(services.drift.records.trend_picture)
+    return Response(picture, media_type="image/png")
+
+
+@router.get("/{check_id}", summary="One check", responses=problems(404))
+def one(check_id: CheckId, services: ServicesDep) -> DriftCheckDocument:
+    """Return what one check found."""
+    return services.drift.records.get(check_id)

@@ -1,0 +1,95 @@
+"""Routes of the archive: send a capture, a recording or a still there, fetch it."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends, Path
+from fastapi.responses import JSONResponse
+from starlette.concurrency import run_in_threadpool
+
+from foveacam_pipeline.storage.archive import ItemKind
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.schema import JobDocument, ResponseModel
+from foveacam_server.resources.capturing.archive.schema import ArchiveDocument, ArchiveRequest
+from foveacam_server.resources.capturing.archive.service import ArchiveService
+from foveacam_server.resources.capturing.captures.schema import CaptureDocument
+from foveacam_server.resources.capturing.recordings.schema import RecordingDocument
+from foveacam_server.resources.capturing.stills.schema import StillDocument
+
+router = GuardedRouter(tags=["archive"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class ArchiveRouteServices(Protocol):
+    """Services that these routes use."""
+
+    archive: ArchiveService
+    jobs: JobRunner
+
+
+ServicesDep = Annotated[ArchiveRouteServices, Depends(opened_services)]
+
+
+@router.get("/archive", summary="The archive of this server")
+def archive(services: ServicesDep) -> ArchiveDocument:
+    """Return where captures, recordings and stills are archived."""
+    return services.archive.describe()
+
+
+def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_length: int) -> None:
+    """Add the two routes of a kind, named after its noun; they answer by its document."""
+    item_id_path = Path(alias=f"{noun}_id", max_length=id_length)
+    responses = {
+        200: {"model": document, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    }
+
+    async def send(
+        item_id: Annotated[str, item_id_path],
+        request: ArchiveRequest,
+        services: ServicesDep,
+        prefer: PreferHeader = None,
+        idempotency_key: IdempotencyHeader = None,
+    ) -> JSONResponse:
+        """Queue the upload as a job; what the archive has already is not sent again."""
+        held = services.archive
+        job = await run_in_threadpool(held.archive, kind, item_id, request, idempotency_key=idempotency_key)
+        return await job_answer(services, job, prefer=prefer, result=held.result(kind))
+
+    async def fetch(
+        item_id: Annotated[str, item_id_path],
+        services: ServicesDep,
+        prefer: PreferHeader = None,
+        idempotency_key: IdempotencyHeader = None,
+    ) -> JSONResponse:
+        """Queue the download of the files that are not on this machine, as a job."""
+        held = services.archive
+        job = await run_in_threadpool(held.fetch, kind, item_id, idempotency_key=idempotency_key)
+        return await job_answer(services, job, prefer=prefer, result=held.result(kind))
+
+    for endpoint, name, summary in (
+        (send, "archive", f"Send a {noun} to the archive"),
+        (fetch, "fetch", f"Fetch a {noun} from the archive"),
+    ):
+        router.add_api_route(
+            f"/{kind}/{{{noun}_id}}/{name}",
+            endpoint,
+            methods=["POST"],
+            name=f"{name}_{noun}",
+            status_code=202,
+            summary=summary,
+            response_model=JobDocument,
+            responses=responses,
+        )
+
+
+_add_kind("captures", "capture", CaptureDocument, id_length=255)
+_add_kind("recordings", "recording", RecordingDocument, id_length=100)
+_add_kind("stills", "still", StillDocument, id_length=100)

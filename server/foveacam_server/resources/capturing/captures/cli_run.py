@@ -1,0 +1,214 @@
+"""Run a capture for the command line with its own rig; Ctrl-C leaves a resumable dataset."""
+
+import json
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from foveacam_hardware.contract import Cancelled, Frame, InvalidInput
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.plan import RasterPlan, plan_from
+from foveacam_pipeline.capture.run import CaptureReport, prepare_plan, run_capture
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.commands.calibration_data import open_data
+from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
+from foveacam_server.datasets.capture_tools import rig_facts
+from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
+from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
+from foveacam_server.foundation.settings import Settings, default_data_dir
+from foveacam_server.resources.capturing.captures.begin import (
+    CaptureSpec,
+    begin_dataset,
+    check_resumable,
+    resume_dataset,
+)
+from foveacam_server.resources.capturing.captures.estimates import PlanToEstimate, estimate_plan
+from foveacam_server.resources.capturing.captures.schema import CaptureDocument, EstimateDocument
+
+INTERRUPTED = 130
+_OF_A_SERVER = {"distance_assumed", "warnings", "coverage"}
+"""Parts of an estimate that only a server answers."""
+
+
+def plan_of(
+    path: Path | None, options: Mapping[str, object], *, begun: str | None = None
+) -> RasterPlan | None:
+    """Return the plan of a file or of options; refuse both together.
+
+    `begun`: the option for an existing capture with its own plan, such as --resume; then return None.
+    """
+    if begun is not None:
+        if path is not None or options:
+            raise InvalidInput(f"{begun}: a capture has its own plan; leave plan and options out")
+        return None
+    if path is None:
+        points = options.get("points")
+        grid = {"kind": "grid", **points} if isinstance(points, dict) else {"kind": "grid"}
+        return plan_from({**options, "points": grid}, what="options of the plan")
+    if options:
+        raise InvalidInput(f"{path}: a plan was given and options of one too; write them into the plan")
+    return plan_from(_read_plan(path), what=str(path))
+
+
+def _read_plan(path: Path) -> object:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput(
+            f"{path}: it cannot be read ({error.strerror}); give a plan (.json) or set points"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"{path}: it is no text ({error}); give a plan (.json) or set points") from error
+    if path.suffix.lower() != ".json":
+        return {"points": {"kind": "set_points", "points": text}}
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InvalidInput(f"{path}: it is no JSON ({error}); correct it") from error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaptureOrder:
+    """The capture to make. `plan`: None resumes the capture of that name."""
+
+    name: str
+    plan: RasterPlan | None
+    label: str = ""
+    codec: ImageCodec = ImageCodec.TIFF
+    estimate: bool = False
+
+
+class CaptureProgressBar:
+    """Implements `CaptureWatcher` with a `ProgressBar`; asks the operator on its console."""
+
+    def __init__(self, bar: ProgressBar, console: Console) -> None:
+        self._bar, self._console = bar, console
+
+    def progress(self, report: CaptureReport) -> None:
+        """Move the bar."""
+        note = report.note or f"{report.phase.value}, {report.written_bytes / 1e6:.0f} MB"
+        self._bar.progress(report.done, total=report.total, note=note)
+
+    def cancelled(self) -> bool:
+        """Tell whether Ctrl-C was pressed."""
+        return self._bar.cancelled()
+
+    def paused(self) -> bool:
+        """Never pause."""
+        return False
+
+    def ask_operator(self, request: str) -> None:
+        """Wait until the operator presses Enter; raise `Cancelled` without a terminal."""
+        try:
+            self._console.input(f"{request} [Enter]: ")
+        except EOFError as error:
+            raise Cancelled(
+                f"{request}: nobody is there to do it; what was taken is kept, resume it"
+            ) from error
+
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
+        """Ignore frames."""
+
+
+def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
+    """Capture and print the result; Ctrl-C ends with status 130."""
+    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
+    with open_data(choice, lock=False) as data:
+        captures = CaptureCollection(choice.settings.data / CAPTURES)
+        folder = _folder(captures, order)
+        calibration = data.calibration.require()
+        with (
+            open_enabled_rig(choice, data.settle_times, console=console) as rig,
+            progress_bar(console, stage=order.name, cancels=True) as bar,
+        ):
+            watch = CaptureProgressBar(bar, console)
+            if order.estimate:
+                found = _estimate(OwnRig(rig), order, calibration, watch=watch, folder=captures.folder)
+                shown = found.model_dump(mode="json", exclude=_OF_A_SERVER)
+                typer.echo(json.dumps(shown) if rig_options.as_json else estimate_words(found))
+                return
+            try:
+                _capture(OwnRig(rig), order, calibration, folder=folder, watch=watch)
+            except Cancelled as error:
+                message = f"{error}: {_resume_command(folder, choice.settings)}"
+                console.print(message, markup=False, highlight=False, soft_wrap=True)
+                _print_capture(captures, folder, as_json=rig_options.as_json)
+                raise typer.Exit(INTERRUPTED) from None
+        _print_capture(captures, folder, as_json=rig_options.as_json)
+
+
+def _folder(captures: CaptureCollection, order: CaptureOrder) -> Path:
+    """Return the capture's folder; refuse what cannot be captured before a device is opened."""
+    if order.plan is not None:
+        return captures.new_folder(order.name)
+    kept = captures.named(order.name)
+    check_resumable(kept)
+    return kept.folder
+
+
+def _capture(
+    access: OwnRig, order: CaptureOrder, calibration: Calibration, *, folder: Path, watch: CaptureProgressBar
+) -> None:
+    if order.plan is None:
+        writer = resume_dataset(access, folder)
+    else:
+        wanted = CaptureSpec(plan=order.plan, label=order.label, codec=order.codec)
+        writer = begin_dataset(access, folder, wanted, calibration, watch=watch)
+    with writer:
+        run_capture(access, writer, watch=watch)
+
+
+def _resume_command(folder: Path, settings: Settings) -> str:
+    """Return the command that resumes a capture."""
+    words = ["foveacam", "capture", "--resume", "--name", folder.name]
+    if settings.data != default_data_dir():
+        words += ["--data", str(settings.data)]
+    return shlex.join(words)
+
+
+def _estimate(
+    access: OwnRig, order: CaptureOrder, calibration: Calibration, *, watch: CaptureProgressBar, folder: Path
+) -> EstimateDocument:
+    if order.plan is None:
+        raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
+    plan, _ = prepare_plan(access, order.plan, calibration, watch=watch)
+    facts = access.run_still(rig_facts)
+    asked = PlanToEstimate(plan=plan, calibration=calibration, facts=facts, codec=order.codec, folder=folder)
+    return estimate_plan(asked)
+
+
+def estimate_words(found: EstimateDocument) -> str:
+    """Return a line on a plan's time and size."""
+    return (
+        f"{found.points} points, {found.files} images: at least {found.total_s:.1f} s,"
+        f" {found.stored_bytes / 1e6:.0f} MB of {found.free_bytes / 1e6:.0f} MB free"
+    )
+
+
+def codec_of(text: str) -> ImageCodec:
+    """Return the image codec of `--codec`; raise `InvalidInput` for another word."""
+    try:
+        return ImageCodec(text)
+    except ValueError as error:
+        raise InvalidInput(f"--codec {text}: images are kept as tiff or png; choose one") from error
+
+
+def _print_capture(captures: CaptureCollection, folder: Path, *, as_json: bool) -> None:
+    if not (folder / "dataset.json").exists():
+        return  # it ended before its first point
+    found = CaptureDocument.of(captures.named(folder.name)).model_copy(update={"folder": str(folder)})
+    typer.echo(json.dumps(found.as_json()) if as_json else capture_words(found))
+
+
+def capture_words(found: CaptureDocument) -> str:
+    """Return a line on a capture's state and size."""
+    points = found.points
+    return (
+        f"{found.folder}: {found.state}, {points.taken} of {points.planned} points,"
+        f" {found.size_bytes / 1e6:.0f} MB"
+    )

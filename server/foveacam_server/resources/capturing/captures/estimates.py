@@ -1,0 +1,70 @@
+"""Plans of captures checked and estimated by the facts of the rig."""
+
+import math
+import shutil
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.plan import (
+    RasterPlan,
+    check_plan,
+    check_rail,
+    coverage_of,
+    fill_in_plan,
+)
+from foveacam_pipeline.capture.run import check_exposures
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.datasets.capture_tools import CaptureRigFacts
+from foveacam_server.resources.capturing.captures.schema import (
+    CoverageDocument,
+    EstimateDocument,
+    KindDocument,
+)
+
+
+def check_possible(plan: RasterPlan, calibration: Calibration, facts: CaptureRigFacts) -> None:
+    """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
+    check_rail(plan, facts.rail)
+    check_exposures(plan, facts.exposures_ns)
+    check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanToEstimate:
+    """A plan with the facts of the rig; `assumed_m`: distance where the plan names none."""
+
+    plan: RasterPlan
+    calibration: Calibration
+    facts: CaptureRigFacts
+    codec: ImageCodec
+    folder: Path
+    assumed_m: float | None = None
+
+
+def estimate_plan(asked: PlanToEstimate) -> EstimateDocument:
+    """Return time, size, warnings and footprints, which takes seconds for ten thousand points."""
+    plan, calibration, facts = asked.plan, asked.calibration, asked.facts
+    whole = fill_in_plan(plan, calibration, average_m=asked.assumed_m)
+    check_plan(whole, calibration, rail=facts.rail)
+    check_exposures(whole, facts.exposures_ns)
+    cover = coverage_of(whole, calibration)
+    needed = facts.estimate(whole, calibration, codec=asked.codec)
+    return EstimateDocument(
+        plan=whole.model_dump(mode="json"),
+        distance_assumed=plan.needs_distance,
+        points=needed.points,
+        shots=needed.shots,
+        total_s=round(needed.total_s, 3),
+        limit_s=round(needed.limit_s, 3),
+        reverge_s=round(needed.reverge_s, 3),
+        rail_s=round(needed.rail_s, 3),
+        hand_moves=needed.hand_moves,
+        files=needed.files,
+        raw_bytes=needed.raw_bytes,
+        stored_bytes=needed.stored_bytes,
+        free_bytes=shutil.disk_usage(asked.folder).free,
+        kinds=[KindDocument(**asdict(kind)) for kind in needed.kinds],
+        warnings=list(cover.warnings),
+        coverage=CoverageDocument.of(cover),
+    )

@@ -1,0 +1,209 @@
+"""Routes of recordings: make, list, change, download, films."""
+
+from typing import Annotated, Literal, Protocol
+
+from fastapi import Depends, Path, Query
+from fastapi.responses import JSONResponse
+from starlette.concurrency import run_in_threadpool
+
+from foveacam_hardware.contract import Busy
+from foveacam_pipeline.capture.recording.formats import FORMATS
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.schema import JobDocument, TrashEmptied
+from foveacam_server.resources.capturing.recordings.films import film_file, format_documents
+from foveacam_server.resources.capturing.recordings.schema import (
+    FilmDocument,
+    FilmRequest,
+    FormatDocument,
+    NameDocument,
+    RecordingDocument,
+    RecordingPatch,
+    RecordingRequest,
+)
+from foveacam_server.resources.capturing.recordings.service import RecordingService
+
+router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class RecordingRouteServices(Protocol):
+    """Services that these routes use."""
+
+    recordings: RecordingService
+    jobs: JobRunner
+
+
+ServicesDep = Annotated[RecordingRouteServices, Depends(opened_services)]
+
+RecordingId = Annotated[str, Path(max_length=100)]
+MEDIA_TYPES = {found.suffix: found.media_type for found in FORMATS.values()}
+_EXPORTS = stored_file_responses("video/mp4")
+for _media_type in MEDIA_TYPES.values():
+    _EXPORTS[200]["content"] |= file_responses(_media_type)[200]["content"]
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Record what the cameras deliver",
+    response_model=JobDocument,
+    responses={
+        200: {"model": RecordingDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: RecordingRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+) -> JSONResponse:
+    """Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is recorded."""
+    job = await run_in_threadpool(services.recordings.start, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.recordings.get_by_url)
+
+
+@router.get("", summary="Recordings, newest first")
+def every(
+    services: ServicesDep,
+    text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
+    removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
+) -> list[RecordingDocument]:
+    """Return all recordings, or those that hold every word of `text`."""
+    return services.recordings.search(text=text, removed=removed == "true")
+
+
+@router.get("/name", summary="The name that a recording would get")
+def name(
+    services: ServicesDep,
+    wanted: Annotated[str, Query(alias="name", max_length=1000)] = "",
+    numbered: Annotated[Literal["true", "false"], Query(description="with the next free number")] = "true",
+) -> NameDocument:
+    """Return the name with its number, and whether something can be recorded under it now."""
+    return services.recordings.name_of(wanted, numbered=numbered == "true")
+
+
+@router.get("/formats", summary="Formats of exports")
+def formats() -> list[FormatDocument]:
+    """Return every format, and whether this machine can write it."""
+    return format_documents()
+
+
+@router.delete("/trash", summary="Empty the trash")
+@needs(Right.ADMINISTER)
+def empty_trash(services: ServicesDep) -> TrashEmptied:
+    """Delete for good what was removed, and the films made of it."""
+    return TrashEmptied(deleted=services.recordings.collection.empty_trash())
+
+
+@router.get("/{recording_id}", summary="One recording", responses=problems(404))
+def one(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+    """Return one recording; while it is being made, with its counts so far."""
+    return services.recordings.get(recording_id)
+
+
+@router.patch(
+    "/{recording_id}",
+    summary="Describe a recording",
+    responses=problems(404, 502),
+)
+def patch(recording_id: RecordingId, change: RecordingPatch, services: ServicesDep) -> RecordingDocument:
+    """Change its label."""
+    return services.recordings.edit(recording_id, label=change.label)
+
+
+@router.delete(
+    "/{recording_id}",
+    status_code=204,
+    summary="Put a recording in the trash",
+    responses=problems(404, 409, 502),
+)
+def remove(recording_id: RecordingId, services: ServicesDep) -> None:
+    """Move it to the trash, from which it can be restored."""
+    services.recordings.remove(recording_id)
+
+
+@router.post(
+    "/{recording_id}/restore",
+    summary="Take a recording out of the trash",
+    responses=problems(404, 502),
+)
+def restore(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+    """Undo its removal."""
+    return services.recordings.restore(recording_id)
+
+
+@router.post(
+    "/{recording_id}/stop",
+    summary="End a recording",
+    responses=problems(404),
+)
+def stop(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+    """End it, and answer when its file is complete; one that has ended stays as it is."""
+    return services.recordings.stop(recording_id)
+
+
+@router.get(
+    "/{recording_id}/download.fcap",
+    summary="The recording's file",
+    response_class=StoredFile,
+    responses={**stored_file_responses("application/octet-stream"), **problems(409)},
+)
+def download(recording_id: RecordingId, services: ServicesDep) -> StoredFile:
+    """Send the file as it is, or the part that a Range header asks for."""
+    path = services.recordings.readable(recording_id).path
+    if not path.exists():
+        found, remedy = "its bytes are in the archive alone", "fetch it first"
+        raise Busy(f"download {path.name}: {found}; {remedy}", found=found, remedy=remedy)
+    return StoredFile(path, media_type="application/octet-stream", filename=path.name)
+
+
+@router.post(
+    "/{recording_id}/films",
+    status_code=202,
+    summary="Make a film, or another export",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FilmDocument, "description": "made in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def make_film(
+    recording_id: RecordingId,
+    request: FilmRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+) -> JSONResponse:
+    """Queue a film as a job; the same one is not made twice."""
+    recordings = services.recordings
+    job = await run_in_threadpool(
+        recordings.films.start, recording_id, request, idempotency_key=idempotency_key
+    )
+    return await job_answer(services, job, prefer=prefer, result=recordings.films.get_by_url)
+
+
+@router.get(
+    "/{recording_id}/films/{name}",
+    summary="A film that was made",
+    response_class=StoredFile,
+    responses=_EXPORTS,
+)
+def film(
+    recording_id: RecordingId, name: Annotated[str, Path(max_length=100)], services: ServicesDep
+) -> StoredFile:
+    """Send a film."""
+    recordings = services.recordings
+    kept = recordings.readable(recording_id)
+    path = film_file(recordings.collection, kept, name)
+    return StoredFile(path, media_type=MEDIA_TYPES[path.suffix], filename=f"{kept.name} {name}")

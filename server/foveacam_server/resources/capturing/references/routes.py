@@ -1,0 +1,131 @@
+"""Routes of a capture's reference, its depth over the rail's long baselines: compute it, figures, files."""
+
+from typing import Annotated, Literal, Protocol
+
+from fastapi import Depends
+from fastapi.responses import JSONResponse, Response
+from starlette.concurrency import run_in_threadpool
+
+from foveacam_pipeline.capture.dataset.reference_folder import REFERENCE_PICTURE, REFERENCE_SAMPLES
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.datasets.capture_id import CaptureId
+from foveacam_server.datasets.collection import StoredCapture
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.capturing.references.schema import ReferenceDocument, ReferenceRequest
+from foveacam_server.resources.capturing.references.service import ReferenceService, reference_file
+
+router = GuardedRouter(
+    "/captures/{capture_id}/reference", tags=["references"], reading=Right.VIEW, changing=Right.OPERATE
+)
+
+
+class StoredCaptures(Protocol):
+    """The collection of captures."""
+
+    def get(self, capture_id: str) -> StoredCapture:
+        """Return one capture; raise `NotFound`."""
+        ...
+
+
+class CaptureSource(Protocol):
+    """The service of captures."""
+
+    @property
+    def collection(self) -> StoredCaptures:
+        """The stored captures."""
+        ...
+
+
+class ReferenceRouteServices(Protocol):
+    """Services that these routes use."""
+
+    references: ReferenceService
+    jobs: JobRunner
+
+    @property
+    def captures(self) -> CaptureSource:
+        """Captures that references are made of."""
+        ...
+
+
+ServicesDep = Annotated[ReferenceRouteServices, Depends(opened_services)]
+
+_MEDIA = {"svg": "image/svg+xml", "png": "image/png", "csv": "text/csv"}
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Make a capture's reference",
+    response_model=JobDocument,
+    responses={
+        200: {"model": ReferenceDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def make(
+    capture_id: CaptureId,
+    services: ServicesDep,
+    request: ReferenceRequest | None = None,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+) -> JSONResponse:
+    """Queue it as a job that leaves the rig free; refuse at once what the capture's index rules out.
+
+    An older reference of the capture stays until the new one is finished.
+    """
+    job = await run_in_threadpool(
+        services.references.start, capture_id, request or ReferenceRequest(), idempotency_key=idempotency_key
+    )
+    return await job_answer(services, job, prefer=prefer, result=services.references.get_by_url)
+
+
+@router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))
+def one(capture_id: CaptureId, services: ServicesDep) -> ReferenceDocument:
+    """Return its figures and files, the progress of its job, or why there can be none."""
+    return services.references.get(capture_id)
+
+
+@router.delete("", status_code=204, summary="Remove a capture's reference", responses=problems(404, 409, 502))
+def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+    """Remove its files; the capture stays."""
+    services.references.remove(capture_id)
+
+
+@router.get(
+    f"/{REFERENCE_PICTURE}.{{form}}",
+    summary="The comparison as a picture",
+    response_class=Response,
+    responses=file_responses("image/svg+xml"),
+)
+def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: ServicesDep) -> Response:
+    """Return the error of the rig's own depth against the reference, over depth."""
+    return _sent(services, capture_id, f"{REFERENCE_PICTURE}.{form}")
+
+
+@router.get(
+    f"/{REFERENCE_SAMPLES}",
+    summary="The samples as a table",
+    response_class=Response,
+    responses=file_responses("text/csv"),
+)
+def samples(capture_id: CaptureId, services: ServicesDep) -> Response:
+    """Return one row a sample: its position, its depth by the rig and by the reference, their errors."""
+    return _sent(services, capture_id, REFERENCE_SAMPLES)
+
+
+def _sent(services: ReferenceRouteServices, capture_id: str, name: str) -> Response:
+    content = reference_file(services.captures.collection.get(capture_id), name)
+    return Response(
+        content, media_type=_MEDIA[name.rpartition(".")[2]], headers={"Cache-Control": "no-cache"}
+    )

@@ -1,0 +1,136 @@
+"""Take a still for the command line: with the command's own rig, or on a running server."""
+
+import json
+from dataclasses import dataclass
+from typing import Self
+
+import typer
+from pydantic import SecretStr, TypeAdapter
+from rich.console import Console
+
+from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
+from foveacam_pipeline.capture.dataset import ImageCodec
+from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
+from foveacam_server.commands.calibration_data import open_data
+from foveacam_server.commands.options import RigOptions
+from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
+from foveacam_server.commands.server_answers import read_answer
+from foveacam_server.foundation.http.server_client import ServerClient
+from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.plain_words import validated
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.capturing.stills.collection import STILLS, StillCollection
+from foveacam_server.resources.capturing.stills.schema import StillDocument, StillRequest
+
+WAIT_S = 60
+_ANSWER: TypeAdapter[StillDocument | JobDocument] = TypeAdapter(StillDocument | JobDocument)
+
+
+def take_on_server(server: str, request: StillRequest, *, token: SecretStr | None) -> StillDocument:
+    """Let a server take a still and return it; raise the server's problem as an error."""
+    with ServerClient(server, token=token) as client:
+        answer = client.post("/stills", request, wait_s=WAIT_S)
+    found = read_answer(_ANSWER, answer)
+    if isinstance(found, JobDocument):
+        raise FoveaError(f"server {server}: the still takes longer than {WAIT_S} s; look at its jobs")
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StillOrder:
+    """The still to take."""
+
+    plan: StillPlan
+    name: str | None
+    label: str
+    codec: ImageCodec
+
+    @classmethod
+    def checked(
+        cls,
+        *,
+        name: str | None,
+        frames: int,
+        every_frame: bool,
+        cameras: list[str] | None,
+        label: str,
+        codec: str,
+    ) -> Self:
+        """Return the order of the options; raise `InvalidInput` or `OutOfRange` for invalid ones."""
+        keep = StillKeep.ALL if every_frame else StillKeep.MEAN
+        unknown = [each for each in cameras or [] if each not in tuple(Role)]
+        if unknown:
+            raise InvalidInput(
+                f"--camera {unknown[0]}: the cameras are wide, left and right; choose of these"
+            )
+        roles = tuple(Role(each) for each in cameras) if cameras else tuple(Role)
+        try:
+            images = ImageCodec(codec)
+        except ValueError as error:
+            raise InvalidInput(f"--codec {codec}: images are kept as png or tiff; choose one") from error
+        plan = StillPlan(frames=frames, keep=keep, roles=roles)
+        return cls(plan=plan, name=name, label=label, codec=images)
+
+    def request(self) -> StillRequest:
+        """Return this order as a request to a server; raise `InvalidInput` for an invalid name or label."""
+        given = {
+            "stack_frames": self.plan.frames,
+            "stack_keep": self.plan.keep.value,
+            "cameras": [role.value for role in self.plan.roles],
+            "name": self.name,
+            "label": self.label,
+            "codec": self.codec.value,
+            "save": True,
+        }
+        return validated(StillRequest, given)
+
+
+class _SilentWatcher:
+    """Implements the pipeline's `StillWatcher`: shows nothing; Ctrl-C ends the program."""
+
+    def progress(self, done: int, *, total: int, note: str) -> None:
+        """Ignore it."""
+
+    def cancelled(self) -> bool:
+        """Never cancel."""
+        return False
+
+    def show_frames(self, frames: tuple[Frame, ...]) -> None:
+        """Ignore it."""
+
+
+def run_order(rig_options: RigOptions, order: StillOrder, *, server: str | None) -> None:
+    """Take and print the still; when a camera stalled, store the other frames and raise its error."""
+    if server is not None:
+        taken = take_on_server(server, order.request(), token=rig_options.settings.token)
+        _print_still(taken, as_json=rig_options.as_json)
+        return
+    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
+    taken, fault = _take_on_own_rig(choice, order, console=console)
+    _print_still(taken, as_json=rig_options.as_json)
+    if fault is not None:
+        raise fault
+
+
+def _take_on_own_rig(
+    choice: RigChoice, order: StillOrder, *, console: Console
+) -> tuple[StillDocument, FoveaError | None]:
+    with open_data(choice, lock=False) as data:
+        stills, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
+        folder = stills.new_folder(order.name, waits=False)
+        with open_enabled_rig(choice, data.settle_times, console=console) as rig:
+            still = take_still(OwnRig(rig), order.plan, watch=_SilentWatcher())
+        labels = StillLabels(label=order.label, codec=order.codec, id=still_id)
+        write_still(folder, still, data.calibration.current, labels)
+        found = stills.keep(still_id)
+        return StillDocument.of(found), still.missing_error(
+            kept=f"what came is kept in {found.stored.folder}"
+        )
+
+
+def _print_still(still: StillDocument, *, as_json: bool) -> None:
+    if as_json:
+        typer.echo(json.dumps(still.as_json()))
+        return
+    cameras = ", ".join(f"{each.camera} {each.came} of {each.asked}" for each in still.cameras)
+    typer.echo(f"{still.folder}: {cameras} frames, {still.size_bytes / 1e6:.1f} MB")

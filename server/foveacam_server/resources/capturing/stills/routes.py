@@ -1,0 +1,211 @@
+"""Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
+
+from pathlib import Path as FilePath
+from typing import Annotated, Literal, Protocol
+
+from fastapi import Depends, Path, Query
+from fastapi.responses import JSONResponse, StreamingResponse
+from starlette.concurrency import run_in_threadpool
+
+from foveacam_hardware.contract import Role
+from foveacam_pipeline.capture.dataset import check_dataset
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.datasets.collection import readable_dataset
+from foveacam_server.datasets.download import zip_stream
+from foveacam_server.datasets.drawings import anaglyph_picture, capture_picture
+from foveacam_server.foundation.http.answers import (
+    LONG_READ,
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument, TrashEmptied
+from foveacam_server.resources.capturing.stills.collection import StillState, StoredStill, still_picture
+from foveacam_server.resources.capturing.stills.schema import (
+    CameraName,
+    StateName,
+    StillCheck,
+    StillDocument,
+    StillKeepRequest,
+    StillPatch,
+    StillRequest,
+)
+from foveacam_server.resources.capturing.stills.service import StillService
+
+router = GuardedRouter("/stills", tags=["stills"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class StillRouteServices(Protocol):
+    """Services that these routes use."""
+
+    stills: StillService
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[StillRouteServices, Depends(opened_services)]
+
+StillId = Annotated[str, Path(max_length=100)]
+Form = Literal["jpg", "png", "tiff"]
+_MEDIA = {"jpg": "image/jpeg", "png": "image/png", "tiff": "image/tiff"}
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Take a still",
+    response_model=JobDocument,
+    responses={
+        200: {"model": StillDocument, "description": "ended in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def create(
+    request: StillRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
+    services.lease.check(x_lease)
+    job = await run_in_threadpool(services.stills.start, request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.stills.get_by_url)
+
+
+@router.get("", summary="Stills, newest first")
+def every(
+    services: ServicesDep,
+    text: Annotated[str, Query(max_length=200, description="words of name, label or id")] = "",
+    state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
+) -> list[StillDocument]:
+    """Return all stills of one state, or those that hold every word of `text`."""
+    return services.stills.search(text=text, state=StillState(state))
+
+
+@router.delete("/trash", summary="Empty the trash")
+@needs(Right.ADMINISTER)
+def empty_trash(services: ServicesDep) -> TrashEmptied:
+    """Delete for good what was removed or discarded."""
+    return TrashEmptied(deleted=services.stills.collection.empty_trash())
+
+
+@router.get("/{still_id}", summary="One still", responses=problems(404))
+def one(still_id: StillId, services: ServicesDep) -> StillDocument:
+    """Return one still, held or kept."""
+    return services.stills.get(still_id)
+
+
+@router.patch("/{still_id}", summary="Describe a still", responses=problems(404, 409))
+def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> StillDocument:
+    """Change its label or its licence."""
+    return services.stills.edit(still_id, change)
+
+
+@router.post(
+    "/{still_id}/keep",
+    summary="Keep a still that is held",
+    responses=problems(404, 409, 502),
+)
+def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> StillDocument:
+    """Keep it, under another name if one is given."""
+    return services.stills.keep(still_id, change or StillKeepRequest())
+
+
+@router.delete(
+    "/{still_id}", status_code=204, summary="Discard or remove a still", responses=problems(404, 409)
+)
+def remove(still_id: StillId, services: ServicesDep) -> None:
+    """Move it to the trash, from which it can be restored."""
+    services.stills.remove(still_id)
+
+
+@router.post(
+    "/{still_id}/restore",
+    summary="Take a still out of the trash",
+    responses=problems(404),
+)
+def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
+    """Undo its removal; a discarded one is kept afterwards."""
+    return services.stills.restore(still_id)
+
+
+@router.post(
+    "/{still_id}/check", summary="Verify every file", responses=problems(404), dependencies=[LONG_READ]
+)
+def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
+    """Read every file of the still's dataset again, and list what is not as it was written."""
+    faults = check_dataset(services.stills.collection.get(still_id).stored.folder)
+    return StillCheck(id=still_id, sound=not faults, faults=faults)
+
+
+@router.get(
+    "/{still_id}/download.zip",
+    summary="The still's dataset as one ZIP file",
+    response_class=StreamingResponse,
+    responses=file_responses("application/zip"),
+    dependencies=[LONG_READ],
+)
+def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
+    """Send the dataset's folder, files as they are."""
+    kept = services.stills.collection.get(still_id).stored
+    readable_dataset(kept)
+    headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
+    return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
+
+
+@router.get(
+    "/{still_id}/cameras/{camera}.{form}",
+    summary="What one camera saw",
+    response_class=StoredFile,
+    responses=stored_file_responses("image/jpeg"),
+)
+def picture(
+    still_id: StillId,
+    camera: CameraName,
+    form: Form,
+    services: ServicesDep,
+    frame: Annotated[
+        str | None,
+        Query(pattern=r"^\d{1,2}$", description="one of the stack, from 0; usually their mean"),
+    ] = None,
+) -> StoredFile:
+    """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
+    collection = services.stills.collection
+    number = None if frame is None else int(frame)
+    path = collection.read(
+        still_id, lambda found: still_picture(collection, found, Role(camera), form=form, frame=number)
+    )
+    name = f"{still_id}-{camera}.{form}"
+    return StoredFile(path, media_type=_MEDIA[form], filename=name, content_disposition_type="inline")
+
+
+@router.get(
+    "/{still_id}/{drawn}.{form}",
+    summary="Where the foveae looked, or both in red and cyan",
+    response_class=StoredFile,
+    responses=stored_file_responses("image/jpeg"),
+)
+def drawing_of(
+    still_id: StillId,
+    drawn: Literal["thumbnail", "coverage", "anaglyph"],
+    form: Literal["jpg", "png"],
+    services: ServicesDep,
+) -> StoredFile:
+    """Draw a small wide view with both outlines, a large one, or the rectified pair."""
+    collection = services.stills.collection
+
+    def draw(found: StoredStill) -> FilePath:
+        if drawn == "anaglyph":
+            return anaglyph_picture(collection.drawn, found.stored, index=0, bracket=0, form=form)
+        return capture_picture(collection.drawn, found.stored, drawn, form=form)
+
+    return StoredFile(collection.read(still_id, draw), media_type=_MEDIA[form])

@@ -1,0 +1,1 @@
+"""The rig's devices: setting them up, cameras, mirrors, positioners, displays, faults, the stop."""

@@ -1,0 +1,95 @@
+"""Routes of displays: screens that show a calibration pattern at its true size, and that pattern."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends, Path, Query
+from fastapi.responses import Response
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter, needs
+from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, opened_services, problems
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.resources.devices.displays.schema import (
+    DisplayDocument,
+    DisplayId,
+    DisplayRequest,
+    PatternDocument,
+    PrintQuery,
+    ShownPattern,
+)
+from foveacam_server.resources.devices.displays.service import PatternDisplayService
+
+router = GuardedRouter("/displays", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class DisplayRouteServices(Protocol):
+    """Services that these routes use."""
+
+    displays: PatternDisplayService
+    lease: Lease
+
+
+ServicesDep = Annotated[DisplayRouteServices, Depends(opened_services)]
+DisplayIdPath = Annotated[DisplayId, Path(description="what the screen calls itself, hexadecimal")]
+
+
+@router.get("", summary="Connected displays")
+async def connected(services: ServicesDep) -> list[DisplayDocument]:
+    """Return the screens that show the pattern; one that was not heard of for 15 s is left out."""
+    return services.displays.connected()
+
+
+@router.get("/pattern", summary="The pattern of the displays")
+async def pattern(services: ServicesDep) -> PatternDocument:
+    """Return the pattern that all screens show."""
+    return services.displays.pattern()
+
+
+@router.put("/pattern", summary="Show a pattern", responses=problems(409))
+def show(request: ShownPattern, services: ServicesDep, x_lease: LeaseHeader = None) -> PatternDocument:
+    """Let all screens show a pattern at its true size, now and after a restart."""
+    services.lease.check(x_lease)
+    return services.displays.show(request)
+
+
+@router.get(
+    "/pattern.svg",
+    summary="The pattern as SVG",
+    response_class=Response,
+    responses=file_responses("image/svg+xml"),
+)
+def svg(services: ServicesDep) -> Response:
+    """Return the pattern at its true size in millimetres, for screens and printers."""
+    return Response(services.displays.svg(), media_type="image/svg+xml")
+
+
+@router.get(
+    "/pattern.pdf",
+    summary="A pattern as PDF",
+    response_class=Response,
+    responses=file_responses("application/pdf"),
+)
+def pdf(services: ServicesDep, query: Annotated[PrintQuery, Query()]) -> Response:
+    """Return the pattern of the query, without `kind` that of the displays, to be printed at 100 %.
+
+    One that is larger than the paper comes on up to nine sheets, with crop marks.
+    """
+    printed = services.displays.print(query)
+    headers = {"Content-Disposition": f'attachment; filename="{printed.file_name}"'}
+    return Response(printed.content, media_type="application/pdf", headers=headers)
+
+
+@router.put("/{display_id}", summary="Register a display", responses=problems(409))
+@needs(Right.VIEW)
+async def register(
+    display_id: DisplayIdPath, request: DisplayRequest, services: ServicesDep
+) -> PatternDocument:
+    """Register a screen, or say that it is still there; to be repeated within 15 s. Return what it shows."""
+    return services.displays.register(display_id, request)
+
+
+@router.delete("/{display_id}", status_code=204, summary="Take a display off the list")
+@needs(Right.VIEW)
+async def forget(display_id: DisplayIdPath, services: ServicesDep) -> None:
+    """Take a screen that shows the pattern no longer off the list."""
+    services.displays.forget(display_id)

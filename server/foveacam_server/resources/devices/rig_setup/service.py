@@ -1,0 +1,279 @@
+"""Keeps the draft of a rig file, checks it, and writes, puts back and opens rig files; from any thread."""
+
+import logging
+import shlex
+import threading
+from pathlib import Path
+
+from tomlkit.exceptions import ParseError
+
+from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
+from foveacam_hardware.rig_config import BAD_RIG_ID, RIG_ID, SimulatedRigConfig, load_rig_config
+from foveacam_server.checks.needs import RigNeeds, needs_of
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.schema import RequestModel
+from foveacam_server.foundation.whole_file import read_document, write_document
+from foveacam_server.resources.devices.rig_setup.draft_checks import faults_of
+from foveacam_server.resources.devices.rig_setup.draft_file import draft_of, is_simulated, merge_draft
+from foveacam_server.resources.devices.rig_setup.rig_files import (
+    RigFileFolder,
+    TomlTable,
+    content_of,
+    difference,
+    hash_of,
+)
+from foveacam_server.resources.devices.rig_setup.schema import (
+    DraftDocument,
+    DraftFault,
+    RigDraft,
+    RigFileDocument,
+    RigFileEntry,
+    RigFiles,
+)
+from foveacam_server.rig.chosen_rig import ChosenRig, check_simulation
+from foveacam_server.rig.hardware import HardwareThread
+
+HOLDER = "the set-up of another rig"
+NAMELESS = "my-rig"
+
+
+_log = logging.getLogger(__name__)
+FILE, FORM, VERSION = "draft.json", "foveacam-rig-draft", 1
+
+
+class StoredDraft(RequestModel):
+    """A draft; `path`, `text`: the rig file that it began from, as it was then; null: a new file."""
+
+    draft: RigDraft = RigDraft()
+    path: str | None = None
+    text: str | None = None
+
+
+def load_draft(folder: Path) -> StoredDraft | None:
+    """Return the stored draft; None without a readable one."""
+    try:
+        return read_document(folder / FILE, StoredDraft, form=FORM, version=VERSION)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        _log.warning("the draft of a rig begins anew: %s cannot be read (%s)", FILE, error)
+        return None
+
+
+def store_draft(folder: Path, stored: StoredDraft) -> None:
+    """Write a draft; raise as `write_whole`."""
+    document = {"format": FORM, "version": VERSION, **stored.as_json()}
+    write_document(folder / FILE, document, what="the draft of the rig")
+
+
+class RigSetupService:
+    """One draft for all pages, like the rig itself."""
+
+    def __init__(self, data: Path, rig: ChosenRig, *, replayed: bool, events: EventLog) -> None:
+        given = None if rig.name == "sim" else Path(rig.name)
+        self._folder = data / "rig_setup"
+        self._files = RigFileFolder(data, given=given)
+        self._rig = rig
+        self._replayed = replayed
+        self._events = events
+        self._lock = threading.RLock()
+        self._stored = self._first(given)
+
+    @property
+    def draft(self) -> RigDraft:
+        """The draft as it is now."""
+        return self._stored.draft
+
+    def viewers_may_stop(self) -> bool:
+        """Return whether the file of the rig that is chosen lets those who may only look stop the mirrors."""
+        try:
+            return self._rig.config().access.viewers_may_stop
+        except FoveaError:
+            return False
+
+    def describe(self) -> DraftDocument:
+        """Return the draft, its file, and what is wrong with it."""
+        with self._lock:
+            text, proposed = self._texts()
+            return DraftDocument(
+                draft=self._stored.draft,
+                path=str(self._path),
+                file_exists=text is not None,
+                changed=proposed != text,
+                simulated=is_simulated(self._stored.draft),
+                faults=self._faults(proposed),
+            )
+
+    def begin(self, path: str | None) -> DraftDocument:
+        """Begin anew: from a rig file of the list, or from nothing."""
+        with self._lock:
+            self._store(self._begun(None if path is None else self._files.known(path)))
+            return self.describe()
+
+    def put(self, draft: RigDraft) -> DraftDocument:
+        """Put other values into the draft; wrong ones are kept and described as faults."""
+        with self._lock:
+            self._store(self._stored.model_copy(update={"draft": draft}))
+            return self.describe()
+
+    def review(self) -> RigFileDocument:
+        """Return the file as it is and what saving would make of it."""
+        with self._lock:
+            text, proposed = self._texts()
+            name, began = self._path.name, self._stored
+            meanwhile = began.path is not None and text != began.text
+            return RigFileDocument(
+                path=str(self._path),
+                hash=hash_of(text),
+                proposed=proposed,
+                changes=difference(text, proposed, name=name),
+                meanwhile=difference(began.text, text, name=name) if meanwhile else "",
+                versions=self._files.versions(self._path),
+                command=f"foveacam serve --rig {shlex.quote(str(self._path))}",
+            )
+
+    def table(self, name: str) -> TomlTable:
+        """Return one table of the file that the draft would make."""
+        found = content_of(self.review().proposed).get(name)
+        return found if isinstance(found, dict) else {}
+
+    def save(self, seen: str | None) -> RigFileDocument:
+        """Write the file; raise `EditedMeanwhile` for another hash than `seen`, `InvalidInput` for faults."""
+        with self._lock:
+            _, proposed = self._texts()
+            if faults := self._faults(proposed):
+                raise _faulty(faults)
+            path = self._path
+            self._files.write(path, proposed, seen=seen)
+            self._store(self._begun(path))
+        self._tell(f"rig file {path.name} was written")
+        return self.review()
+
+    def undo(self, seen: str | None) -> RigFileDocument:
+        """Put the last version of the file back, and the draft with it; raise as `save`."""
+        with self._lock:
+            path = self._path
+            self._files.put_back(path, seen=seen)
+            self._store(self._begun(path))
+        self._tell(f"rig file {path.name} is as it was before")
+        return self.review()
+
+    def files(self) -> RigFiles:
+        """Return the rig files that can be opened."""
+        entries = [
+            RigFileEntry(
+                path=str(path),
+                name=path.name,
+                open=not self._replayed and str(path) == self._open_path,
+                problem=self._files.problem(path),
+            )
+            for path in self._files.every()
+        ]
+        simulated = self._rig.name == "sim" and not self._replayed
+        return RigFiles(files=entries, simulated=simulated, replayed=self._replayed)
+
+    def open(self, path: str | None, hardware: HardwareThread) -> None:
+        """Close the rig and open the one of a file, or the simulated one; raise `Busy` while a job has it."""
+        if self._replayed:
+            raise Busy(
+                "asked to open a rig: this server plays a recording; start it again with foveacam serve --rig"
+                " FILE",
+                asked="open a rig",
+                found="this server plays a recording",
+                remedy="start it again with foveacam serve --rig FILE",
+            )
+        name = "sim" if path is None else str(self._files.known(path))
+        if path is not None:
+            config = load_rig_config(name)
+            if isinstance(config, SimulatedRigConfig):
+                check_simulation(config)
+        before = self._rig.name
+        self._rig.choose(name)
+        try:
+            hardware.reopen(HOLDER)
+        except Busy:
+            self._rig.choose(before)
+            raise
+        self._tell(
+            "the simulated rig was opened" if path is None else f"rig file {Path(name).name} was opened"
+        )
+
+    def open_needs(self) -> RigNeeds:
+        """Return the devices of the open rig; none for one whose file cannot be read."""
+        if self._replayed:
+            return RigNeeds(simulated=True)
+        try:
+            return needs_of(self._rig.config())
+        except FoveaError:
+            return RigNeeds(simulated=True)
+
+    @property
+    def _open_path(self) -> str:
+        return str(Path(self._rig.name).absolute())
+
+    @property
+    def _path(self) -> Path:
+        """The draft's file: the one it began from, or a new one named by the rig's id."""
+        stored = self._stored
+        if stored.path is not None:
+            return Path(stored.path)
+        return self._files.named(stored.draft.rig_id if RIG_ID.fullmatch(stored.draft.rig_id) else NAMELESS)
+
+    def _texts(self) -> tuple[str | None, str]:
+        """Return the file's present text, and what the draft makes of it."""
+        stored = self._stored
+        text = self._files.read(self._path)
+        if stored.path is None:
+            return text, merge_draft(None, stored.draft, before=None)
+        try:
+            return text, merge_draft(text, stored.draft, before=draft_of(content_of(stored.text)))
+        except ParseError as error:
+            raise InvalidInput(
+                f"rig file {stored.path}: not valid TOML ({error}); correct that line",
+                asked=f"read {stored.path}",
+                found=str(error),
+                remedy="correct that line",
+            ) from error
+
+    def _faults(self, proposed: str) -> list[DraftFault]:
+        draft = self._stored.draft
+        found = faults_of(draft, content_of(proposed))
+        if self._stored.path is not None:
+            return found
+        if is_simulated(draft) and not RIG_ID.fullmatch(draft.rig_id):
+            found.append(DraftFault(field="rig_id", message=BAD_RIG_ID))
+        if self._path.exists():
+            taken = f"{self._path.name} is there already; choose it above, or another short name"
+            found.append(DraftFault(field="rig_id", message=taken))
+        return found
+
+    def _first(self, given: Path | None) -> StoredDraft:
+        """Return the stored draft, unless the command line names another file than it began from."""
+        stored = load_draft(self._folder)
+        if stored is None or (given is not None and stored.path != str(given.absolute())):
+            return self._begun(given)
+        return stored
+
+    def _begun(self, path: Path | None) -> StoredDraft:
+        """Return the draft that begins from a file, or from nothing."""
+        if path is None:
+            return StoredDraft()
+        text = self._files.read(path)
+        return StoredDraft(draft=draft_of(content_of(text)), path=str(path.absolute()), text=text)
+
+    def _store(self, stored: StoredDraft) -> None:
+        store_draft(self._folder, stored)
+        self._stored = stored
+
+    def _tell(self, message: str) -> None:
+        self._events.emit("rig.setup", message)
+
+
+def _faulty(faults: list[DraftFault]) -> InvalidInput:
+    words = "; ".join(f"{fault.field}: {fault.message}" for fault in faults)
+    return InvalidInput(
+        f"asked to save the rig, and it would not open: {words}",
+        asked="save the rig",
+        found=words,
+        remedy="correct these fields, then save again",
+    )

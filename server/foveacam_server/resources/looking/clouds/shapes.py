@@ -1,0 +1,306 @@
+"""Computes depth, pictures, cloud and mesh of a fixation's last look on a thread of its own.
+
+The fixation's answer does not wait for them. A job that waits for a shape has it made on its own thread.
+"""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable, Sequence
+from contextvars import copy_context
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_hardware.contract.spans import span
+from foveacam_pipeline.measure.look import look_depth
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.stereo.depth import cloud as cloud_of
+from foveacam_pipeline.stereo.depth import depth_map
+from foveacam_pipeline.stereo.estimator import MatchedPair
+from foveacam_pipeline.stereo.mesh import depth_mesh
+from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
+from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh, RectifiedPair
+from foveacam_pipeline.verge.values import Basis
+from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.watching import timings
+from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
+from foveacam_server.resources.looking.clouds.collection import CloudCollection, FixationShape
+from foveacam_server.resources.looking.clouds.depth_patches import project_patch
+from foveacam_server.resources.looking.clouds.schema import CloudDocument, CloudFailure
+from foveacam_server.rig.ports import PictureSink, SceneViewer
+
+_log = logging.getLogger(__name__)
+
+PART, LOOKS = "foveacam-shapes", "looks"
+"""Name of the thread, and what it is fed with."""
+WAITING = 4
+"""Fixations that may wait; the oldest is dropped for a newer one."""
+PUT_BACK = 12
+"""Number of the newest fixations of an earlier run that are drawn in the 3D pane again."""
+MAX_POINTS = 50_000
+MESH_STEP_PX = 4
+SCALE, FULL_SCALE = 0.5, 1.0
+"""Scales of the rectified windows: of ordinary looks, and of those at full resolution."""
+
+
+class PairMatcher(Protocol):
+    """Computes the disparities of a pair by the backend that was chosen."""
+
+    def estimate(self, pair: RectifiedPair) -> MatchedPair:
+        """Return the disparities and who computed them."""
+        ...
+
+
+def _unchecked() -> None:
+    """Let the work go on."""
+
+
+OnCloud = Callable[[str, CloudDocument], None]
+"""Takes the fixation's id and the new cloud."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VergedLook:
+    """A verged fixation whose shape is to be computed."""
+
+    fixation_id: str
+    label: str
+    sighting: Sighting
+    calibration: Calibration
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+    on_cloud: OnCloud
+    basis: Basis = Basis.BOTH_FOVEAE
+    scale: float = SCALE
+    """Of the depth map: pixels of it for one of the sensor; `FULL_SCALE` needs frames at binning 1."""
+
+    @property
+    def most_points(self) -> int:
+        """Number of points that the cloud may have: as dense in the depth map at each scale."""
+        return round(MAX_POINTS * (self.scale / SCALE) ** 2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoundedLook:
+    """A fixation of which only limits of the distance are known, m; `farthest_m` None: there is none."""
+
+    fixation_id: str
+    label: str
+    direction_deg: tuple[float, float]
+    nearest_m: float
+    farthest_m: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredLook:
+    """A fixation of an earlier run with a known distance; `cloud_id`: None without a cloud."""
+
+    fixation_id: str
+    label: str
+    point_rig_m: tuple[float, float, float]
+    distance_m: float
+    distance_sigma_m: float
+    basis: Basis
+    cloud_id: str | None
+
+
+class ShapeWorker:
+    """Turns verged looks into pictures, stored clouds and drawings in the 3D pane, on one thread."""
+
+    def __init__(
+        self,
+        *,
+        clouds: CloudCollection,
+        matcher: PairMatcher,
+        sink: PictureSink,
+        viewer: SceneViewer | None,
+        events: EventLog,
+    ) -> None:
+        self._clouds = clouds
+        self._matcher = matcher
+        self._sink = sink
+        self._viewer = viewer
+        self._events = events
+        self._earlier: tuple[StoredLook | BoundedLook, ...] = ()
+        self._waiting: queue.Queue[Callable[[], None] | None] = queue.Queue()
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._run, name=PART, daemon=True)
+
+    def start(self) -> None:
+        """Start the thread, which first draws the fixations of an earlier run."""
+        self._thread.start()
+
+    def put_back(self, looks: Sequence[StoredLook | BoundedLook]) -> None:
+        """Draw the newest fixations of an earlier run, oldest first, with their clouds; before `start`."""
+        self._earlier = tuple(looks[-PUT_BACK:])
+
+    def close(self) -> None:
+        """Drop the fixations that wait and end the thread."""
+        while self._drop_one():
+            pass
+        self._waiting.put(None)
+        if self._thread.is_alive():
+            self._thread.join(timeout=10.0)
+
+    def put(self, seen: VergedLook | BoundedLook) -> None:
+        """Queue a fixation; never blocks."""
+        while self._waiting.qsize() >= WAITING and self._drop_one():
+            self.dropped += 1
+            count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
+        work = partial(self._show_limits, seen) if isinstance(seen, BoundedLook) else partial(self._try, seen)
+        count_flow(this_part(), PART, LOOKS)
+        self._waiting.put(partial(copy_context().run, work))  # with the ids of the job
+
+    def forget(self, fixation_id: str) -> None:
+        """Remove a fixation from the 3D pane."""
+        if self._viewer is not None:
+            self._viewer.remove_fixation(fixation_id)
+
+    def _drop_one(self) -> bool:
+        try:
+            self._waiting.get_nowait()
+        except queue.Empty:
+            return False
+        return True
+
+    def _run(self) -> None:
+        for earlier in self._earlier:
+            if isinstance(earlier, BoundedLook):
+                self._show_limits(earlier)
+            else:
+                self._show_again(earlier)
+        while (work := self._waiting.get()) is not None:
+            work()
+
+    def _try(self, seen: VergedLook) -> None:
+        try:
+            with span("shape"):
+                self._work(seen)
+        except FoveaError as error:
+            self._show(seen, cloud=None, mesh=None)  # the point without a shape
+            self._failed(seen, str(error))
+        except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
+            _log.exception("no shape for %s", seen.fixation_id)
+            self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
+
+    def _work(self, seen: VergedLook) -> None:
+        if (
+            seen.basis is Basis.FOVEA_AND_WIDE
+        ):  # the other fovea does not see it, so there is no pair to match
+            self._show(seen, cloud=None, mesh=None)
+            return
+        self.make(seen)
+
+    def make(self, seen: VergedLook, *, check: Callable[[], None] = _unchecked) -> CloudDocument:
+        """Compute the shape of a look, store and show it; raise `NotFound` where nothing matches.
+
+        `check`: called between its parts; it raises to end the work before anything is stored.
+        """
+        pair = rectify(seen.sighting, seen.calibration, scale=seen.scale)
+        self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
+        self._publish("difference", difference(pair), t_ns=pair.t_ns)
+        with timings.DEPTH.time(), span("depth"):
+            matched = self._matcher.estimate(pair)
+        check()
+        shape = self._shape(seen, pair, matched)
+        check()
+        cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
+        self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
+        self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
+        seen.on_cloud(seen.fixation_id, cloud)
+        return cloud
+
+    def _publish(self, view: str, picture: NDArray[np.uint8], *, t_ns: int) -> None:
+        """Publish a picture of a fixation to a view that is not live now."""
+        if not self._sink.watched(view):
+            self._sink.publish_picture(view, picture, t_ns=t_ns)
+
+    def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
+        if self._viewer is None:
+            return
+        count_flow(this_part(), PANE, "drawings")
+        self._viewer.show_fixation(
+            seen.fixation_id,
+            label=seen.label,
+            point_rig_m=seen.point_rig_m,
+            distance_m=seen.distance_m,
+            distance_sigma_m=seen.distance_sigma_m,
+            basis=seen.basis,
+            cloud=cloud,
+            mesh=mesh,
+        )
+
+    def _show_limits(self, seen: BoundedLook) -> None:
+        if self._viewer is None:
+            return
+        self._viewer.show_limits(
+            seen.fixation_id,
+            label=seen.label,
+            direction_deg=seen.direction_deg,
+            nearest_m=seen.nearest_m,
+            farthest_m=seen.farthest_m,
+        )
+
+    def _show_again(self, look: StoredLook) -> None:
+        if self._viewer is None:
+            return
+        try:
+            cloud = None if look.cloud_id is None else self._clouds.points(look.cloud_id)
+        except (FoveaError, OSError, ValueError) as error:
+            _log.warning("%s: its cloud cannot be read: %s", look.label, error)
+            cloud = None
+        self._viewer.show_fixation(
+            look.fixation_id,
+            label=look.label,
+            point_rig_m=look.point_rig_m,
+            distance_m=look.distance_m,
+            distance_sigma_m=look.distance_sigma_m,
+            basis=look.basis,
+            cloud=cloud,
+            mesh=None,
+        )
+
+    def _shape(self, seen: VergedLook, pair: RectifiedPair, matched: MatchedPair) -> FixationShape:
+        depth = depth_map(pair, matched.disparity)
+        cloud = cloud_of(pair, depth, max_points=seen.most_points)
+        if len(cloud) == 0:
+            raise NotFound("no pixel of the last look could be matched between the foveae")
+        patch = project_patch(
+            pair, depth, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
+        )
+        return FixationShape(
+            fixation_id=seen.fixation_id,
+            cloud=cloud,
+            mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
+            depth_picture=depth_picture(depth),
+            backend=matched.backend,
+            network_sha256=matched.sha256,
+            look_size=_size_px(seen.sighting.left.image),
+            depth_size=_size_px(depth.z_m),
+            patch=patch,
+            look=look_depth(
+                pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=seen.scale
+            ),
+        )
+
+    def _failed(self, seen: VergedLook, reason: str) -> None:
+        self._events.emit(
+            "cloud.failed",
+            f"{seen.label}: no shape: {reason}",
+            level=EventLevel.WARNING,
+            data=CloudFailure(fixation_id=seen.fixation_id, detail=reason),
+        )
+
+
+def _size_px(image: NDArray[Any]) -> tuple[int, int]:  # Any: of any depth
+    height, width = image.shape[:2]
+    return int(width), int(height)

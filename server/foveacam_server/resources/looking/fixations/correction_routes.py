@@ -1,0 +1,75 @@
+"""Routes of corrections: the operator chooses an alternative answer, or orders a look nearer or farther."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends
+from fastapi.responses import JSONResponse
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import (
+    LeaseHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.looking.fixations.correction_service import choose, look_beside, show_choice
+from foveacam_server.resources.looking.fixations.schema import (
+    ChoiceRequest,
+    CorrectionRequest,
+    FixationDocument,
+)
+from foveacam_server.resources.looking.fixations.service import FixationService
+from foveacam_server.rig.ports import SceneViewer
+
+router = GuardedRouter("/fixations", tags=["corrections"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class CorrectionRouteServices(Protocol):
+    """Services that these routes use."""
+
+    fixations: FixationService
+    jobs: JobRunner
+    lease: Lease
+    events: EventLog
+    viewer: SceneViewer | None
+
+
+ServicesDep = Annotated[CorrectionRouteServices, Depends(opened_services)]
+
+
+@router.post("/{fixation_id}/choice", summary="Choose one of the alternatives", responses=problems(404))
+def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> FixationDocument:
+    """Make one alternative the answer of the fixation's target; nothing moves."""
+    fixation = choose(services.fixations, fixation_id, request.alternative, events=services.events)
+    if services.viewer is not None:
+        show_choice(services.viewer, fixation)
+    return fixation
+
+
+@router.post(
+    "/{fixation_id}/corrections",
+    status_code=202,
+    summary="Say that it is nearer or farther",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def correct(
+    fixation_id: str,
+    request: CorrectionRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a look at the same target that takes only distances nearer or farther than its answer."""
+    services.lease.check(x_lease)
+    job = look_beside(services.fixations, fixation_id, request.direction, source="rest")
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)

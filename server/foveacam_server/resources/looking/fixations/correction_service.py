@@ -1,0 +1,86 @@
+"""Applies the operator's corrections: chooses an alternative, or queues a look nearer or farther."""
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.verge.values import Basis
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.resources.looking.fixations.corrections import (
+    limits_of,
+    remaining_range,
+    with_alternative,
+    with_correction,
+)
+from foveacam_server.resources.looking.fixations.schema import (
+    CorrectionDocument,
+    FixationDocument,
+    FixationOrder,
+    RangeSide,
+)
+from foveacam_server.resources.looking.fixations.service import FixationService
+from foveacam_server.rig.ports import SceneViewer
+
+COPIED_FIELDS = {"pixel", "rectangle", "direction", "label", "depth"}
+"""Fields that a look nearer or farther copies from the request that it corrects."""
+
+
+def choose(
+    fixations: FixationService, fixation_id: str, alternative: int, *, events: EventLog
+) -> FixationDocument:
+    """Make one alternative the answer of a fixation and of its target; return the fixation."""
+    found = fixations.table.get(fixation_id)
+    count = len(found.alternatives)
+    if alternative >= count:
+        has = (
+            f"{count} alternatives, counted from 0"
+            if count
+            else "no alternatives, its answer is the only one"
+        )
+        raise InvalidInput(
+            f"alternative {alternative} was asked; this fixation has {has}; choose one that it lists",
+            asked=f"alternative {alternative}",
+            found=has,
+            remedy="choose one that it lists",
+        )
+    fixation = fixations.table.choose(fixation_id, alternative)
+    events.emit("fixation.updated", f"alternative {alternative + 1} of {count} was chosen", data=fixation)
+    target = fixations.targets.find(fixation.target_id) if fixation.target_id else None
+    if target is not None:
+        correction = CorrectionDocument(
+            kind="choice", created_utc=utc_now(), fixation_id=fixation_id, alternative=alternative
+        )
+        fixations.put_target(with_correction(with_alternative(target, fixation, alternative), correction))
+    return fixation
+
+
+def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
+    """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
+    if fixation.chosen_alternative is None:
+        return
+    chosen = fixation.alternatives[fixation.chosen_alternative]
+    if chosen.point_rig_m == fixation.point_rig_m:
+        return
+    viewer.show_fixation(
+        fixation.id,
+        label=fixation.order.label or "chosen",
+        point_rig_m=chosen.point_rig_m,
+        distance_m=chosen.distance_m,
+        distance_sigma_m=chosen.distance_sigma_m,
+        basis=Basis(chosen.basis),
+        cloud=None,
+        mesh=None,
+    )
+
+
+def look_beside(fixations: FixationService, fixation_id: str, direction: RangeSide, *, source: str) -> Job:
+    """Queue a look at the same target, restricted to distances nearer or farther than the present answer."""
+    corrected = fixations.table.get(fixation_id)
+    copied = corrected.order.model_dump(include=COPIED_FIELDS, exclude_unset=True, exclude_none=True)
+    order = FixationOrder(
+        **copied,
+        within=limits_of(remaining_range(corrected, direction)),
+        corrects=fixation_id,
+        correction=direction,
+        source=source,
+    )
+    return fixations.submit(order)

@@ -1,0 +1,189 @@
+"""Turns pipeline values into REST's schemas: degrees, metres and pixels, rounded to their accuracy."""
+
+import math
+
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.estimate import DistanceEstimate
+from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, Fixation, VergeStep
+from foveacam_server.foundation.names import utc_now
+from foveacam_server.foundation.quantities import deg, rounded
+from foveacam_server.resources.looking.clouds.shapes import BoundedLook, StoredLook
+from foveacam_server.resources.looking.fixations.schema import (
+    AlternativeDocument,
+    BoundDocument,
+    EyeViewDocument,
+    FixationDocument,
+    FixationEstimate,
+    FixationOrder,
+    StepDocument,
+    TargetDocument,
+    TargetPlace,
+)
+
+
+def describe_step(step: VergeStep) -> StepDocument:
+    """Return one step of the vergence loop."""
+    return StepDocument(
+        index=step.index,
+        phase=step.phase.value,
+        left_ax_deg=deg(step.left_ax_rad),
+        left_ay_deg=deg(step.left_ay_rad),
+        right_ax_deg=deg(step.right_ax_rad),
+        right_ay_deg=deg(step.right_ay_rad),
+        residual_x_px=rounded(step.residual_x_px, 3),
+        residual_y_px=rounded(step.residual_y_px, 3),
+        score=rounded(step.score, 4),
+        compute_ms=rounded(step.compute_ms, 2),
+    )
+
+
+def describe_fixation(
+    fixation: Fixation, *, calibration: Calibration, fixation_id: str, job_id: str, order: FixationOrder
+) -> FixationDocument:
+    """Return a fixation that ends now, without target and cloud."""
+    direction = (fixation.target_ax_rad, fixation.target_ay_rad)
+    x_px, y_px = calibration.wide.pixels([direction])[0].tolist()
+    return FixationDocument(
+        id=fixation_id,
+        job_id=job_id,
+        created_utc=utc_now(),
+        request=order.model_dump(mode="json", exclude={"target_id"}, exclude_unset=True),
+        target=TargetPlace(
+            ax_deg=deg(direction[0]), ay_deg=deg(direction[1]), x_px=round(x_px, 3), y_px=round(y_px, 3)
+        ),
+        state=fixation.state.value,
+        reason=fixation.reason,
+        distance_m=rounded(fixation.distance_m, 6),
+        distance_sigma_m=rounded(fixation.distance_sigma_m, 6),
+        point_rig_m=None if fixation.point_rig_m is None else _point(fixation.point_rig_m),
+        basis=None if fixation.basis is None else fixation.basis.value,
+        bound=None if fixation.bound is None else _bound(fixation.bound),
+        alternatives=[_alternative(other) for other in fixation.alternatives],
+        left_view=_eye_view(fixation.left_view),
+        right_view=_eye_view(fixation.right_view),
+        residual_px=rounded(fixation.residual_px, 3),
+        score=rounded(fixation.score, 4),
+        duration_ms=rounded(fixation.duration_ms, 1),
+        steps=[describe_step(step) for step in fixation.steps],
+        calibration_id=calibration.id,
+        target_id=None,
+        cloud_id=None,
+    )
+
+
+def describe_estimate(
+    estimate: DistanceEstimate, *, fixation_id: str, job_id: str, elapsed_ms: float
+) -> FixationEstimate:
+    """Return an estimate of a fixation that runs."""
+    return FixationEstimate(
+        fixation_id=fixation_id,
+        job_id=job_id,
+        step=estimate.looks,
+        elapsed_ms=round(elapsed_ms, 1),
+        basis=estimate.basis.value,
+        distance_m=round(estimate.point.distance_m, 6),
+        distance_sigma_m=round(estimate.point.distance_sigma_m, 6),
+        point_rig_m=_point(estimate.point.point_rig_m),
+    )
+
+
+def last_estimate(fixation: FixationDocument) -> FixationEstimate:
+    """Return the answer of a fixation as its last estimate."""
+    return FixationEstimate(
+        fixation_id=fixation.id,
+        job_id=fixation.job_id,
+        step=len(fixation.steps),
+        elapsed_ms=fixation.duration_ms or 0.0,
+        basis=fixation.basis,
+        distance_m=fixation.distance_m,
+        distance_sigma_m=fixation.distance_sigma_m,
+        point_rig_m=fixation.point_rig_m,
+        bound=fixation.bound,
+    )
+
+
+def _point(point_m: tuple[float, float, float]) -> tuple[float, float, float]:
+    x_m, y_m, z_m = point_m
+    return round(x_m, 6), round(y_m, 6), round(z_m, 6)
+
+
+def _bound(bound: DistanceBound) -> BoundDocument:
+    return BoundDocument(nearest_m=round(bound.nearest_m, 6), farthest_m=rounded(bound.farthest_m, 6))
+
+
+def _alternative(alternative: Alternative) -> AlternativeDocument:
+    return AlternativeDocument(
+        basis=alternative.basis.value,
+        distance_m=round(alternative.distance_m, 6),
+        distance_sigma_m=round(alternative.distance_sigma_m, 6),
+        point_rig_m=_point(alternative.point_rig_m),
+        probability=round(alternative.probability, 4),
+    )
+
+
+def _eye_view(view: EyeView | None) -> EyeViewDocument | None:
+    return None if view is None else EyeViewDocument(sees_target=view.sees_target, reason=view.reason)
+
+
+def fixation_words(fixation: FixationDocument) -> str:
+    """Return the result of a fixation as one line for the event log."""
+    if fixation.basis is None:
+        return f"{fixation.state.replace('_', ' ')}: {fixation.reason}"
+    return f"{distance_words(fixation)}, in {len(fixation.steps)} steps"
+
+
+BASIS_WORDS = {
+    "both_foveae": "by both foveae",
+    "fovea_and_wide": "by one fovea and the wide camera",
+    "surroundings": "from its surroundings",
+}
+
+
+def estimate_words(estimate: FixationEstimate) -> str:
+    """Return an estimate as one line."""
+    when = f"after look {estimate.step}" if estimate.step else "before the first look"
+    return f"{distance_words(estimate)}, {when}"
+
+
+def distance_words(answer: FixationDocument | TargetDocument | FixationEstimate) -> str:
+    """Return distance, standard error and basis of an answer in words, or the limits of the distance."""
+    if answer.distance_m is not None and answer.distance_sigma_m is not None:
+        basis = BASIS_WORDS.get(answer.basis or "", "")
+        digits = _digits(answer.distance_sigma_m)
+        known = f"{answer.distance_m:.{digits}f} ± {answer.distance_sigma_m:.{digits}f} m"
+        return f"at {known} {basis}".rstrip()
+    return "at no known distance" if answer.bound is None else _bound_words(answer.bound)
+
+
+def _digits(sigma_m: float) -> int:
+    """Return the decimals that show two digits of a standard error, 0 to 5."""
+    return 3 if sigma_m <= 0.0 else min(5, max(0, 1 - math.floor(math.log10(sigma_m))))
+
+
+def _bound_words(bound: BoundDocument) -> str:
+    nearest = f"farther than {bound.nearest_m:.1f} m"
+    return nearest if bound.farthest_m is None else f"{nearest}, nearer than {bound.farthest_m:.1f} m"
+
+
+def stored_look(target: TargetDocument) -> StoredLook | BoundedLook | None:
+    """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
+    distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
+    if distance_m is not None and sigma_m is not None and point is not None:
+        return StoredLook(
+            fixation_id=target.fixation_id,
+            label=target.label,
+            point_rig_m=point,
+            distance_m=distance_m,
+            distance_sigma_m=sigma_m,
+            basis=Basis(target.basis),
+            cloud_id=target.cloud_id,
+        )
+    if target.bound is None:
+        return None
+    return BoundedLook(
+        fixation_id=target.fixation_id,
+        label=target.label,
+        direction_deg=(target.ax_deg, target.ay_deg),
+        nearest_m=target.bound.nearest_m,
+        farthest_m=target.bound.farthest_m,
+    )

@@ -1,0 +1,116 @@
+"""Routes of fixations: point at a target, both foveae verge on it."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends
+from fastapi.responses import JSONResponse
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    Limit,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.looking.clouds.collection import CloudCollection
+from foveacam_server.resources.looking.clouds.schema import CloudDocument
+from foveacam_server.resources.looking.fixations.schema import (
+    FixationDocument,
+    FixationEstimate,
+    FixationRequest,
+)
+from foveacam_server.resources.looking.fixations.service import FixationService
+
+router = GuardedRouter("/fixations", tags=["fixations"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class FixationRouteServices(Protocol):
+    """Services that these routes use."""
+
+    fixations: FixationService
+    clouds: CloudCollection
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[FixationRouteServices, Depends(opened_services)]
+
+
+@router.post(
+    "",
+    status_code=202,
+    summary="Look there",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def create(
+    request: FixationRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
+    services.lease.check(x_lease)
+    job = services.fixations.foveate(request, source="rest", idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
+
+
+@router.get("", summary="Newest fixations, newest first")
+def newest(services: ServicesDep, limit: Limit = 50) -> list[FixationDocument]:
+    """Return the newest fixations."""
+    return services.fixations.table.newest(limit)
+
+
+@router.get("/estimates", summary="What is known of the fixations that run")
+async def estimates(services: ServicesDep) -> list[FixationEstimate]:
+    """Return the newest estimate of each fixation that runs; its distance is null while nothing is known."""
+    return services.fixations.estimates.newest()
+
+
+@router.get("/{fixation_id}/estimate", summary="What is known of a fixation", responses=problems(404))
+def estimate(fixation_id: str, services: ServicesDep) -> FixationEstimate:
+    """Return the newest estimate of a fixation that runs, or the answer of one that has ended."""
+    return services.fixations.newest_estimate(fixation_id)
+
+
+@router.get("/{fixation_id}", summary="One fixation", responses=problems(404))
+def one(fixation_id: str, services: ServicesDep) -> FixationDocument:
+    """Return one fixation with all its steps."""
+    return services.fixations.table.get(fixation_id)
+
+
+@router.post(
+    "/{fixation_id}/full_resolution",
+    status_code=202,
+    summary="Look once more, at full resolution",
+    response_model=JobDocument,
+    responses={
+        200: {"model": CloudDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def look_at_full_resolution(
+    fixation_id: str,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Queue one look of both foveae at the answer's point at binning 1; its result is the new cloud.
+
+    Distance and target stay; cloud and depth are then those of this look, with four times as many points.
+    """
+    services.lease.check(x_lease)
+    job = services.fixations.full_resolution.look(fixation_id, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.clouds.get_by_url)

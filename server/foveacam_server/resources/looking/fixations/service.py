@@ -1,0 +1,366 @@
+"""Runs fixations as jobs: both foveae verge on a target; page, 3D pane and REST use this one service."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from foveacam_hardware.contract import Clock, Frame
+from foveacam_hardware.contract.spans import span
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.estimate import DistanceEstimate
+from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.resolved_target import resolve
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
+from foveacam_pipeline.verge.surroundings.known_depth import known_distance
+from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
+from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.job_table import Job
+from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.names import new_id
+from foveacam_server.foundation.schema import ItemId
+from foveacam_server.foundation.store import Store
+from foveacam_server.foundation.watching import timings
+from foveacam_server.resources.looking.clouds.depth_patches import DepthPatches, point_patch
+from foveacam_server.resources.looking.clouds.schema import CloudDocument
+from foveacam_server.resources.looking.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
+from foveacam_server.resources.looking.fixations.corrections import CorrectionKind, kind_of, with_correction
+from foveacam_server.resources.looking.fixations.documents import (
+    describe_fixation,
+    describe_step,
+    distance_words,
+    fixation_words,
+    last_estimate,
+    stored_look,
+)
+from foveacam_server.resources.looking.fixations.estimates import FixationEstimates, Report
+from foveacam_server.resources.looking.fixations.full_resolution import (
+    FullResolutionLooks,
+    FullResolutionTools,
+)
+from foveacam_server.resources.looking.fixations.request import check_target, depth_range_of, target_of
+from foveacam_server.resources.looking.fixations.schema import (
+    CorrectionDocument,
+    FixationDocument,
+    FixationEstimate,
+    FixationOrder,
+    FixationRequest,
+    FixationStep,
+    TargetCloud,
+    TargetDocument,
+)
+from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import CalibrationInForce
+from foveacam_server.rig.schema import Direction
+
+KIND = "fixation"
+
+TYPICAL_STEPS = 6
+"""Looks that a fixation usually needs: the total that its progress shows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixationTools:
+    """Services and callbacks that fixations need."""
+
+    hardware: HardwareThread
+    calibration: CalibrationInForce
+    jobs: JobRunner
+    shapes: ShapeWorker
+    patches: DepthPatches
+    events: EventLog
+    clock: Clock
+    on_distance: Callable[[float], None]
+    """Called with the distance at which the foveae verged, metres."""
+    on_fixation: Callable[[Fixation, Calibration], None]
+    """Called with every fixation and the calibration that it was made with."""
+    context: DepthContext
+    """What is known of the depth about a direction before the foveae look there."""
+
+
+class FixationService:
+    """Accepts targets, runs the vergence loop as a job, stores the answers."""
+
+    def __init__(self, store: Store, tools: FixationTools) -> None:
+        self._tools = tools
+        self.table = FixationTable(store)
+        self.targets = TargetTable(store)
+        self.estimates = FixationEstimates(tools.events)
+        self.full_resolution = FullResolutionLooks(
+            FullResolutionTools(
+                hardware=tools.hardware,
+                calibration=tools.calibration,
+                jobs=tools.jobs,
+                shapes=tools.shapes,
+                find=self.table.get,
+                label_of=self._label_of,
+                on_cloud=self.add_cloud,
+            )
+        )
+        tools.jobs.handle(KIND, self._run)
+
+    def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
+        """Queue a fixation; raise at once what it could not do now."""
+        order = FixationOrder(**request.model_dump(exclude_none=True), source=source)
+        return self.submit(order, idempotency_key=idempotency_key)
+
+    def submit(self, order: FixationOrder, *, idempotency_key: str | None = None) -> Job:
+        """Queue a fixation as `foveate` does."""
+        calibration = self._tools.calibration.require()
+        check_target(target_of(order), calibration)
+        depth_range_of(order)
+        if order.corrects is not None:
+            self.table.get(order.corrects)
+        self._tools.hardware.check_may_move(one_eyed=True)
+        return self._tools.jobs.submit(KIND, order, idempotency_key=idempotency_key)
+
+    def look_again(self, target_id: str, *, source: str) -> Job:
+        """Queue a fixation of a known target: its label stays, its distance is measured again."""
+        target = self.targets.get(target_id)
+        direction = Direction(ax_deg=target.ax_deg, ay_deg=target.ay_deg)
+        return self.submit(
+            FixationOrder(
+                direction=direction, label=target.label, depth=True, target_id=target_id, source=source
+            )
+        )
+
+    def stored_looks(self) -> list[StoredLook | BoundedLook]:
+        """Return how the stored targets are drawn in the 3D pane, oldest first."""
+        looks = [stored_look(target) for target in self.targets.every()]
+        return [look for look in looks if look is not None]
+
+    def get_by_url(self, url: str) -> FixationDocument:
+        """Return the fixation that a job's result URL names."""
+        return self.table.get(url.rsplit("/", 1)[1])
+
+    def newest_estimate(self, fixation_id: str) -> FixationEstimate:
+        """Return what is known of a fixation's distance: so far while it runs, then its answer."""
+        return self.estimates.find(fixation_id) or last_estimate(self.table.get(fixation_id))
+
+    def add_cloud(self, fixation_id: str, cloud: CloudDocument) -> None:
+        """Store that a fixation has a cloud now, and emit events."""
+        self.table.set_cloud(fixation_id, cloud.id)
+        target = self.targets.set_cloud(fixation_id, cloud.id)
+        self._tools.events.emit(
+            "cloud.created",
+            f"{target.label if target else fixation_id}: {cloud.points} points",
+            data=TargetCloud(**cloud.model_dump(), target_id=target.id if target else None),
+        )
+        if target is not None:
+            self._emit("target.updated", f"{target.label} has got its shape", target)
+
+    def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
+        """Store that a cloud of a fixation was removed, and emit an event; `left`: the newest that it has."""
+        cloud_id = None if left is None else left.id
+        self.table.set_cloud(fixation_id, cloud_id)
+        target = self.targets.set_cloud(fixation_id, cloud_id)
+        if target is not None:
+            now = "has no shape any more" if left is None else "has its earlier shape"
+            self._emit("target.updated", f"{target.label} {now}", target)
+
+    def _label_of(self, fixation: FixationDocument) -> str:
+        target = None if fixation.target_id is None else self.targets.find(fixation.target_id)
+        return target.label if target else (fixation.order.label or "fixation")
+
+    def remove(self, fixation_id: str) -> None:
+        """Delete a fixation for good, and the target that shows it; emit an event of that."""
+        target = self.targets.remove_of(self.table.remove(fixation_id))
+        if target is not None:
+            message = f"{target.label} was removed"
+            self._tools.events.emit("target.deleted", message, data=ItemId(id=target.id))
+        self._tools.shapes.forget(fixation_id)
+        self._tools.patches.forget(fixation_id)
+
+    def _run(self, context: JobContext) -> str:
+        tools, job = self._tools, context.job
+        order = job.parse_request(FixationOrder)
+        calibration = tools.calibration.require()
+        fixation_id = new_id("fix")
+        with self.estimates.reporting(fixation_id, job) as report:
+            fixation = self._fixate(context, order, fixation_id, report)
+            tools.on_fixation(fixation, calibration)
+            steps = len(fixation.steps)
+            context.progress(steps, total=steps, note=fixation.state.value)
+            described = describe_fixation(
+                fixation, calibration=calibration, fixation_id=fixation_id, job_id=job.id, order=order
+            )
+            with span("answer"):
+                self._store(fixation, described, order=order, calibration=calibration)
+        return f"/api/v1/fixations/{fixation_id}"
+
+    def _fixate(
+        self, context: JobContext, order: FixationOrder, fixation_id: str, report: Report
+    ) -> Fixation:
+        """Report what is known at once, then look; report every look and what it tells."""
+        tools, job = self._tools, context.job
+        calibration, clicked = tools.calibration.require(), self._clicked(order)
+        self._report_known(order, clicked, report)
+
+        def on_step(step: VergeStep) -> None:
+            done = step.index + 1
+            context.progress(done, total=max(TYPICAL_STEPS, done + 1), note=f"{step.phase.value} look {done}")
+            tools.events.emit(
+                "fixation.step",
+                _step_words(step),
+                data=FixationStep(fixation_id=fixation_id, job_id=job.id, step=describe_step(step)),
+            )
+
+        with (
+            tools.hardware.session(f"fixation {job.id}", cancelled=context.cancelled, one_eyed=True) as head,
+            timings.VERGE.time(),
+            span("verge"),
+        ):
+            return fixate(
+                head,
+                calibration,
+                target_of(order),
+                known=PriorKnowledge(context=tools.context, within=depth_range_of(order)),
+                clicked=clicked,
+                clock=tools.clock,
+                on_step=on_step,
+                on_estimate=report,
+                cancelled=context.cancelled,
+            )
+
+    def _report_known(self, order: FixationOrder, clicked: Frame | None, report: Report) -> None:
+        """Report what earlier looks tell of a target's distance, if anything."""
+        wide, within = self._tools.calibration.require().wide, depth_range_of(order)
+        target = resolve(target_of(order), wide, VergeSettings()).tangents
+        frame = clicked or self._tools.hardware.recent_wide.newest()
+        point = known_distance(self._tools.context, target, wide, frame=frame)
+        if point is None or (within is not None and not within.holds(point.distance_m)):
+            return
+        report(DistanceEstimate(looks=0, basis=Basis.SURROUNDINGS, point=point))
+
+    def _clicked(self, order: FixationOrder) -> Frame | None:
+        """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
+        return None if order.frame_seq is None else self._tools.hardware.recent_wide.find(order.frame_seq)
+
+    def _store(
+        self,
+        fixation: Fixation,
+        described: FixationDocument,
+        *,
+        order: FixationOrder,
+        calibration: Calibration,
+    ) -> None:
+        """Store a fixation and its target, emit events, queue its shape."""
+        known = self._known_target(order)
+        target = None if fixation.basis is None else self._target(described, order, known)
+        described.target_id = target.id if target else None
+        self.table.add(described)
+        label = target.label if target else (order.label or "fixation")
+        level = EventLevel.WARNING if fixation.basis is None else EventLevel.INFO
+        message = f"{label}: {fixation_words(described)}"
+        self._tools.events.emit("fixation.done", message, level=level, data=described)
+        self._store_answer(target or known, described, kind_of(order))
+        self._queue_shape(fixation, described, label=label, calibration=calibration)
+
+    def _known_target(self, order: FixationOrder) -> TargetDocument | None:
+        """Return the target that the answer is for, if it exists: looked at again, or corrected."""
+        corrects = order.corrects
+        target_id = order.target_id if corrects is None else self.table.get(corrects).target_id
+        return None if target_id is None else self.targets.find(target_id)
+
+    def _store_answer(
+        self, target: TargetDocument | None, fixation: FixationDocument, kind: CorrectionKind | None
+    ) -> None:
+        """Store the answer, and the correction that ordered it even when it failed."""
+        if target is None or (fixation.basis is None and kind is None):
+            return
+        if kind is not None:
+            correction = CorrectionDocument(
+                kind=kind, created_utc=fixation.created_utc, fixation_id=fixation.id, alternative=None
+            )
+            target = with_correction(target, correction)
+        self.put_target(target)
+
+    def _target(
+        self, fixation: FixationDocument, order: FixationOrder, known: TargetDocument | None
+    ) -> TargetDocument:
+        return TargetDocument(
+            id=known.id if known else (order.target_id or new_id("tgt")),
+            label=known.label if known else (order.label or self.targets.next_label()),
+            fixation_id=fixation.id,
+            basis=fixation.basis or "both_foveae",
+            distance_m=fixation.distance_m,
+            distance_sigma_m=fixation.distance_sigma_m,
+            point_rig_m=fixation.point_rig_m,
+            bound=fixation.bound,
+            alternatives=fixation.alternatives,
+            left_view=fixation.left_view,
+            right_view=fixation.right_view,
+            corrections=known.corrections if known else [],
+            ax_deg=fixation.target.ax_deg,
+            ay_deg=fixation.target.ay_deg,
+            x_px=fixation.target.x_px,
+            y_px=fixation.target.y_px,
+            cloud_id=None,
+            created_utc=fixation.created_utc,
+        )
+
+    def put_target(self, target: TargetDocument) -> None:
+        """Store a new or changed target and emit an event; its earlier look leaves the 3D pane."""
+        earlier = self.targets.find(target.id)
+        if earlier is not None and earlier.fixation_id != target.fixation_id:
+            self._tools.shapes.forget(earlier.fixation_id)
+        created = self.targets.put(target)
+        kind = "target.created" if created else "target.updated"
+        self._emit(kind, f"{target.label} {distance_words(target)}", target)
+
+    def _emit(self, kind: str, message: str, target: TargetDocument) -> None:
+        self._tools.events.emit(kind, message, data=target)
+
+    def _queue_shape(
+        self, fixation: Fixation, described: FixationDocument, *, label: str, calibration: Calibration
+    ) -> None:
+        """Queue what is computed after the answer: overlay distance, depth at the point, cloud and mesh."""
+        distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
+        self._show_limits(described, label=label)
+        if fixation.sighting is None or distance_m is None or sigma_m is None or point is None:
+            return
+        self._tools.on_distance(distance_m)
+        self._tools.patches.add(
+            point_patch(
+                point,
+                sigma_z_m=sigma_m * point[2] / distance_m,
+                wide=calibration.wide,
+                fixation_id=described.id,
+                created_utc=described.created_utc,
+            )
+        )
+        if not described.order.depth:
+            return
+        self._tools.shapes.put(
+            VergedLook(
+                fixation_id=described.id,
+                label=label,
+                sighting=fixation.sighting,
+                calibration=calibration,
+                point_rig_m=point,
+                distance_m=distance_m,
+                distance_sigma_m=sigma_m,
+                basis=fixation.basis or Basis.BOTH_FOVEAE,
+                on_cloud=self.add_cloud,
+            )
+        )
+
+    def _show_limits(self, fixation: FixationDocument, *, label: str) -> None:
+        """Draw the limits of a distance in the 3D pane."""
+        if fixation.bound is None:
+            return
+        self._tools.shapes.put(
+            BoundedLook(
+                fixation_id=fixation.id,
+                label=label,
+                direction_deg=(fixation.target.ax_deg, fixation.target.ay_deg),
+                nearest_m=fixation.bound.nearest_m,
+                farthest_m=fixation.bound.farthest_m,
+            )
+        )
+
+
+def _step_words(step: VergeStep) -> str:
+    if step.residual_x_px is None:
+        return f"look {step.index + 1} ({step.phase.value}): no match"
+    return f"look {step.index + 1} ({step.phase.value}): residual {step.residual_x_px:.2f} px"

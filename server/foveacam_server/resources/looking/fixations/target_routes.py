@@ -1,0 +1,86 @@
+"""Routes of targets: stored points that were fixated."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends
+from fastapi.responses import JSONResponse
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import (
+    LeaseHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import ItemId, JobDocument
+from foveacam_server.resources.looking.fixations.schema import FixationDocument, TargetDocument, TargetPatch
+from foveacam_server.resources.looking.fixations.service import FixationService
+from foveacam_server.rig.ports import SceneViewer
+
+router = GuardedRouter("/targets", tags=["targets"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class TargetRouteServices(Protocol):
+    """Services that these routes use."""
+
+    fixations: FixationService
+    jobs: JobRunner
+    lease: Lease
+    events: EventLog
+    viewer: SceneViewer | None
+
+
+ServicesDep = Annotated[TargetRouteServices, Depends(opened_services)]
+
+
+@router.get("", summary="All targets, oldest first")
+def every(services: ServicesDep) -> list[TargetDocument]:
+    """Return all targets."""
+    return services.fixations.targets.every()
+
+
+@router.get("/{target_id}", summary="One target", responses=problems(404))
+def one(target_id: str, services: ServicesDep) -> TargetDocument:
+    """Return one target."""
+    return services.fixations.targets.get(target_id)
+
+
+@router.patch("/{target_id}", summary="Rename a target", responses=problems(404))
+def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> TargetDocument:
+    """Give a target another label."""
+    target = services.fixations.targets.rename(target_id, patch.label)
+    services.events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
+    return target
+
+
+@router.delete("/{target_id}", status_code=204, summary="Forget a target", responses=problems(404))
+def remove(target_id: str, services: ServicesDep) -> None:
+    """Delete a target; its fixation and its cloud stay."""
+    target = services.fixations.targets.remove(target_id)
+    services.events.emit("target.deleted", f"{target.label} was removed", data=ItemId(id=target_id))
+    if services.viewer is not None:
+        services.viewer.remove_fixation(target.fixation_id)
+
+
+@router.post(
+    "/{target_id}/fixate",
+    status_code=202,
+    summary="Look at a target again",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FixationDocument, "description": "ended in time"},
+        **problems(404, 409, 502, 503, 504),
+    },
+)
+async def look_again(
+    target_id: str, services: ServicesDep, prefer: PreferHeader = None, x_lease: LeaseHeader = None
+) -> JSONResponse:
+    """Measure a target again; its label stays."""
+    services.lease.check(x_lease)
+    job = services.fixations.look_again(target_id, source="rest")
+    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)

@@ -1,0 +1,118 @@
+"""Routes of followed targets."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends, Response
+from fastapi.responses import JSONResponse
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.looking.follows.rounds import FollowRounds
+from foveacam_server.resources.looking.follows.schema import (
+    FollowedDocument,
+    FollowPatch,
+    FollowRequest,
+    FollowRoundRequest,
+    FollowRoundTaken,
+    TrailPoint,
+)
+from foveacam_server.resources.looking.follows.service import FollowService
+
+router = GuardedRouter("/follows", tags=["follows"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class FollowRouteServices(Protocol):
+    """Services that these routes use."""
+
+    follows: FollowService
+    rounds: FollowRounds
+    jobs: JobRunner
+    lease: Lease
+
+
+ServicesDep = Annotated[FollowRouteServices, Depends(opened_services)]
+
+
+@router.post("", status_code=201, summary="Follow a target", responses=problems(404, 409, 503))
+def create(request: FollowRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> FollowedDocument:
+    """Follow one more target, 8 at most: both foveae verge on it, then look at all targets in turn."""
+    services.lease.check(x_lease)
+    return services.follows.follow(request)
+
+
+@router.get("", summary="All followed targets")
+def every(services: ServicesDep) -> list[FollowedDocument]:
+    """Return the followed targets as they are now, oldest first."""
+    return services.follows.every()
+
+
+@router.delete("", status_code=204, summary="Follow none any more")
+def end_all(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """Let all followed targets go; the mirrors stay where they are."""
+    services.lease.check(x_lease)
+    services.follows.end_all()
+    return Response(status_code=204)
+
+
+@router.post(
+    "/rounds",
+    status_code=202,
+    summary="Capture all followed targets",
+    response_model=JobDocument,
+    responses={
+        200: {"model": FollowRoundTaken, "description": "taken in time"},
+        **problems(409, 502, 503, 504),
+    },
+)
+async def take_round(
+    request: FollowRoundRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Look once at each followed target and keep the pictures with their poses as a dataset, as a job."""
+    services.lease.check(x_lease)
+    services.follows.check_followed()
+    job = services.rounds.start(request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=services.rounds.get_by_url)
+
+
+@router.get("/{follow_id}", summary="One followed target", responses=problems(404))
+def one(follow_id: str, services: ServicesDep) -> FollowedDocument:
+    """Return a followed target as it is now."""
+    return services.follows.get(follow_id)
+
+
+@router.patch("/{follow_id}", summary="Change how a target is followed", responses=problems(404, 409))
+def change(
+    follow_id: str, patch: FollowPatch, services: ServicesDep, x_lease: LeaseHeader = None
+) -> FollowedDocument:
+    """Change label, tracker or priority while it is followed."""
+    services.lease.check(x_lease)
+    return services.follows.change(follow_id, patch)
+
+
+@router.delete("/{follow_id}", status_code=204, summary="Let a target go", responses=problems(404, 409))
+def end(follow_id: str, services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """Follow a target no more."""
+    services.lease.check(x_lease)
+    services.follows.end(follow_id)
+    return Response(status_code=204)
+
+
+@router.get("/{follow_id}/trail", summary="Where a followed target was", responses=problems(404))
+def trail(follow_id: str, services: ServicesDep) -> list[TrailPoint]:
+    """Return its last hits, 600 at most, oldest first."""
+    return services.follows.trail(follow_id)

@@ -1,0 +1,203 @@
+"""Routes of the vergence loop."""
+
+from typing import Annotated, Protocol
+
+from fastapi import Depends, Query, Response
+from fastapi.responses import JSONResponse
+
+from foveacam_server.accounts.rights import Right
+from foveacam_server.accounts.route_rights import GuardedRouter
+from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.answers import (
+    IdempotencyHeader,
+    LeaseHeader,
+    PreferHeader,
+    file_responses,
+    job_answer,
+    opened_services,
+    problems,
+)
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.lease import Lease
+from foveacam_server.foundation.schema import JobDocument
+from foveacam_server.resources.looking.loop.schema import (
+    EyeName,
+    LoopDocument,
+    LoopDrag,
+    LoopEyePlace,
+    LoopPatch,
+    LoopSample,
+    LoopSettingsDocument,
+    LoopSettingsGroup,
+    LoopSettingsPatch,
+    LoopTargetRequest,
+    LoopTuneRequest,
+)
+from foveacam_server.resources.looking.loop.service import LoopService
+
+router = GuardedRouter("/loop", tags=["loop"], reading=Right.VIEW, changing=Right.OPERATE)
+
+
+class LoopRouteServices(Protocol):
+    """Services that these routes use."""
+
+    loop: LoopService
+    jobs: JobRunner
+    lease: Lease
+    computing: ComputeQueue
+
+
+ServicesDep = Annotated[LoopRouteServices, Depends(opened_services)]
+
+
+@router.get("", summary="The vergence loop")
+def describe(services: ServicesDep) -> LoopDocument:
+    """Return the loop as it is now: status, errors, commands, distance, trigger and settings."""
+    return services.loop.describe()
+
+
+@router.post("", summary="Keep both foveae on a target", responses=problems(404, 409, 503))
+def look_at(request: LoopTargetRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+    """Choose the target; the loop begins where it does not run, and gives way to other jobs."""
+    services.lease.check(x_lease)
+    return services.loop.look_at(request)
+
+
+@router.patch("", summary="Pause the loop, hold or set its axes", responses=problems(409))
+def change(request: LoopPatch, services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+    """Pause or go on; hold single axes; set the command of an axis, which is held from then on."""
+    services.lease.check(x_lease)
+    return services.loop.change(request)
+
+
+@router.delete("", status_code=204, summary="End the loop")
+def end(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """End the loop; the mirrors stay where they are."""
+    services.lease.check(x_lease)
+    services.loop.end()
+    return Response(status_code=204)
+
+
+@router.put("/drag", status_code=204, summary="Take the eyes by hand", responses=problems(409))
+def drag(request: LoopDrag, services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """Let both eyes look in parallel at a place of the wide view, without corrections, until released."""
+    services.lease.check(x_lease)
+    services.loop.drag(request)
+    return Response(status_code=204)
+
+
+@router.delete("/drag", status_code=204, summary="Let the loop go on", responses=problems(409))
+def release(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+    """Release the eyes: the loop goes on with its target."""
+    services.lease.check(x_lease)
+    services.loop.drag(None)
+    return Response(status_code=204)
+
+
+@router.put("/eyes/{eye}", summary="Let one eye follow a place of its own", responses=problems(409, 503))
+def follow_apart(
+    eye: EyeName, request: LoopEyePlace, services: ServicesDep, x_lease: LeaseHeader = None
+) -> LoopDocument:
+    """Keep a place of one fovea's picture in its middle; the other eye does as it did, or rests."""
+    services.lease.check(x_lease)
+    return services.loop.follow_apart(eye, request)
+
+
+@router.delete("/eyes", summary="Let both eyes look at one target again", responses=problems(409))
+def reunite(services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+    """End that each eye follows a place of its own; without a common target the loop ends."""
+    services.lease.check(x_lease)
+    return services.loop.reunite()
+
+
+@router.patch("/settings", summary="Change settings of the loop", responses=problems(409))
+def change_settings(
+    request: LoopSettingsPatch, services: ServicesDep, x_lease: LeaseHeader = None
+) -> LoopSettingsDocument:
+    """Change settings now and for later runs; what is left out stays."""
+    services.lease.check(x_lease)
+    return services.loop.change_settings(request)
+
+
+@router.delete("/settings", summary="Put settings back to their defaults", responses=problems(409))
+def reset_settings(
+    services: ServicesDep,
+    group: Annotated[LoopSettingsGroup | None, Query(description="without: all")] = None,
+    x_lease: LeaseHeader = None,
+) -> LoopSettingsDocument:
+    """Put one group of settings, or all, back to their defaults."""
+    services.lease.check(x_lease)
+    return services.loop.reset_settings(group)
+
+
+@router.post(
+    "/tune",
+    status_code=202,
+    summary="Tune the gains",
+    response_model=JobDocument,
+    responses={200: {"model": LoopDocument, "description": "tuned in time"}, **problems(409, 502, 503, 504)},
+)
+async def tune(
+    request: LoopTuneRequest,
+    services: ServicesDep,
+    prefer: PreferHeader = None,
+    idempotency_key: IdempotencyHeader = None,
+    x_lease: LeaseHeader = None,
+) -> JSONResponse:
+    """Find the gains on the target by relays, then by CMA-ES where asked for, as a job.
+
+    Cancelled or refused, it leaves the gains as they were.
+    """
+    services.lease.check(x_lease)
+    job = services.loop.tuning.start(request, idempotency_key=idempotency_key)
+    return await job_answer(services, job, prefer=prefer, result=lambda _: services.loop.describe())
+
+
+@router.post("/trigger/reset", summary="Let exposures pass again", responses=problems(409))
+def reset_trigger(services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+    """Let the loop go on after equal failures of its exposures have latched it."""
+    services.lease.check(x_lease)
+    return services.loop.reset_trigger()
+
+
+@router.get("/history", summary="The loop's last looks")
+def history(
+    services: ServicesDep, after_look: Annotated[int, Query(ge=0, le=1_000_000_000)] = 0
+) -> list[LoopSample]:
+    """Return the looks after a given one, oldest first, 900 at most."""
+    return services.loop.history(after_look)
+
+
+@router.get(
+    "/match.png",
+    summary="What the loop matches",
+    response_class=Response,
+    responses={**file_responses("image/png"), **problems(404)},
+)
+def match_png(services: ServicesDep) -> Response:
+    """Return the guide strip with both eyes' boxes, and each eye's map of correlation, as a PNG."""
+    return Response(services.loop.match_picture(), media_type="image/png")
+
+
+@router.get(
+    "/tune.png",
+    summary="Steps before and after tuning",
+    response_class=Response,
+    responses={**file_responses("image/png"), **problems(404)},
+)
+async def tune_png(services: ServicesDep) -> Response:
+    """Return how each loop answers a step before and after the last tuning, as a PNG."""
+    picture = await services.computing.run(lambda: services.loop.tuning.picture(form="png"))
+    return Response(picture, media_type="image/png")
+
+
+@router.get(
+    "/tune.svg",
+    summary="Steps before and after tuning, as SVG",
+    response_class=Response,
+    responses={**file_responses("image/svg+xml"), **problems(404)},
+)
+async def tune_svg(services: ServicesDep) -> Response:
+    """Return how each loop answers a step before and after the last tuning, as an SVG."""
+    picture = await services.computing.run(lambda: services.loop.tuning.picture(form="svg"))
+    return Response(picture, media_type="image/svg+xml")

@@ -1,0 +1,1 @@
+"""Analyses beyond one rig: the planner, the paper's studies, training of stereo networks."""
