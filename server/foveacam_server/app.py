@@ -11,6 +11,7 @@ from foveacam_hardware.contract import Clock, MonotonicClock
 from foveacam_server import __version__
 from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
+from foveacam_server.assembly.services import registry_of
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
@@ -194,6 +195,7 @@ async def _lifespan(
         await run_beside(stack.close)
         raise
     app.state.services = services
+    app.state.provided = registry_of(services)
     app.state.gate.accounts = services.accounts
     app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
     yield

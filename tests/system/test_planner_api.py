@@ -8,7 +8,6 @@ import struct
 import time
 from collections.abc import Iterator
 from contextlib import closing
-from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -23,6 +22,7 @@ from foveacam_pipeline.study.visibility.standoff import standoff_ring
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.http.answers import BODY_BYTES
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.studying.planner import routes
 from foveacam_server.resources.studying.planner.maps import MOST_VERTICES
 from tests.local_server import serving
@@ -47,7 +47,7 @@ def http() -> Iterator[httpx.Client]:
         serving(app) as port,
         httpx.Client(base_url=f"http://127.0.0.1:{port}/planner", timeout=60.0, trust_env=False) as client,
     ):
-        app.state.services = SimpleNamespace(computing=computing)
+        app.state.provided = ServiceRegistry({ComputeQueue: computing})
         yield client
 
 

@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from types import SimpleNamespace
 
 import numpy as np
 import uvicorn
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors.listening_socket import listen
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig import stream_messages
 from foveacam_server.rig.encoder import Scale
@@ -111,7 +111,7 @@ def bench_app() -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         streams = LiveStreams(hub, boot_id="bench")
-        app.state.services = SimpleNamespace(streams=streams, viewer=None)
+        app.state.provided = ServiceRegistry({LiveStreams: streams})
         publisher.start()
         yield
         await asyncio.to_thread(publisher.end)
@@ -123,7 +123,7 @@ def bench_app() -> FastAPI:
     @app.websocket("/bench/naive")
     async def naive(websocket: WebSocket) -> None:
         await websocket.accept()
-        await send_from_queue(app.state.services.streams, websocket)
+        await send_from_queue(app.state.provided.get(LiveStreams), websocket)
 
     @app.post("/bench/pace")
     async def pace(rate_hz: float) -> None:
@@ -131,7 +131,7 @@ def bench_app() -> FastAPI:
 
     @app.get("/bench/counters")
     async def counters() -> dict[str, float]:
-        streams: LiveStreams = app.state.services.streams
+        streams: LiveStreams = app.state.provided.get(LiveStreams)
         return {
             "cpu_s": time.process_time(),
             "t_s": time.monotonic(),
@@ -153,7 +153,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop."""
-        self._app.state.services.streams.end()
+        self._app.state.provided.get(LiveStreams).end()
         await super().shutdown(sockets)
 
 

@@ -7,9 +7,8 @@ import asyncio
 import logging
 from typing import Annotated, Literal
 
-from fastapi import Depends, Query, WebSocket, WebSocketDisconnect
+from fastapi import Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import RedirectResponse, Response
-from starlette.requests import HTTPConnection
 from websockets.asyncio.client import ClientConnection, unix_connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
@@ -20,6 +19,7 @@ from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.console.page_policy import viser_policy
 from foveacam_server.foundation.errors import AllTaken, PersonLimit
 from foveacam_server.foundation.http.answers import server_places
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.viser_page import viser_page, viser_subprotocol
@@ -34,13 +34,6 @@ _GOING_AWAY, _TRY_AGAIN_LATER, _PROTOCOL_ERROR = 1001, 1013, 1002
 _CLOSE_REASON_LENGTH = 120
 
 
-async def viewer(connection: HTTPConnection) -> SceneViewer | None:
-    """Return the 3D pane that the lifespan opened; None where there is none."""
-    found: SceneViewer | None = connection.app.state.services.viewer
-    return found
-
-
-ViewerDep = Annotated[SceneViewer | None, Depends(viewer)]
 EmbeddedQuery = Annotated[Literal["0", "1"], Query(description="1: without the docked camera views")]
 
 
@@ -51,7 +44,7 @@ async def redirect_to_page() -> RedirectResponse:
 
 
 @router.get("/viser/")
-async def page(viewer: ViewerDep, embedded: EmbeddedQuery = "0") -> Response:
+async def page(viewer: Provided[SceneViewer | None], embedded: EmbeddedQuery = "0") -> Response:
     """Return viser's page; not cached, because page and server must be of one version."""
     if viewer is None:
         raise NotConnected(
@@ -67,22 +60,21 @@ async def page(viewer: ViewerDep, embedded: EmbeddedQuery = "0") -> Response:
 @router.websocket("/viser")
 @router.websocket("/viser/")
 @needs(Right.VIEW)
-async def relay(websocket: WebSocket) -> None:
+async def relay(websocket: WebSocket, viewer: Provided[SceneViewer | None]) -> None:
     """Relay messages between one viewer and viser until either side closes."""
-    found = await viewer(websocket)
     wanted = viser_subprotocol()
     if wanted not in websocket.scope.get("subprotocols", []):
         await websocket.accept()
         await websocket.close(_PROTOCOL_ERROR, "this page is of another viser version; reload it")
         return
     await websocket.accept(subprotocol=wanted)
-    if found is None:
+    if viewer is None:
         await websocket.close(_TRY_AGAIN_LATER, "the 3D pane is not running")
         return
     places = await server_places(websocket)
     try:
         with places.scene_viewers.hold(PERSON.get()):
-            await _relay(websocket, found, protocol=wanted)
+            await _relay(websocket, viewer, protocol=wanted)
     except (AllTaken, PersonLimit) as refusal:
         await _close(websocket, *close_of(refusal))
     except (OSError, TimeoutError, WebSocketException) as error:

@@ -3,7 +3,6 @@
 import math
 import threading
 from collections.abc import Iterator
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +13,10 @@ from playwright.sync_api import Browser, Page, expect
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape
 from tests.local_server import serving
@@ -70,7 +71,7 @@ def scene() -> Iterator[ViewerScene]:
 @pytest.fixture
 def port(scene: ViewerScene) -> Iterator[int]:
     app = FastAPI()
-    app.state.services = SimpleNamespace(viewer=scene)
+    app.state.provided = ServiceRegistry({SceneViewer | None: scene})
     app.state.places = ServerPlaces()
     error_handlers.install(app)
     security.install(app, Settings())

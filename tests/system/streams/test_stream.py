@@ -21,9 +21,11 @@ from websockets.exceptions import ConnectionClosed
 from foveacam_bench.stream.clients import StreamViewer, slow_connection
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.persons.person_quota import OWN_LIMIT
 from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.schema import Direction, OverlayDocument
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.stream_messages import HEADER
@@ -83,9 +85,8 @@ def live(request: pytest.FixtureRequest) -> Iterator[Live]:
     hub = FrameHub(clock=MonotonicClock())
     streams = LiveStreams(hub, boot_id="boot-1", max_clients=request.param)
     app = FastAPI()
-    app.state.services = SimpleNamespace(
-        streams=streams, viewer=None, hardware=SimpleNamespace(status=SimpleNamespace(opened=True))
-    )
+    hardware = SimpleNamespace(status=SimpleNamespace(opened=True))
+    app.state.provided = ServiceRegistry({LiveStreams: streams, HardwareThread: hardware})
     error_handlers.install(app)
     app.include_router(routes.router, prefix="/api/v1")
     install_persons(app)

@@ -17,8 +17,10 @@ from fastapi import FastAPI
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import UncollectedStreams
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.stream import MJPEG_EACH, LiveStreams
 from tests.local_server import serving
 from tests.nginx_proxy import nginx_before
@@ -50,9 +52,8 @@ def live() -> Iterator[Live]:
     hub = FrameHub(clock=MonotonicClock())
     streams = LiveStreams(hub, boot_id="boot-1")
     app = FastAPI()
-    app.state.services = SimpleNamespace(
-        streams=streams, viewer=None, hardware=SimpleNamespace(status=SimpleNamespace(opened=True))
-    )
+    hardware = SimpleNamespace(status=SimpleNamespace(opened=True))
+    app.state.provided = ServiceRegistry({LiveStreams: streams, HardwareThread: hardware})
     error_handlers.install(app)
     app.add_middleware(UncollectedStreams)
     app.include_router(routes.router, prefix="/api/v1")

@@ -5,7 +5,6 @@ import threading
 import time
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
-from types import SimpleNamespace
 from typing import Any
 
 import httpx
@@ -19,8 +18,10 @@ from websockets.typing import Origin, Subprotocol
 
 from foveacam_server.console import security, viser_relay
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol
 from tests.local_server import serving
@@ -40,7 +41,7 @@ def scene() -> Iterator[ViewerScene]:
 
 def application(viewer: ViewerScene | None) -> FastAPI:
     app = FastAPI()
-    app.state.services = SimpleNamespace(viewer=viewer)
+    app.state.provided = ServiceRegistry({SceneViewer | None: viewer})
     app.state.places = ServerPlaces()
     error_handlers.install(app)
     security.install(app, Settings())

@@ -2,7 +2,6 @@
 
 import asyncio
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 
 import httpx
 import pytest
@@ -13,6 +12,7 @@ from foveacam_server.accounts.attempts import GUESSED_WRONG, MOST_WRONG
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.console import security
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.operating.people import session_routes, token_routes, user_routes
@@ -67,7 +67,7 @@ def lab(accounts: Accounts, ada: str) -> Lab:
     error_handlers.install(app)
     gate = security.install(app, Settings(host="0.0.0.0"))  # noqa: S104  # the guarded case
     gate.accounts = accounts
-    app.state.services = SimpleNamespace(accounts=accounts)
+    app.state.provided = ServiceRegistry({Accounts: accounts})
     for module in (session_routes, user_routes, token_routes):
         app.include_router(module.router, prefix=API)
     return Lab(app)

@@ -16,7 +16,9 @@ from foveacam_server.accounts.attempts import MOST_WRONG, WINDOW_S
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import needs, open_to_anybody
 from foveacam_server.console import security, viser_relay
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.settings import Settings, checked_settings
+from foveacam_server.rig.ports import SceneViewer
 
 OWN = "http://127.0.0.1:8000"
 TOKEN = "correct horse"  # noqa: S105  # a token of this test alone
@@ -114,7 +116,7 @@ def client(base_url: str = OWN, **choices: Unpack[Choices]) -> Browser:
         return "ok"
 
     app.include_router(viser_relay.router)
-    app.state.services = SimpleNamespace(viewer=SimpleNamespace())
+    app.state.provided = ServiceRegistry({SceneViewer | None: SimpleNamespace()})
 
     @app.post("/api/v1/stop")
     @needs(Right.OPERATE, stops=True)

@@ -3,7 +3,6 @@
 import asyncio
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import httpx
 import pytest
@@ -21,6 +20,7 @@ from foveacam_server.accounts.rights import Right, UserRole
 from foveacam_server.accounts.route_rights import needs
 from foveacam_server.console import security
 from foveacam_server.doors import error_handlers
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.operating.people import session_routes, token_routes, user_routes
@@ -66,7 +66,7 @@ def url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
         accounts = Accounts(store)
         accounts.users.add("ada", UserRole.ADMIN, password=PASSWORD)
         gate.accounts = accounts
-        app.state.services = SimpleNamespace(accounts=accounts)
+        app.state.provided = ServiceRegistry({Accounts: accounts})
         with serving(app) as port:
             yield f"http://127.0.0.1:{port}"
         accounts.close()

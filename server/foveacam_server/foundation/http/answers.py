@@ -1,7 +1,7 @@
 """What routes share: services, headers, limits of a body, the answer with a job, problems in OpenAPI."""
 
 from collections.abc import AsyncIterator, Callable
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 from fastapi import Depends, Header, Query
 from fastapi.responses import JSONResponse
@@ -59,20 +59,6 @@ _TITLES = {
 }
 
 
-class JobServices(Protocol):
-    """Services that answer with a job."""
-
-    @property
-    def jobs(self) -> JobRunner:
-        """Runner of the job."""
-        ...
-
-
-async def opened_services(connection: HTTPConnection) -> object:
-    """Return the services that the lifespan opened; for requests and for WebSockets."""
-    return connection.app.state.services
-
-
 async def server_places(connection: HTTPConnection) -> ServerPlaces:
     """Return the places of connections and of long answers; for requests and for WebSockets."""
     found: ServerPlaces = connection.app.state.places
@@ -113,7 +99,7 @@ def file_responses(media_type: str) -> dict[int | str, dict[str, Any]]:  # Any: 
 
 
 async def job_answer(
-    services: JobServices, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel]
+    jobs: JobRunner, job: Job, *, prefer: str | None, result: Callable[[str], ResponseModel]
 ) -> JSONResponse:
     """Answer with the job (202); when it ends within the wait, with its result (200) or its problem.
 
@@ -121,7 +107,7 @@ async def job_answer(
     """
     wanted_s = preferred_wait_s(prefer, longest_s=LONGEST_WAIT_S)
     if wanted_s > 0.0:
-        job = await services.jobs.ended(job.id, timeout_s=wanted_s)
+        job = await jobs.ended(job.id, timeout_s=wanted_s)
     headers = {"Location": f"{JOBS_URL}/{job.id}"}
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"

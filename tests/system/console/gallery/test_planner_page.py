@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -19,6 +18,7 @@ from playwright.sync_api import Locator, Page, Route, expect
 
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
+from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.studying.planner import routes
 from tests.local_server import serving
 from tests.system.console.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
@@ -40,7 +40,7 @@ def address() -> Iterator[str]:
     app.include_router(routes.router, prefix="/api/v1")
     app.mount("/", application(stub))
     with closing(ComputeQueue()) as computing, serving(app) as port:
-        app.state.services = SimpleNamespace(computing=computing)
+        app.state.provided = ServiceRegistry({ComputeQueue: computing})
         yield f"http://127.0.0.1:{port}/#/planner"
 
 

@@ -1,8 +1,8 @@
 """Routes of calibrations: list, put in force, health, compare, import and export, trash, report."""
 
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Any, Literal
 
-from fastapi import Body, Depends, Path, Query
+from fastapi import Body, Path, Query
 from fastapi.responses import HTMLResponse, Response
 
 from foveacam_server.accounts.rights import Right
@@ -12,10 +12,10 @@ from foveacam_server.foundation.http.answers import (
     FILE_BYTES,
     LeaseHeader,
     file_responses,
-    opened_services,
     problems,
 )
 from foveacam_server.foundation.http.large_bodies import LargeBodyRoute
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.calibrating.calibrations.record_files import FileFormat
 from foveacam_server.resources.calibrating.calibrations.records import CalibrationRecords
@@ -35,17 +35,6 @@ router = GuardedRouter(
 )
 
 
-class CalibrationRouteServices(Protocol):
-    """Services that these routes use."""
-
-    calibration: CalibrationService
-    records: CalibrationRecords
-    lease: Lease
-    computing: ComputeQueue
-
-
-ServicesDep = Annotated[CalibrationRouteServices, Depends(opened_services)]
-
 CalibrationId = Annotated[str, Path(max_length=64)]
 WhichOne = Annotated[str, Query(pattern=r"^[0-9a-f]{1,64}$", description="id of a calibration")]
 DistanceQuery = Annotated[float | None, Query(gt=0.0, le=1000.0, allow_inf_nan=False)]
@@ -57,30 +46,35 @@ _JSON_FILE = {
 
 @router.get("", summary="All calibrations of this rig, newest first")
 def every(
-    services: ServicesDep,
+    calibration_service: Provided[CalibrationService],
+    records: Provided[CalibrationRecords],
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
 ) -> list[CalibrationDocument]:
     """Return all calibrations known for this rig, or those that were discarded."""
-    found = services.calibration.discarded() if removed == "true" else services.calibration.every()
-    return [services.records.describe(calibration) for calibration in found]
+    found = calibration_service.discarded() if removed == "true" else calibration_service.every()
+    return [records.describe(calibration) for calibration in found]
 
 
 @router.get("/current", summary="The one in force", responses=problems(409, 503))
-async def current(services: ServicesDep) -> CalibrationDocument:
+async def current(
+    records: Provided[CalibrationRecords], calibration: Provided[CalibrationService]
+) -> CalibrationDocument:
     """Return the calibration in force; 409 without one, 503 while the rig opens."""
-    return services.records.describe(services.calibration.require())
+    return records.describe(calibration.require())
 
 
 @router.get("/health", summary="Does the one in force still hold?")
-async def health(services: ServicesDep) -> HealthDocument:
+async def health(records: Provided[CalibrationRecords]) -> HealthDocument:
     """Return what ordinary fixations say of the calibration in force."""
-    return services.records.health()
+    return records.health()
 
 
 @router.get("/compare", summary="Compare two", responses=problems(404))
-async def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> ComparisonDocument:
+async def compare(
+    a: WhichOne, b: WhichOne, computing: Provided[ComputeQueue], records: Provided[CalibrationRecords]
+) -> ComparisonDocument:
     """Return how far b differs from a, in pixels that an operator sees."""
-    return await services.computing.run(lambda: services.records.compare(a, b))
+    return await computing.run(lambda: records.compare(a, b))
 
 
 @router.get(
@@ -89,9 +83,11 @@ async def compare(a: WhichOne, b: WhichOne, services: ServicesDep) -> Comparison
     response_class=Response,
     responses=file_responses("image/png"),
 )
-async def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Response:
+async def compare_png(
+    a: WhichOne, b: WhichOne, computing: Provided[ComputeQueue], records: Provided[CalibrationRecords]
+) -> Response:
     """Return where over the field two calibrations differ."""
-    picture = await services.computing.run(lambda: services.records.compare_picture(a, b))
+    picture = await computing.run(lambda: records.compare_picture(a, b))
     return Response(picture, media_type="image/png")
 
 
@@ -104,46 +100,58 @@ async def compare_png(a: WhichOne, b: WhichOne, services: ServicesDep) -> Respon
 )
 def import_file(
     document: Annotated[dict[str, Any], Body()],  # Any: a file of another program, checked where it is read
-    services: ServicesDep,
+    records: Provided[CalibrationRecords],
     distance_m: DistanceQuery = None,
 ) -> CalibrationDocument:
     """Keep the calibration of a file of this program, or of the authors' device bundle.
 
     A bundle does not say how far away its markers stood: give `distance_m`.
     """
-    return services.records.import_file(document, distance_m=distance_m)
+    return records.import_file(document, distance_m=distance_m)
 
 
 @router.get("/{calibration_id}", summary="One calibration", responses=problems(404))
-async def one(calibration_id: CalibrationId, services: ServicesDep) -> CalibrationDocument:
+async def one(
+    calibration_id: CalibrationId,
+    records: Provided[CalibrationRecords],
+    calibration: Provided[CalibrationService],
+) -> CalibrationDocument:
     """Return one calibration."""
-    return services.records.describe(services.calibration.get(calibration_id))
+    return records.describe(calibration.get(calibration_id))
 
 
 @router.delete(
     "/{calibration_id}", status_code=204, summary="Discard a calibration", responses=problems(404, 409)
 )
-def discard(calibration_id: CalibrationId, services: ServicesDep) -> None:
+def discard(calibration_id: CalibrationId, calibration: Provided[CalibrationService]) -> None:
     """Put it in the trash, from which it can be restored; neither the one in force nor one that ships."""
-    services.calibration.discard(calibration_id)
+    calibration.discard(calibration_id)
 
 
 @router.post(
     "/{calibration_id}/restore", summary="Take a calibration out of the trash", responses=problems(404)
 )
-def restore(calibration_id: CalibrationId, services: ServicesDep) -> CalibrationDocument:
+def restore(
+    calibration_id: CalibrationId,
+    records: Provided[CalibrationRecords],
+    calibration: Provided[CalibrationService],
+) -> CalibrationDocument:
     """Undo its discarding; what is in force stays so."""
-    return services.records.describe(services.calibration.restore(calibration_id))
+    return records.describe(calibration.restore(calibration_id))
 
 
 @router.post("/{calibration_id}/activate", summary="Put one in force", responses=problems(404, 409))
 @needs(Right.ADMINISTER)
 def activate(
-    calibration_id: CalibrationId, services: ServicesDep, x_lease: LeaseHeader = None
+    calibration_id: CalibrationId,
+    lease: Provided[Lease],
+    records: Provided[CalibrationRecords],
+    calibration: Provided[CalibrationService],
+    x_lease: LeaseHeader = None,
 ) -> CalibrationDocument:
     """Put a calibration in force, now and at every start."""
-    services.lease.check(x_lease)
-    return services.records.describe(services.calibration.activate(calibration_id))
+    lease.check(x_lease)
+    return records.describe(calibration.activate(calibration_id))
 
 
 @router.get(
@@ -152,19 +160,21 @@ def activate(
     response_class=HTMLResponse,
     responses=problems(404),
 )
-async def report(calibration_id: CalibrationId, services: ServicesDep) -> HTMLResponse:
+async def report(
+    calibration_id: CalibrationId, computing: Provided[ComputeQueue], records: Provided[CalibrationRecords]
+) -> HTMLResponse:
     """Return one self-contained page: measured figures beside the paper's, and all pictures."""
-    return HTMLResponse(await services.computing.run(lambda: services.records.report(calibration_id)))
+    return HTMLResponse(await computing.run(lambda: records.report(calibration_id)))
 
 
 @router.get("/{calibration_id}/file", summary="One as a file", response_class=Response, responses=_JSON_FILE)
 def download(
     calibration_id: CalibrationId,
-    services: ServicesDep,
+    records: Provided[CalibrationRecords],
     file_format: Annotated[FileFormat, Query(alias="format")] = "foveacam",
 ) -> Response:
     """Return the calibration as a file of this program, or with its poses as the authors' device bundle."""
-    content = services.records.file(calibration_id, file_format)
+    content = records.file(calibration_id, file_format)
     name = f"{calibration_id}.json" if file_format == "foveacam" else f"{calibration_id}-bundle.json"
     return Response(
         content,

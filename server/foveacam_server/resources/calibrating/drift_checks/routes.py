@@ -1,8 +1,8 @@
 """Routes of drift checks: looks into the scene that measure how far the eyes moved since the calibration."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_server.accounts.errors import require
@@ -16,9 +16,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -27,17 +27,6 @@ from foveacam_server.resources.calibrating.drift_checks.service import DriftChec
 
 router = GuardedRouter("/drift_checks", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
 
-
-class DriftCheckRouteServices(Protocol):
-    """Services that these routes use."""
-
-    drift: DriftChecks
-    jobs: JobRunner
-    lease: Lease
-    computing: ComputeQueue
-
-
-ServicesDep = Annotated[DriftCheckRouteServices, Depends(opened_services)]
 
 CheckId = Annotated[str, Path(max_length=64)]
 
@@ -54,7 +43,9 @@ CheckId = Annotated[str, Path(max_length=64)]
 )
 async def create(
     request: DriftRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    drift: Provided[DriftChecks],
+    jobs: Provided[JobRunner],
     principal: PrincipalDep,
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
@@ -63,15 +54,15 @@ async def create(
     """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
     if request.apply:
         require(principal, Right.ADMINISTER, asked="a drift check that puts a calibration in force")
-    services.lease.check(x_lease)
-    job = services.drift.submit(request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.drift.get_by_url)
+    lease.check(x_lease)
+    job = drift.submit(request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=drift.get_by_url)
 
 
 @router.get("", summary="All drift checks, newest first")
-def every(services: ServicesDep) -> list[DriftCheckDocument]:
+def every(drift: Provided[DriftChecks]) -> list[DriftCheckDocument]:
     """Return what all checks found."""
-    return services.drift.records.every()
+    return drift.records.every()
 
 
 @router.get(
@@ -80,13 +71,13 @@ def every(services: ServicesDep) -> list[DriftCheckDocument]:
     response_class=Response,
     responses=file_responses("image/png"),
 )
-async def trend(services: ServicesDep) -> Response:
+async def trend(computing: Provided[ComputeQueue], drift: Provided[DriftChecks]) -> Response:
     """Return a picture of how both eyes have drifted since they were calibrated."""
-    picture = await services.computing.run(services.drift.records.trend_picture)
+    picture = await computing.run(drift.records.trend_picture)
     return Response(picture, media_type="image/png")
 
 
 @router.get("/{check_id}", summary="One check", responses=problems(404))
-def one(check_id: CheckId, services: ServicesDep) -> DriftCheckDocument:
+def one(check_id: CheckId, drift: Provided[DriftChecks]) -> DriftCheckDocument:
     """Return what one check found."""
-    return services.drift.records.get(check_id)
+    return drift.records.get(check_id)

@@ -1,8 +1,8 @@
 """Routes of calibration sessions: the measurements of a calibration, and the steps that take and fit them."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import JSONResponse
 
 from foveacam_hardware.contract import Role
@@ -16,9 +16,9 @@ from foveacam_server.foundation.http.answers import (
     LeaseHeader,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
@@ -37,17 +37,6 @@ router = GuardedRouter(
 )
 
 
-class CalibrationSessionRouteServices(Protocol):
-    """Services that these routes use."""
-
-    sessions: CalibrationSessionService
-    computing: ComputeQueue
-    jobs: JobRunner
-    lease: Lease
-
-
-ServicesDep = Annotated[CalibrationSessionRouteServices, Depends(opened_services)]
-
 SessionId = Annotated[str, Path(max_length=64)]
 SampleId = Annotated[str, Path(max_length=64)]
 PictureName = Annotated[str, Path(max_length=64)]
@@ -59,9 +48,9 @@ PictureName = Annotated[str, Path(max_length=64)]
     summary="Begin a session",
     responses=problems(503),
 )
-def create(request: SessionRequest, services: ServicesDep) -> SessionDocument:
+def create(request: SessionRequest, sessions: Provided[CalibrationSessionService]) -> SessionDocument:
     """Begin an empty session of this rig."""
-    return services.sessions.create(request.label)
+    return sessions.create(request.label)
 
 
 @router.post(
@@ -70,30 +59,30 @@ def create(request: SessionRequest, services: ServicesDep) -> SessionDocument:
     summary="Put sessions together",
     responses=problems(404, 409),
 )
-def combine(request: CombineRequest, services: ServicesDep) -> SessionDocument:
+def combine(request: CombineRequest, sessions: Provided[CalibrationSessionService]) -> SessionDocument:
     """Begin a session with the sweeps of several and the newest lens; the step `fit` fits them together."""
-    return services.sessions.combine(request.sessions, label=request.label)
+    return sessions.combine(request.sessions, label=request.label)
 
 
 @router.get("", summary="All sessions, newest first")
-def every(services: ServicesDep) -> list[SessionDocument]:
+def every(sessions: Provided[CalibrationSessionService]) -> list[SessionDocument]:
     """Return all sessions with all that was measured in them."""
-    return services.sessions.every()
+    return sessions.every()
 
 
 @router.get("/{session_id}", summary="One session", responses=problems(404))
-def one(session_id: SessionId, services: ServicesDep) -> SessionDocument:
+def one(session_id: SessionId, sessions: Provided[CalibrationSessionService]) -> SessionDocument:
     """Return one session."""
-    return services.sessions.get(session_id)
+    return sessions.get(session_id)
 
 
 @router.delete(
     "/{session_id}", status_code=204, summary="Delete a session's measurements", responses=problems(404, 409)
 )
 @needs(Right.ADMINISTER)
-def remove(session_id: SessionId, services: ServicesDep) -> None:
+def remove(session_id: SessionId, sessions: Provided[CalibrationSessionService]) -> None:
     """Delete everything measured in a session; the calibrations fitted from it stay."""
-    services.sessions.remove(session_id)
+    sessions.remove(session_id)
 
 
 @router.post(
@@ -109,7 +98,9 @@ def remove(session_id: SessionId, services: ServicesDep) -> None:
 async def run(
     session_id: SessionId,
     request: Run,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    sessions: Provided[CalibrationSessionService],
+    jobs: Provided[JobRunner],
     principal: PrincipalDep,
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
@@ -118,9 +109,9 @@ async def run(
     """Queue a step as a job; run again, it adds to what was measured, or goes on where it was interrupted."""
     if isinstance(request.options, AllOptions) and request.options.activate:
         require(principal, Right.ADMINISTER, asked="a run that puts its calibration in force")
-    services.lease.check(x_lease)
-    job = services.sessions.submit(session_id, request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.sessions.get_by_url)
+    lease.check(x_lease)
+    job = sessions.submit(session_id, request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=sessions.get_by_url)
 
 
 @router.delete(
@@ -128,9 +119,14 @@ async def run(
     summary="Take a view of the board out of the fit",
     responses=problems(404, 409),
 )
-async def remove_sample(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> SessionDocument:
+async def remove_sample(
+    session_id: SessionId,
+    sample_id: SampleId,
+    computing: Provided[ComputeQueue],
+    sessions: Provided[CalibrationSessionService],
+) -> SessionDocument:
     """Remove one view and fit the lens to the others."""
-    return await services.computing.run(lambda: services.sessions.remove_sample(session_id, sample_id))
+    return await computing.run(lambda: sessions.remove_sample(session_id, sample_id))
 
 
 @router.get(
@@ -139,9 +135,11 @@ async def remove_sample(session_id: SessionId, sample_id: SampleId, services: Se
     response_class=StoredFile,
     responses=stored_file_responses("image/jpeg"),
 )
-def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep) -> StoredFile:
+def thumbnail(
+    session_id: SessionId, sample_id: SampleId, sessions: Provided[CalibrationSessionService]
+) -> StoredFile:
     """Return what the wide camera saw, small, with the corners found."""
-    return StoredFile(services.sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
+    return StoredFile(sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
 
 
 @router.delete(
@@ -150,12 +148,14 @@ def thumbnail(session_id: SessionId, sample_id: SampleId, services: ServicesDep)
     responses=problems(404, 409),
 )
 async def remove_lens_sample(
-    session_id: SessionId, camera: Eye, sample_id: SampleId, services: ServicesDep
+    session_id: SessionId,
+    camera: Eye,
+    sample_id: SampleId,
+    computing: Provided[ComputeQueue],
+    sessions: Provided[CalibrationSessionService],
 ) -> SessionDocument:
     """Remove one view and fit the fovea's lens to the others."""
-    return await services.computing.run(
-        lambda: services.sessions.remove_lens_sample(session_id, Role(camera), sample_id)
-    )
+    return await computing.run(lambda: sessions.remove_lens_sample(session_id, Role(camera), sample_id))
 
 
 @router.get(
@@ -165,10 +165,10 @@ async def remove_lens_sample(
     responses=stored_file_responses("image/jpeg"),
 )
 def lens_thumbnail(
-    session_id: SessionId, camera: Eye, sample_id: SampleId, services: ServicesDep
+    session_id: SessionId, camera: Eye, sample_id: SampleId, sessions: Provided[CalibrationSessionService]
 ) -> StoredFile:
     """Return what the fovea saw, small, with the corners found."""
-    path = services.sessions.thumbnail(session_id, sample_id, Role(camera))
+    path = sessions.thumbnail(session_id, sample_id, Role(camera))
     return StoredFile(path, media_type="image/jpeg")
 
 
@@ -178,6 +178,8 @@ def lens_thumbnail(
     response_class=StoredFile,
     responses=stored_file_responses("image/png"),
 )
-def picture(session_id: SessionId, name: PictureName, services: ServicesDep) -> StoredFile:
+def picture(
+    session_id: SessionId, name: PictureName, sessions: Provided[CalibrationSessionService]
+) -> StoredFile:
     """Return one picture as of the last run of its step."""
-    return StoredFile(services.sessions.picture(session_id, name), media_type="image/png")
+    return StoredFile(sessions.picture(session_id, name), media_type="image/png")

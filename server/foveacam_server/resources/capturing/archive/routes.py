@@ -1,8 +1,8 @@
 """Routes of the archive: send a capture, a recording or a still there, fetch it."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import JSONResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -13,9 +13,9 @@ from foveacam_server.foundation.http.answers import (
     IdempotencyHeader,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument, ResponseModel
 from foveacam_server.resources.capturing.archive.schema import ArchiveDocument, ArchiveRequest
@@ -27,20 +27,10 @@ from foveacam_server.resources.capturing.stills.schema import StillDocument
 router = GuardedRouter(tags=["archive"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class ArchiveRouteServices(Protocol):
-    """Services that these routes use."""
-
-    archive: ArchiveService
-    jobs: JobRunner
-
-
-ServicesDep = Annotated[ArchiveRouteServices, Depends(opened_services)]
-
-
 @router.get("/archive", summary="The archive of this server")
-def archive(services: ServicesDep) -> ArchiveDocument:
+def archive(archive_service: Provided[ArchiveService]) -> ArchiveDocument:
     """Return where captures, recordings and stills are archived."""
-    return services.archive.describe()
+    return archive_service.describe()
 
 
 def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_length: int) -> None:
@@ -54,25 +44,27 @@ def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_le
     async def send(
         item_id: Annotated[str, item_id_path],
         request: ArchiveRequest,
-        services: ServicesDep,
+        archive: Provided[ArchiveService],
+        jobs: Provided[JobRunner],
         prefer: PreferHeader = None,
         idempotency_key: IdempotencyHeader = None,
     ) -> JSONResponse:
         """Queue the upload as a job; what the archive has already is not sent again."""
-        held = services.archive
+        held = archive
         job = await run_in_threadpool(held.archive, kind, item_id, request, idempotency_key=idempotency_key)
-        return await job_answer(services, job, prefer=prefer, result=held.result(kind))
+        return await job_answer(jobs, job, prefer=prefer, result=held.result(kind))
 
     async def fetch(
         item_id: Annotated[str, item_id_path],
-        services: ServicesDep,
+        archive: Provided[ArchiveService],
+        jobs: Provided[JobRunner],
         prefer: PreferHeader = None,
         idempotency_key: IdempotencyHeader = None,
     ) -> JSONResponse:
         """Queue the download of the files that are not on this machine, as a job."""
-        held = services.archive
+        held = archive
         job = await run_in_threadpool(held.fetch, kind, item_id, idempotency_key=idempotency_key)
-        return await job_answer(services, job, prefer=prefer, result=held.result(kind))
+        return await job_answer(jobs, job, prefer=prefer, result=held.result(kind))
 
     for endpoint, name, summary in (
         (send, "archive", f"Send a {noun} to the archive"),

@@ -1,8 +1,8 @@
 """Routes of batches: products of several captures at once, as a job, and as one ZIP file."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -15,9 +15,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
@@ -31,14 +31,6 @@ from foveacam_server.resources.capturing.batches.service import BatchService
 router = GuardedRouter("/batches", tags=["batches"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class BatchRouteServices(Protocol):
-    """Services that these routes use."""
-
-    batches: BatchService
-    jobs: JobRunner
-
-
-ServicesDep = Annotated[BatchRouteServices, Depends(opened_services)]
 BatchId = Annotated[str, Path(pattern=r"^(depth|mosaic|export|evaluate)-[0-9a-f]{12}$")]
 
 
@@ -54,37 +46,38 @@ BatchId = Annotated[str, Path(pattern=r"^(depth|mosaic|export|evaluate)-[0-9a-f]
 )
 async def make(
     request: BatchRequest,
-    services: ServicesDep,
+    batches: Provided[BatchService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Queue it, or the rest of the same one, as a job that leaves the rig free."""
-    job = await run_in_threadpool(services.batches.start, request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.batches.get_by_url)
+    job = await run_in_threadpool(batches.start, request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=batches.get_by_url)
 
 
 @router.get("", summary="All batches")
-def every(services: ServicesDep) -> list[BatchDocument]:
+def every(batches: Provided[BatchService]) -> list[BatchDocument]:
     """Return all batches, by id."""
-    return services.batches.every()
+    return batches.every()
 
 
 @router.get("/cluster", summary="The cluster for batches")
-async def cluster(services: ServicesDep) -> BatchClusterDocument:
+async def cluster(batches: Provided[BatchService]) -> BatchClusterDocument:
     """Return the address of its scheduler, which the server was given."""
-    return BatchClusterDocument(url=services.batches.cluster)
+    return BatchClusterDocument(url=batches.cluster)
 
 
 @router.get("/{batch_id}", summary="One batch", responses=problems(404))
-def one(batch_id: BatchId, services: ServicesDep) -> BatchDocument:
+def one(batch_id: BatchId, batches: Provided[BatchService]) -> BatchDocument:
     """Return how many of its products there are, and which failed, and why."""
-    return services.batches.get(batch_id)
+    return batches.get(batch_id)
 
 
 @router.delete("/{batch_id}", status_code=204, summary="Remove a batch", responses=problems(404, 409))
-def remove(batch_id: BatchId, services: ServicesDep) -> None:
+def remove(batch_id: BatchId, batches: Provided[BatchService]) -> None:
     """Remove it with its products; the captures stay."""
-    services.batches.remove(batch_id)
+    batches.remove(batch_id)
 
 
 @router.get(
@@ -93,9 +86,9 @@ def remove(batch_id: BatchId, services: ServicesDep) -> None:
     response_class=StoredFile,
     responses=stored_file_responses("image/png"),
 )
-def overview(batch_id: BatchId, services: ServicesDep) -> StoredFile:
+def overview(batch_id: BatchId, batches: Provided[BatchService]) -> StoredFile:
     """Return a thumbnail for each capture, or the figures of an evaluation as bars."""
-    path = services.batches.picture(batch_id)
+    path = batches.picture(batch_id)
     return StoredFile(path, media_type="image/png", headers={"Cache-Control": "no-cache"})
 
 
@@ -106,8 +99,8 @@ def overview(batch_id: BatchId, services: ServicesDep) -> StoredFile:
     responses=file_responses("application/zip") | problems(409),
     dependencies=[LONG_READ],
 )
-def download(batch_id: BatchId, services: ServicesDep) -> StreamingResponse:
+def download(batch_id: BatchId, batches: Provided[BatchService]) -> StreamingResponse:
     """Send the folder of the batch, files as they are."""
     headers = {"Content-Disposition": f'attachment; filename="{batch_id}.zip"'}
-    stream = zip_stream(services.batches.folder(batch_id))
+    stream = zip_stream(batches.folder(batch_id))
     return StreamingResponse(stream, media_type="application/zip", headers=headers)

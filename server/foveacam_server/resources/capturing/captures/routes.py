@@ -1,8 +1,8 @@
 """Routes of captures (raster datasets): estimate, start, pause, list, points, drawings, download."""
 
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal, Protocol, TypeAlias
 
-from fastapi import Depends, Path, Query, Response
+from fastapi import Path, Query, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -22,9 +22,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
@@ -53,27 +53,7 @@ class CaptureProduct(Protocol):
         ...
 
 
-class CaptureRouteServices(Protocol):
-    """Services that these routes use."""
-
-    captures: CaptureService
-    jobs: JobRunner
-    lease: Lease
-    computing: ComputeQueue
-
-    @property
-    def mosaics(self) -> CaptureProduct:
-        """Mosaics of the captures."""
-        ...
-
-    @property
-    def references(self) -> CaptureProduct:
-        """References of the captures."""
-        ...
-
-
-ServicesDep = Annotated[CaptureRouteServices, Depends(opened_services)]
-
+CaptureProducts: TypeAlias = tuple[CaptureProduct, ...]
 Picture = Literal["thumbnail", "sheet", "coverage"]
 Form = Literal["jpg", "png"]
 PointIndex = Annotated[Index, Path()]
@@ -93,15 +73,17 @@ _IMAGES = stored_file_responses("image/jpeg")
 )
 async def create(
     request: CaptureRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    captures: Provided[CaptureService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
-    services.lease.check(x_lease)
-    job = await run_in_threadpool(services.captures.start, request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
+    lease.check(x_lease)
+    job = await run_in_threadpool(captures.start, request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=captures.get_by_url)
 
 
 @router.post(
@@ -110,33 +92,35 @@ async def create(
     responses=problems(409, 503, 504),
 )
 @needs(Right.VIEW)
-async def estimate(request: EstimateRequest, services: ServicesDep) -> EstimateDocument:
+async def estimate(
+    request: EstimateRequest, captures: Provided[CaptureService], computing: Provided[ComputeQueue]
+) -> EstimateDocument:
     """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
-    asked = await run_in_threadpool(services.captures.plan_to_estimate, request)
-    return await services.computing.run_apart(estimate_plan, asked)
+    asked = await run_in_threadpool(captures.plan_to_estimate, request)
+    return await computing.run_apart(estimate_plan, asked)
 
 
 @router.get("", summary="Captures, newest first")
 def every(
-    services: ServicesDep,
+    captures: Provided[CaptureService],
     text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
 ) -> list[CaptureDocument]:
     """Return all captures, or those that hold every word of `text`."""
-    return services.captures.search(text=text, removed=removed == "true")
+    return captures.search(text=text, removed=removed == "true")
 
 
 @router.delete("/trash", summary="Empty the trash")
 @needs(Right.ADMINISTER)
-def empty_trash(services: ServicesDep) -> TrashEmptied:
+def empty_trash(captures: Provided[CaptureService]) -> TrashEmptied:
     """Delete for good what was removed."""
-    return TrashEmptied(deleted=services.captures.collection.empty_trash())
+    return TrashEmptied(deleted=captures.collection.empty_trash())
 
 
 @router.get("/{capture_id}", summary="One capture", responses=problems(404))
-def one(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
+def one(capture_id: CaptureId, captures: Provided[CaptureService]) -> CaptureDocument:
     """Return one capture; while it runs, with its progress."""
-    return services.captures.get(capture_id)
+    return captures.get(capture_id)
 
 
 @router.patch(
@@ -144,19 +128,23 @@ def one(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
     summary="Describe a capture",
     responses=problems(404, 409),
 )
-def patch(capture_id: CaptureId, change: CapturePatch, services: ServicesDep) -> CaptureDocument:
+def patch(capture_id: CaptureId, change: CapturePatch, captures: Provided[CaptureService]) -> CaptureDocument:
     """Change its label or its licence."""
-    return services.captures.edit(capture_id, change)
+    return captures.edit(capture_id, change)
 
 
 @router.delete(
     "/{capture_id}", status_code=204, summary="Put a capture in the trash", responses=problems(404, 409)
 )
-def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+def remove(
+    capture_id: CaptureId,
+    captures: Provided[CaptureService],
+    products: Provided[CaptureProducts],
+) -> None:
     """Move it to the trash, from which it can be restored."""
-    for made in (services.mosaics, services.references):
-        made.check_idle(capture_id, "remove its capture")
-    services.captures.remove(capture_id)
+    for product in products:
+        product.check_idle(capture_id, "remove its capture")
+    captures.remove(capture_id)
 
 
 @router.post(
@@ -164,9 +152,9 @@ def remove(capture_id: CaptureId, services: ServicesDep) -> None:
     summary="Take a capture out of the trash",
     responses=problems(404),
 )
-def restore(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
+def restore(capture_id: CaptureId, captures: Provided[CaptureService]) -> CaptureDocument:
     """Undo its removal."""
-    return services.captures.restore(capture_id)
+    return captures.restore(capture_id)
 
 
 @router.post(
@@ -181,15 +169,17 @@ def restore(capture_id: CaptureId, services: ServicesDep) -> CaptureDocument:
 )
 async def resume(
     capture_id: CaptureId,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    captures: Provided[CaptureService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
-    services.lease.check(x_lease)
-    job = await run_in_threadpool(services.captures.resume, capture_id, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.captures.get_by_url)
+    lease.check(x_lease)
+    job = await run_in_threadpool(captures.resume, capture_id, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=captures.get_by_url)
 
 
 @router.post(
@@ -197,10 +187,15 @@ async def resume(
     summary="Let a running capture wait",
     responses=problems(404, 409),
 )
-def pause(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> CaptureDocument:
+def pause(
+    capture_id: CaptureId,
+    lease: Provided[Lease],
+    captures: Provided[CaptureService],
+    x_lease: LeaseHeader = None,
+) -> CaptureDocument:
     """Wait after the present point; the rig stays reserved for the capture."""
-    services.lease.check(x_lease)
-    return services.captures.pause(capture_id)
+    lease.check(x_lease)
+    return captures.pause(capture_id)
 
 
 @router.post(
@@ -208,10 +203,15 @@ def pause(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
     summary="Let a paused capture go on",
     responses=problems(404, 409),
 )
-def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = None) -> CaptureDocument:
+def go_on(
+    capture_id: CaptureId,
+    lease: Provided[Lease],
+    captures: Provided[CaptureService],
+    x_lease: LeaseHeader = None,
+) -> CaptureDocument:
     """Continue; also confirms that what was asked for by hand is done."""
-    services.lease.check(x_lease)
-    return services.captures.go_on(capture_id)
+    lease.check(x_lease)
+    return captures.go_on(capture_id)
 
 
 @router.get(
@@ -221,9 +221,9 @@ def go_on(capture_id: CaptureId, services: ServicesDep, x_lease: LeaseHeader = N
     responses=file_responses("application/zip"),
     dependencies=[LONG_READ],
 )
-def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
+def download(capture_id: CaptureId, captures: Provided[CaptureService]) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
-    kept = services.captures.collection.get(capture_id)
+    kept = captures.collection.get(capture_id)
     readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
@@ -236,11 +236,15 @@ def download(capture_id: CaptureId, services: ServicesDep) -> StreamingResponse:
     responses=_IMAGES,
 )
 async def picture_of(
-    capture_id: CaptureId, picture: Picture, form: Form, services: ServicesDep
+    capture_id: CaptureId,
+    picture: Picture,
+    form: Form,
+    captures: Provided[CaptureService],
+    computing: Provided[ComputeQueue],
 ) -> StoredFile:
     """Draw the capture as far as it has come."""
-    collection = services.captures.collection
-    path = await services.computing.run(
+    collection = captures.collection
+    path = await computing.run(
         lambda: capture_picture(collection, collection.get(capture_id), picture, form=form)
     )
     return StoredFile(path, media_type=media_type(form))
@@ -256,11 +260,11 @@ def anaglyph(
     capture_id: CaptureId,
     index: PointIndex,
     form: Form,
-    services: ServicesDep,
+    captures: Provided[CaptureService],
     bracket: Bracket = "0",
 ) -> StoredFile:
     """Return both foveae of a point, rectified: left in red, right in green and blue."""
-    collection = services.captures.collection
+    collection = captures.collection
     path = anaglyph_picture(
         collection, collection.get(capture_id), index=index, bracket=int(bracket), form=form
     )
@@ -273,9 +277,9 @@ def media_type(form: Form) -> str:
 
 
 @router.get("/{capture_id}/points", summary="Its points", responses=problems(404))
-def points(capture_id: CaptureId, services: ServicesDep) -> PointsDocument:
+def points(capture_id: CaptureId, captures: Provided[CaptureService]) -> PointsDocument:
     """Return the points that were taken, with their places on the contact sheet, and those passed over."""
-    return PointsDocument.of(readable_dataset(services.captures.collection.get(capture_id)))
+    return PointsDocument.of(readable_dataset(captures.collection.get(capture_id)))
 
 
 @router.get(
@@ -289,11 +293,11 @@ def picture(
     index: PointIndex,
     role: Literal["left", "right", "wide"],
     form: Form,
-    services: ServicesDep,
+    captures: Provided[CaptureService],
     bracket: Bracket = "0",
 ) -> Response:
     """Return one picture at full size, 8 bits; of a stack its mean."""
-    point = point_of(services.captures.collection.get(capture_id), index)
+    point = point_of(captures.collection.get(capture_id), index)
     content = frame_picture(point.stacked(Role(role), bracket=int(bracket)), form=form)
     return Response(content, media_type=media_type(form))
 
@@ -304,8 +308,8 @@ def picture(
     responses=problems(404),
     dependencies=[LONG_READ],
 )
-def check_files(capture_id: CaptureId, services: ServicesDep) -> CaptureChecked:
+def check_files(capture_id: CaptureId, captures: Provided[CaptureService]) -> CaptureChecked:
     """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
-    kept = services.captures.collection.get(capture_id)
+    kept = captures.collection.get(capture_id)
     faults = check_dataset(kept.folder)
     return CaptureChecked(id=kept.id, sound=not faults, faults=faults)

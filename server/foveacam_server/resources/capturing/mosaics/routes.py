@@ -1,9 +1,9 @@
 """Routes of a capture's mosaic: compute it, its tiles and files, its surface in the 3D scene."""
 
 from pathlib import Path
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
-from fastapi import Depends, Header, Query
+from fastapi import Header, Query
 from fastapi import Path as InPath
 from fastapi.responses import JSONResponse, Response
 from starlette.concurrency import run_in_threadpool
@@ -17,9 +17,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.quantities import Index
@@ -32,15 +32,6 @@ router = GuardedRouter(
     "/captures/{capture_id}/mosaic", tags=["mosaics"], reading=Right.VIEW, changing=Right.OPERATE
 )
 
-
-class MosaicRouteServices(Protocol):
-    """Services that these routes use."""
-
-    mosaics: MosaicService
-    jobs: JobRunner
-
-
-ServicesDep = Annotated[MosaicRouteServices, Depends(opened_services)]
 
 Layer = Literal["picture", "depth"]
 Level = Annotated[int, InPath(ge=0, le=32)]
@@ -66,7 +57,8 @@ _TILE = file_responses("image/jpeg") | {304: {"description": "the caller has it"
 )
 async def make(
     capture_id: CaptureId,
-    services: ServicesDep,
+    mosaics: Provided[MosaicService],
+    jobs: Provided[JobRunner],
     request: MosaicRequest | None = None,
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
@@ -76,21 +68,21 @@ async def make(
     An older mosaic of the capture stays until the new one is finished.
     """
     job = await run_in_threadpool(
-        services.mosaics.start, capture_id, request or MosaicRequest(), idempotency_key=idempotency_key
+        mosaics.start, capture_id, request or MosaicRequest(), idempotency_key=idempotency_key
     )
-    return await job_answer(services, job, prefer=prefer, result=services.mosaics.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=mosaics.get_by_url)
 
 
 @router.get("", summary="A capture's mosaic", responses=problems(404))
-def one(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
+def one(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocument:
     """Return its state, the progress of its job, and what it would take, or why there can be none."""
-    return services.mosaics.get(capture_id)
+    return mosaics.get(capture_id)
 
 
 @router.delete("", status_code=204, summary="Remove a capture's mosaic", responses=problems(404, 409))
-def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+def remove(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> None:
     """Remove its files, those of an unfinished one too; the capture stays."""
-    services.mosaics.remove(capture_id)
+    mosaics.remove(capture_id)
 
 
 @router.put(
@@ -98,10 +90,10 @@ def remove(capture_id: CaptureId, services: ServicesDep) -> None:
     summary="Show the mosaic in 3D",
     responses=problems(404, 409, 503),
 )
-def show(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
+def show(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocument:
     """Show its surface in the 3D scene, instead of another's."""
-    services.mosaics.show(capture_id)
-    return services.mosaics.get(capture_id)
+    mosaics.show(capture_id)
+    return mosaics.get(capture_id)
 
 
 @router.delete(
@@ -109,10 +101,10 @@ def show(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
     summary="Take the mosaic out of the 3D scene",
     responses=problems(404),
 )
-def hide(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
+def hide(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocument:
     """Remove its surface from the 3D scene, if it is there."""
-    services.mosaics.hide(capture_id)
-    return services.mosaics.get(capture_id)
+    mosaics.hide(capture_id)
+    return mosaics.get(capture_id)
 
 
 @router.get(
@@ -121,9 +113,9 @@ def hide(capture_id: CaptureId, services: ServicesDep) -> MosaicDocument:
     response_class=StoredFile,
     responses=stored_file_responses("application/xml"),
 )
-def descriptor(capture_id: CaptureId, layer: Layer, services: ServicesDep) -> StoredFile:
+def descriptor(capture_id: CaptureId, layer: Layer, mosaics: Provided[MosaicService]) -> StoredFile:
     """Return the Deep Zoom descriptor; its tiles are beside it, as Deep Zoom requires."""
-    path = services.mosaics.collection.file(capture_id, f"{FILES[layer]}.dzi")
+    path = mosaics.collection.file(capture_id, f"{FILES[layer]}.dzi")
     return StoredFile(path, media_type="application/xml", headers={"Cache-Control": _ASK_AGAIN})
 
 
@@ -140,15 +132,15 @@ def tile(
     x: TileIndex,
     y: TileIndex,
     form: Literal["jpg", "png"],
-    services: ServicesDep,
+    mosaics: Provided[MosaicService],
     made: Made = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return one tile: JPEG of the picture, PNG of the depth."""
     if form != FORMS[layer]:
         raise NotFound(f"tiles of the {layer} are {FORMS[layer]} files", asked=f"a {form} file")
-    path = services.mosaics.collection.tile(capture_id, layer, level=level, column=x, row=y)
-    return _sent(path, services, capture_id, made=made, kept=if_none_match)
+    path = mosaics.collection.tile(capture_id, layer, level=level, column=x, row=y)
+    return _sent(path, mosaics, capture_id, made=made, kept=if_none_match)
 
 
 @router.get(
@@ -160,13 +152,13 @@ def tile(
 def picture_of(
     capture_id: CaptureId,
     picture: Literal["overview", "depth"],
-    services: ServicesDep,
+    mosaics: Provided[MosaicService],
     made: Made = None,
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the whole picture at 2048 px at most, or the heat map of depth with its scale."""
-    path = services.mosaics.collection.file(capture_id, f"{picture}.png")
-    return _sent(path, services, capture_id, made=made, kept=if_none_match)
+    path = mosaics.collection.file(capture_id, f"{picture}.png")
+    return _sent(path, mosaics, capture_id, made=made, kept=if_none_match)
 
 
 @router.get(
@@ -175,9 +167,9 @@ def picture_of(
     response_class=StoredFile,
     responses=stored_file_responses("model/gltf-binary"),
 )
-def glb(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> StoredFile:
+def glb(capture_id: CaptureId, mosaics: Provided[MosaicService], made: Made = None) -> StoredFile:
     """Return the textured surface of the whole field, in metres, +y up."""
-    path = services.mosaics.collection.file(capture_id, "mesh.glb")
+    path = mosaics.collection.file(capture_id, "mesh.glb")
     return StoredFile(path, media_type="model/gltf-binary", filename=f"{capture_id}-mosaic.glb")
 
 
@@ -187,17 +179,17 @@ def glb(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> Stor
     response_class=StoredFile,
     responses=stored_file_responses("application/octet-stream"),
 )
-def ply(capture_id: CaptureId, services: ServicesDep, made: Made = None) -> StoredFile:
+def ply(capture_id: CaptureId, mosaics: Provided[MosaicService], made: Made = None) -> StoredFile:
     """Return x, y, z (m, rig frame), colour and sigma of every point."""
-    path = services.mosaics.collection.file(capture_id, "cloud.ply")
+    path = mosaics.collection.file(capture_id, "cloud.ply")
     return StoredFile(path, media_type="application/octet-stream", filename=f"{capture_id}-mosaic.ply")
 
 
 def _sent(
-    path: Path, services: MosaicRouteServices, capture_id: str, *, made: str | None, kept: str | None
+    path: Path, mosaics: MosaicService, capture_id: str, *, made: str | None, kept: str | None
 ) -> Response:
     """Send a file; a URL with the mosaic's version may be cached for good."""
-    version = services.mosaics.collection.require(capture_id).version
+    version = mosaics.collection.require(capture_id).version
     tag = f'"{version}"'
     headers = {"ETag": tag, "Cache-Control": _FOR_GOOD if made == version else _ASK_AGAIN}
     if kept is not None and tag in kept:

@@ -14,6 +14,7 @@ from foveacam_pipeline.stereo.pictures import AnaglyphStyle
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.http.answers import file_responses, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.quantities import Seconds
 from foveacam_server.resources.capturing.recordings import moments
 from foveacam_server.resources.capturing.recordings.depth import DepthOrder
@@ -27,8 +28,6 @@ from foveacam_server.resources.capturing.recordings.layout import (
 )
 from foveacam_server.resources.capturing.recordings.routes import (
     RecordingId,
-    RecordingRouteServices,
-    ServicesDep,
 )
 from foveacam_server.resources.capturing.recordings.schema import (
     MomentDocument,
@@ -37,6 +36,7 @@ from foveacam_server.resources.capturing.recordings.schema import (
     TimelineDocument,
     TracksDocument,
 )
+from foveacam_server.resources.capturing.recordings.service import RecordingService
 from foveacam_server.rig.encoder import encode_jpeg
 
 router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
@@ -75,9 +75,9 @@ _LASTING = {"Cache-Control": "private, max-age=3600"}
     summary="When every frame was exposed",
     responses=problems(404, 409),
 )
-def timeline(recording_id: RecordingId, services: ServicesDep) -> TimelineDocument:
+def timeline(recording_id: RecordingId, recordings: Provided[RecordingService]) -> TimelineDocument:
     """Return the moments of all frames, by camera."""
-    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+    with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         return moments.timeline_document(recording)
 
 
@@ -86,11 +86,11 @@ def timeline(recording_id: RecordingId, services: ServicesDep) -> TimelineDocume
     summary="All channels over time, in short",
     responses=problems(404, 409),
 )
-def tracks(recording_id: RecordingId, services: ServicesDep) -> TracksDocument:
+def tracks(recording_id: RecordingId, recordings: Provided[RecordingService]) -> TracksDocument:
     """Return runs, gaps and drops of every channel, from the file's index alone."""
-    streams = services.recordings.get(recording_id).streams
+    streams = recordings.get(recording_id).streams
     whole = {stream.name for stream in streams if stream.dropped == 0 and stream.missing == 0}
-    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+    with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         return tracks_document(recording, whole=whole)
 
 
@@ -99,9 +99,9 @@ def tracks(recording_id: RecordingId, services: ServicesDep) -> TracksDocument:
     summary="How the player was arranged",
     responses=problems(404, 409),
 )
-def layout(recording_id: RecordingId, services: ServicesDep) -> LayoutDocument:
+def layout(recording_id: RecordingId, recordings: Provided[RecordingService]) -> LayoutDocument:
     """Return the arrangement that is kept beside the recording, or why it cannot be used."""
-    return read_layout(services.recordings.readable(recording_id))
+    return read_layout(recordings.readable(recording_id))
 
 
 @router.put(
@@ -109,9 +109,11 @@ def layout(recording_id: RecordingId, services: ServicesDep) -> LayoutDocument:
     summary="Keep how the player is arranged",
     responses=problems(404, 409, 502),
 )
-def keep_layout(recording_id: RecordingId, change: LayoutRequest, services: ServicesDep) -> LayoutDocument:
+def keep_layout(
+    recording_id: RecordingId, change: LayoutRequest, recordings: Provided[RecordingService]
+) -> LayoutDocument:
     """Keep it beside the recording. One that cannot be used is overwritten with `replace` alone."""
-    return write_layout(services.recordings.readable(recording_id), change)
+    return write_layout(recordings.readable(recording_id), change)
 
 
 @router.get(
@@ -121,7 +123,7 @@ def keep_layout(recording_id: RecordingId, change: LayoutRequest, services: Serv
 )
 def frames(
     recording_id: RecordingId,
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     t_s: Moment = 0.0,
     role: Annotated[RoleName | None, Query(description="of `index`, in the place of `t_s`")] = None,
     index: Annotated[
@@ -131,7 +133,7 @@ def frames(
     """Return what all cameras saw nearest to a moment, or to a frame of one of them: poses and outlines."""
     if (role is None) != (index is None):
         raise InvalidInput("frames: role and index go together; give both, or t_s alone")
-    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+    with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         if role is not None and index is not None:
             t_s = moments.frame_time_s(recording, Role(role), int(index))
         return moments.moment_document(recording, recording_id, t_s=t_s)
@@ -147,11 +149,11 @@ def frame(
     recording_id: RecordingId,
     role: RoleName,
     index: Annotated[int, Path(ge=0, le=1_000_000_000)],
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     scale: ScaleQuery = "1",
 ) -> Response:
     """Return one frame of one camera."""
-    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+    with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         found = recording.frame(stream_of(recording, Role(role)).name, index)
     return _jpeg(
         encode_jpeg(found.image, reduction=2 if scale == "2" else 1, bits=found.bits, quality=QUALITY)
@@ -165,10 +167,13 @@ def frame(
     responses={**file_responses("image/jpeg"), **problems(409)},
 )
 def anaglyph(
-    recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0, style: StyleQuery = "red_cyan"
+    recording_id: RecordingId,
+    recordings: Provided[RecordingService],
+    t_s: Moment = 0.0,
+    style: StyleQuery = "red_cyan",
 ) -> Response:
     """Return both foveae over each other, rectified where poses and calibration were recorded."""
-    pair, look = _pair(services, recording_id, t_s)
+    pair, look = _pair(recordings, recording_id, t_s)
     return _jpeg(encode_jpeg(moments.anaglyph(pair, look, AnaglyphStyle(style)), quality=QUALITY))
 
 
@@ -178,22 +183,24 @@ def anaglyph(
     response_class=Response,
     responses={**file_responses("image/jpeg"), **problems(409)},
 )
-def difference(recording_id: RecordingId, services: ServicesDep, t_s: Moment = 0.0) -> Response:
+def difference(
+    recording_id: RecordingId, recordings: Provided[RecordingService], t_s: Moment = 0.0
+) -> Response:
     """Return their difference about middle grey, rectified where poses and calibration were recorded."""
-    return _jpeg(encode_jpeg(moments.difference(*_pair(services, recording_id, t_s)), quality=QUALITY))
+    return _jpeg(encode_jpeg(moments.difference(*_pair(recordings, recording_id, t_s)), quality=QUALITY))
 
 
 @router.get("/{recording_id}/depth", summary="Depth of a moment, computed anew", responses=problems(404, 409))
 def depth(
     recording_id: RecordingId,
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     order: OrderDep,
     t_s: Moment = 0.0,
 ) -> RecordedDepthDocument:
     """Match both foveae by their recorded poses and calibration; refused where these are missing."""
-    path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s, order=order)
-    with services.recordings.opened.reading(path) as recording:
+    path = _path(recordings, recording_id)
+    found = recordings.depth.at(path, t_s=t_s, order=order)
+    with recordings.opened.reading(path) as recording:
         at_s = (found.t_ns - recording.span_ns[0]) / 1e9
     return RecordedDepthDocument(
         t_s=round(at_s, 6),
@@ -218,25 +225,25 @@ def depth(
 )
 def depth_picture(
     recording_id: RecordingId,
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     order: OrderDep,
     t_s: Moment = 0.0,
 ) -> Response:
     """Return depth as colours, with a scale in metres."""
-    path = _path(services, recording_id)
-    found = services.recordings.depth.at(path, t_s=t_s, order=order)
+    path = _path(recordings, recording_id)
+    found = recordings.depth.at(path, t_s=t_s, order=order)
     return _jpeg(found.picture)
 
 
-def _path(services: RecordingRouteServices, recording_id: str) -> FilePath:
-    return services.recordings.readable(recording_id).path
+def _path(recordings: RecordingService, recording_id: str) -> FilePath:
+    return recordings.readable(recording_id).path
 
 
 def _pair(
-    services: RecordingRouteServices, recording_id: str, t_s: float
+    recordings: RecordingService, recording_id: str, t_s: float
 ) -> tuple[tuple[RecordedFrame, RecordedFrame], tuple[Sighting, Calibration] | None]:
     """Return both foveae of a moment, and as an observation where they can be rectified."""
-    with services.recordings.opened.reading(_path(services, recording_id)) as recording:
+    with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         pair = moments.pair_at(recording, t_s)
         try:
             return pair, observation_of(recording, pair)

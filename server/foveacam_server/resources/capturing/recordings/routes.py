@@ -1,8 +1,8 @@
 """Routes of recordings: make, list, change, download, films."""
 
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
-from fastapi import Depends, Path, Query
+from fastapi import Path, Query
 from fastapi.responses import JSONResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -15,9 +15,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument, TrashEmptied
@@ -35,15 +35,6 @@ from foveacam_server.resources.capturing.recordings.service import RecordingServ
 
 router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
 
-
-class RecordingRouteServices(Protocol):
-    """Services that these routes use."""
-
-    recordings: RecordingService
-    jobs: JobRunner
-
-
-ServicesDep = Annotated[RecordingRouteServices, Depends(opened_services)]
 
 RecordingId = Annotated[str, Path(max_length=100)]
 MEDIA_TYPES = {found.suffix: found.media_type for found in FORMATS.values()}
@@ -64,33 +55,34 @@ for _media_type in MEDIA_TYPES.values():
 )
 async def create(
     request: RecordingRequest,
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is recorded."""
-    job = await run_in_threadpool(services.recordings.start, request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.recordings.get_by_url)
+    job = await run_in_threadpool(recordings.start, request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=recordings.get_by_url)
 
 
 @router.get("", summary="Recordings, newest first")
 def every(
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
 ) -> list[RecordingDocument]:
     """Return all recordings, or those that hold every word of `text`."""
-    return services.recordings.search(text=text, removed=removed == "true")
+    return recordings.search(text=text, removed=removed == "true")
 
 
 @router.get("/name", summary="The name that a recording would get")
 def name(
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     wanted: Annotated[str, Query(alias="name", max_length=1000)] = "",
     numbered: Annotated[Literal["true", "false"], Query(description="with the next free number")] = "true",
 ) -> NameDocument:
     """Return the name with its number, and whether something can be recorded under it now."""
-    return services.recordings.name_of(wanted, numbered=numbered == "true")
+    return recordings.name_of(wanted, numbered=numbered == "true")
 
 
 @router.get("/formats", summary="Formats of exports")
@@ -101,15 +93,15 @@ def formats() -> list[FormatDocument]:
 
 @router.delete("/trash", summary="Empty the trash")
 @needs(Right.ADMINISTER)
-def empty_trash(services: ServicesDep) -> TrashEmptied:
+def empty_trash(recordings: Provided[RecordingService]) -> TrashEmptied:
     """Delete for good what was removed, and the films made of it."""
-    return TrashEmptied(deleted=services.recordings.collection.empty_trash())
+    return TrashEmptied(deleted=recordings.collection.empty_trash())
 
 
 @router.get("/{recording_id}", summary="One recording", responses=problems(404))
-def one(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+def one(recording_id: RecordingId, recordings: Provided[RecordingService]) -> RecordingDocument:
     """Return one recording; while it is being made, with its counts so far."""
-    return services.recordings.get(recording_id)
+    return recordings.get(recording_id)
 
 
 @router.patch(
@@ -117,9 +109,11 @@ def one(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
     summary="Describe a recording",
     responses=problems(404, 502),
 )
-def patch(recording_id: RecordingId, change: RecordingPatch, services: ServicesDep) -> RecordingDocument:
+def patch(
+    recording_id: RecordingId, change: RecordingPatch, recordings: Provided[RecordingService]
+) -> RecordingDocument:
     """Change its label."""
-    return services.recordings.edit(recording_id, label=change.label)
+    return recordings.edit(recording_id, label=change.label)
 
 
 @router.delete(
@@ -128,9 +122,9 @@ def patch(recording_id: RecordingId, change: RecordingPatch, services: ServicesD
     summary="Put a recording in the trash",
     responses=problems(404, 409, 502),
 )
-def remove(recording_id: RecordingId, services: ServicesDep) -> None:
+def remove(recording_id: RecordingId, recordings: Provided[RecordingService]) -> None:
     """Move it to the trash, from which it can be restored."""
-    services.recordings.remove(recording_id)
+    recordings.remove(recording_id)
 
 
 @router.post(
@@ -138,9 +132,9 @@ def remove(recording_id: RecordingId, services: ServicesDep) -> None:
     summary="Take a recording out of the trash",
     responses=problems(404, 502),
 )
-def restore(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+def restore(recording_id: RecordingId, recordings: Provided[RecordingService]) -> RecordingDocument:
     """Undo its removal."""
-    return services.recordings.restore(recording_id)
+    return recordings.restore(recording_id)
 
 
 @router.post(
@@ -148,9 +142,9 @@ def restore(recording_id: RecordingId, services: ServicesDep) -> RecordingDocume
     summary="End a recording",
     responses=problems(404),
 )
-def stop(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
+def stop(recording_id: RecordingId, recordings: Provided[RecordingService]) -> RecordingDocument:
     """End it, and answer when its file is complete; one that has ended stays as it is."""
-    return services.recordings.stop(recording_id)
+    return recordings.stop(recording_id)
 
 
 @router.get(
@@ -159,9 +153,9 @@ def stop(recording_id: RecordingId, services: ServicesDep) -> RecordingDocument:
     response_class=StoredFile,
     responses={**stored_file_responses("application/octet-stream"), **problems(409)},
 )
-def download(recording_id: RecordingId, services: ServicesDep) -> StoredFile:
+def download(recording_id: RecordingId, recordings: Provided[RecordingService]) -> StoredFile:
     """Send the file as it is, or the part that a Range header asks for."""
-    path = services.recordings.readable(recording_id).path
+    path = recordings.readable(recording_id).path
     if not path.exists():
         found, remedy = "its bytes are in the archive alone", "fetch it first"
         raise Busy(f"download {path.name}: {found}; {remedy}", found=found, remedy=remedy)
@@ -181,16 +175,16 @@ def download(recording_id: RecordingId, services: ServicesDep) -> StoredFile:
 async def make_film(
     recording_id: RecordingId,
     request: FilmRequest,
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
     """Queue a film as a job; the same one is not made twice."""
-    recordings = services.recordings
     job = await run_in_threadpool(
         recordings.films.start, recording_id, request, idempotency_key=idempotency_key
     )
-    return await job_answer(services, job, prefer=prefer, result=recordings.films.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=recordings.films.get_by_url)
 
 
 @router.get(
@@ -200,10 +194,11 @@ async def make_film(
     responses=_EXPORTS,
 )
 def film(
-    recording_id: RecordingId, name: Annotated[str, Path(max_length=100)], services: ServicesDep
+    recording_id: RecordingId,
+    name: Annotated[str, Path(max_length=100)],
+    recordings: Provided[RecordingService],
 ) -> StoredFile:
     """Send a film."""
-    recordings = services.recordings
     kept = recordings.readable(recording_id)
     path = film_file(recordings.collection, kept, name)
     return StoredFile(path, media_type=MEDIA_TYPES[path.suffix], filename=f"{kept.name} {name}")

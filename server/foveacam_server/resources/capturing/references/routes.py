@@ -1,8 +1,7 @@
 """Routes of a capture's reference, its depth over the rail's long baselines: compute it, figures, files."""
 
-from typing import Annotated, Literal, Protocol
+from typing import Literal, Protocol
 
-from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
 from starlette.concurrency import run_in_threadpool
 
@@ -16,9 +15,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.capturing.references.schema import ReferenceDocument, ReferenceRequest
@@ -46,20 +45,6 @@ class CaptureSource(Protocol):
         ...
 
 
-class ReferenceRouteServices(Protocol):
-    """Services that these routes use."""
-
-    references: ReferenceService
-    jobs: JobRunner
-
-    @property
-    def captures(self) -> CaptureSource:
-        """Captures that references are made of."""
-        ...
-
-
-ServicesDep = Annotated[ReferenceRouteServices, Depends(opened_services)]
-
 _MEDIA = {"svg": "image/svg+xml", "png": "image/png", "csv": "text/csv"}
 
 
@@ -75,7 +60,8 @@ _MEDIA = {"svg": "image/svg+xml", "png": "image/png", "csv": "text/csv"}
 )
 async def make(
     capture_id: CaptureId,
-    services: ServicesDep,
+    references: Provided[ReferenceService],
+    jobs: Provided[JobRunner],
     request: ReferenceRequest | None = None,
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
@@ -85,21 +71,21 @@ async def make(
     An older reference of the capture stays until the new one is finished.
     """
     job = await run_in_threadpool(
-        services.references.start, capture_id, request or ReferenceRequest(), idempotency_key=idempotency_key
+        references.start, capture_id, request or ReferenceRequest(), idempotency_key=idempotency_key
     )
-    return await job_answer(services, job, prefer=prefer, result=services.references.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=references.get_by_url)
 
 
 @router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))
-def one(capture_id: CaptureId, services: ServicesDep) -> ReferenceDocument:
+def one(capture_id: CaptureId, references: Provided[ReferenceService]) -> ReferenceDocument:
     """Return its figures and files, the progress of its job, or why there can be none."""
-    return services.references.get(capture_id)
+    return references.get(capture_id)
 
 
 @router.delete("", status_code=204, summary="Remove a capture's reference", responses=problems(404, 409, 502))
-def remove(capture_id: CaptureId, services: ServicesDep) -> None:
+def remove(capture_id: CaptureId, references: Provided[ReferenceService]) -> None:
     """Remove its files; the capture stays."""
-    services.references.remove(capture_id)
+    references.remove(capture_id)
 
 
 @router.get(
@@ -108,9 +94,11 @@ def remove(capture_id: CaptureId, services: ServicesDep) -> None:
     response_class=Response,
     responses=file_responses("image/svg+xml"),
 )
-def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: ServicesDep) -> Response:
+def picture(
+    capture_id: CaptureId, form: Literal["svg", "png"], captures: Provided[CaptureSource]
+) -> Response:
     """Return the error of the rig's own depth against the reference, over depth."""
-    return _sent(services, capture_id, f"{REFERENCE_PICTURE}.{form}")
+    return _sent(captures, capture_id, f"{REFERENCE_PICTURE}.{form}")
 
 
 @router.get(
@@ -119,13 +107,13 @@ def picture(capture_id: CaptureId, form: Literal["svg", "png"], services: Servic
     response_class=Response,
     responses=file_responses("text/csv"),
 )
-def samples(capture_id: CaptureId, services: ServicesDep) -> Response:
+def samples(capture_id: CaptureId, captures: Provided[CaptureSource]) -> Response:
     """Return one row a sample: its position, its depth by the rig and by the reference, their errors."""
-    return _sent(services, capture_id, REFERENCE_SAMPLES)
+    return _sent(captures, capture_id, REFERENCE_SAMPLES)
 
 
-def _sent(services: ReferenceRouteServices, capture_id: str, name: str) -> Response:
-    content = reference_file(services.captures.collection.get(capture_id), name)
+def _sent(captures: CaptureSource, capture_id: str, name: str) -> Response:
+    content = reference_file(captures.collection.get(capture_id), name)
     return Response(
         content, media_type=_MEDIA[name.rpartition(".")[2]], headers={"Cache-Control": "no-cache"}
     )

@@ -1,12 +1,9 @@
 """Routes of retention: what the rules would remove, and removing it."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
-
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.capturing.retention.schema import (
     RetentionApplied,
     RetentionPreview,
@@ -17,24 +14,15 @@ from foveacam_server.resources.capturing.retention.service import RetentionServi
 router = GuardedRouter("/retention", tags=["retention"], reading=Right.VIEW, changing=Right.ADMINISTER)
 
 
-class RetentionRouteServices(Protocol):
-    """Services that these routes use."""
-
-    retention: RetentionService
-
-
-ServicesDep = Annotated[RetentionRouteServices, Depends(opened_services)]
-
-
 @router.get("", summary="What the rules would remove now")
-def show(services: ServicesDep) -> RetentionPreview:
+def show(retention: Provided[RetentionService]) -> RetentionPreview:
     """Return the rules, and all that they would remove, with the reason of each."""
-    return services.retention.preview()
+    return retention.preview()
 
 
 @router.post(
     "", summary="Move it to the trash, or delete it where its kind has none", responses=problems(404, 409)
 )
-def apply(request: RetentionRequest, services: ServicesDep) -> RetentionApplied:
+def apply(request: RetentionRequest, retention: Provided[RetentionService]) -> RetentionApplied:
     """Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile."""
-    return services.retention.apply(request.digest)
+    return retention.apply(request.digest)

@@ -1,9 +1,9 @@
 """Routes of stills (a stack of frames of every camera): take, list, keep, discard, pictures, download."""
 
 from pathlib import Path as FilePath
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
-from fastapi import Depends, Path, Query
+from fastapi import Path, Query
 from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -21,9 +21,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
@@ -43,16 +43,6 @@ from foveacam_server.resources.capturing.stills.service import StillService
 router = GuardedRouter("/stills", tags=["stills"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class StillRouteServices(Protocol):
-    """Services that these routes use."""
-
-    stills: StillService
-    jobs: JobRunner
-    lease: Lease
-
-
-ServicesDep = Annotated[StillRouteServices, Depends(opened_services)]
-
 StillId = Annotated[str, Path(max_length=100)]
 Form = Literal["jpg", "png", "tiff"]
 _MEDIA = {"jpg": "image/jpeg", "png": "image/png", "tiff": "image/tiff"}
@@ -70,44 +60,46 @@ _MEDIA = {"jpg": "image/jpeg", "png": "image/png", "tiff": "image/tiff"}
 )
 async def create(
     request: StillRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    stills: Provided[StillService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
-    services.lease.check(x_lease)
-    job = await run_in_threadpool(services.stills.start, request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.stills.get_by_url)
+    lease.check(x_lease)
+    job = await run_in_threadpool(stills.start, request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=stills.get_by_url)
 
 
 @router.get("", summary="Stills, newest first")
 def every(
-    services: ServicesDep,
+    stills: Provided[StillService],
     text: Annotated[str, Query(max_length=200, description="words of name, label or id")] = "",
     state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
 ) -> list[StillDocument]:
     """Return all stills of one state, or those that hold every word of `text`."""
-    return services.stills.search(text=text, state=StillState(state))
+    return stills.search(text=text, state=StillState(state))
 
 
 @router.delete("/trash", summary="Empty the trash")
 @needs(Right.ADMINISTER)
-def empty_trash(services: ServicesDep) -> TrashEmptied:
+def empty_trash(stills: Provided[StillService]) -> TrashEmptied:
     """Delete for good what was removed or discarded."""
-    return TrashEmptied(deleted=services.stills.collection.empty_trash())
+    return TrashEmptied(deleted=stills.collection.empty_trash())
 
 
 @router.get("/{still_id}", summary="One still", responses=problems(404))
-def one(still_id: StillId, services: ServicesDep) -> StillDocument:
+def one(still_id: StillId, stills: Provided[StillService]) -> StillDocument:
     """Return one still, held or kept."""
-    return services.stills.get(still_id)
+    return stills.get(still_id)
 
 
 @router.patch("/{still_id}", summary="Describe a still", responses=problems(404, 409))
-def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> StillDocument:
+def patch(still_id: StillId, change: StillPatch, stills: Provided[StillService]) -> StillDocument:
     """Change its label or its licence."""
-    return services.stills.edit(still_id, change)
+    return stills.edit(still_id, change)
 
 
 @router.post(
@@ -115,17 +107,19 @@ def patch(still_id: StillId, change: StillPatch, services: ServicesDep) -> Still
     summary="Keep a still that is held",
     responses=problems(404, 409, 502),
 )
-def keep(still_id: StillId, services: ServicesDep, change: StillKeepRequest | None = None) -> StillDocument:
+def keep(
+    still_id: StillId, stills: Provided[StillService], change: StillKeepRequest | None = None
+) -> StillDocument:
     """Keep it, under another name if one is given."""
-    return services.stills.keep(still_id, change or StillKeepRequest())
+    return stills.keep(still_id, change or StillKeepRequest())
 
 
 @router.delete(
     "/{still_id}", status_code=204, summary="Discard or remove a still", responses=problems(404, 409)
 )
-def remove(still_id: StillId, services: ServicesDep) -> None:
+def remove(still_id: StillId, stills: Provided[StillService]) -> None:
     """Move it to the trash, from which it can be restored."""
-    services.stills.remove(still_id)
+    stills.remove(still_id)
 
 
 @router.post(
@@ -133,17 +127,17 @@ def remove(still_id: StillId, services: ServicesDep) -> None:
     summary="Take a still out of the trash",
     responses=problems(404),
 )
-def restore(still_id: StillId, services: ServicesDep) -> StillDocument:
+def restore(still_id: StillId, stills: Provided[StillService]) -> StillDocument:
     """Undo its removal; a discarded one is kept afterwards."""
-    return services.stills.restore(still_id)
+    return stills.restore(still_id)
 
 
 @router.post(
     "/{still_id}/check", summary="Verify every file", responses=problems(404), dependencies=[LONG_READ]
 )
-def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
+def check_files(still_id: StillId, stills: Provided[StillService]) -> StillCheck:
     """Read every file of the still's dataset again, and list what is not as it was written."""
-    faults = check_dataset(services.stills.collection.get(still_id).stored.folder)
+    faults = check_dataset(stills.collection.get(still_id).stored.folder)
     return StillCheck(id=still_id, sound=not faults, faults=faults)
 
 
@@ -154,9 +148,9 @@ def check_files(still_id: StillId, services: ServicesDep) -> StillCheck:
     responses=file_responses("application/zip"),
     dependencies=[LONG_READ],
 )
-def download(still_id: StillId, services: ServicesDep) -> StreamingResponse:
+def download(still_id: StillId, stills: Provided[StillService]) -> StreamingResponse:
     """Send the dataset's folder, files as they are."""
-    kept = services.stills.collection.get(still_id).stored
+    kept = stills.collection.get(still_id).stored
     readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
     return StreamingResponse(zip_stream(kept.folder), media_type="application/zip", headers=headers)
@@ -172,14 +166,14 @@ def picture(
     still_id: StillId,
     camera: CameraName,
     form: Form,
-    services: ServicesDep,
+    stills: Provided[StillService],
     frame: Annotated[
         str | None,
         Query(pattern=r"^\d{1,2}$", description="one of the stack, from 0; usually their mean"),
     ] = None,
 ) -> StoredFile:
     """Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff)."""
-    collection = services.stills.collection
+    collection = stills.collection
     number = None if frame is None else int(frame)
     path = collection.read(
         still_id, lambda found: still_picture(collection, found, Role(camera), form=form, frame=number)
@@ -198,10 +192,10 @@ def drawing_of(
     still_id: StillId,
     drawn: Literal["thumbnail", "coverage", "anaglyph"],
     form: Literal["jpg", "png"],
-    services: ServicesDep,
+    stills: Provided[StillService],
 ) -> StoredFile:
     """Draw a small wide view with both outlines, a large one, or the rectified pair."""
-    collection = services.stills.collection
+    collection = stills.collection
 
     def draw(found: StoredStill) -> FilePath:
         if drawn == "anaglyph":

@@ -2,9 +2,9 @@
 
 import asyncio
 from dataclasses import replace
-from typing import Annotated, Literal, Protocol, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import JSONResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -17,9 +17,9 @@ from foveacam_server.foundation.http.answers import (
     LeaseHeader,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -45,37 +45,19 @@ from foveacam_server.rig.status import CameraStatus
 router = GuardedRouter("/cameras", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class CameraStateServices(Protocol):
-    """Services that describe the cameras."""
-
-    cameras: CameraSettingsService
-    hardware: HardwareThread
-    clock: Clock
-
-    @property
-    def calibration(self) -> CalibrationInForce:
-        """Calibration in force."""
-        ...
-
-
-class CameraRouteServices(CameraStateServices, Protocol):
-    """Services that these routes use."""
-
-    trigger_tests: TriggerTests
-    jobs: JobRunner
-    lease: Lease
-
-
-ServicesDep = Annotated[CameraRouteServices, Depends(opened_services)]
-
 RoleName: TypeAlias = Literal["wide", "left", "right"]
 TestId = Annotated[str, Path(max_length=64)]
 
 
 @router.get("", summary="All cameras")
-async def every(services: ServicesDep) -> list[CameraDocument]:
+async def every(
+    hardware: Provided[HardwareThread],
+    clock: Provided[Clock],
+    calibration: Provided[CalibrationInForce],
+    cameras: Provided[CameraSettingsService],
+) -> list[CameraDocument]:
     """Return the last status of all cameras."""
-    return [camera_document(camera, services) for camera in services.hardware.status.cameras]
+    return [camera_document(camera, clock, calibration, cameras) for camera in hardware.status.cameras]
 
 
 @router.post(
@@ -89,80 +71,108 @@ async def every(services: ServicesDep) -> list[CameraDocument]:
     },
 )
 async def test_triggers(
-    services: ServicesDep,
+    lease: Provided[Lease],
+    trigger_tests: Provided[TriggerTests],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a test of both eyes: a command to each, then one pulse to both; settings are restored."""
-    services.lease.check(x_lease)
-    job = services.trigger_tests.submit(idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.trigger_tests.get_by_url)
+    lease.check(x_lease)
+    job = trigger_tests.submit(idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=trigger_tests.get_by_url)
 
 
 @router.get("/self_tests", summary="All trigger tests, newest first")
-def tests(services: ServicesDep) -> list[TriggerTestDocument]:
+def tests(trigger_tests: Provided[TriggerTests]) -> list[TriggerTestDocument]:
     """Return the results of all trigger tests."""
-    return services.trigger_tests.every()
+    return trigger_tests.every()
 
 
 @router.get("/self_tests/newest", summary="What is known of both triggers")
-def newest_test(services: ServicesDep) -> TriggerTestDocument:
+def newest_test(trigger_tests: Provided[TriggerTests]) -> TriggerTestDocument:
     """Return the newest trigger test; before the first both eyes are `untested`."""
-    return services.trigger_tests.newest()
+    return trigger_tests.newest()
 
 
 @router.get("/self_tests/{test_id}", summary="One trigger test", responses=problems(404))
-def one_test(test_id: TestId, services: ServicesDep) -> TriggerTestDocument:
+def one_test(test_id: TestId, trigger_tests: Provided[TriggerTests]) -> TriggerTestDocument:
     """Return the result of one trigger test."""
-    return services.trigger_tests.get(test_id)
+    return trigger_tests.get(test_id)
 
 
 @router.get("/{role}", summary="One camera", responses=problems(503))
-async def one(role: RoleName, services: ServicesDep) -> CameraDocument:
+async def one(
+    role: RoleName,
+    clock: Provided[Clock],
+    calibration: Provided[CalibrationInForce],
+    cameras: Provided[CameraSettingsService],
+    hardware: Provided[HardwareThread],
+) -> CameraDocument:
     """Return the last status of one camera."""
-    return camera_document(_status(role, services), services)
+    return camera_document(_status(role, hardware), clock, calibration, cameras)
 
 
 @router.patch("/{role}", summary="Change a camera's settings", responses=problems(404, 409, 502, 503, 504))
 async def change(
-    role: RoleName, request: CameraPatch, services: ServicesDep, x_lease: LeaseHeader = None
+    role: RoleName,
+    request: CameraPatch,
+    lease: Provided[Lease],
+    cameras: Provided[CameraSettingsService],
+    hardware: Provided[HardwareThread],
+    clock: Provided[Clock],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
 ) -> CamerasChangedDocument:
     """Change settings now and at every start; answer what the camera accepted, or refuse with its range.
 
     `linked` changes both foveae, or neither. Hardware-triggered foveae have no automatic exposure; `once`
     with `linked` looks a few times where the mirrors stand, and sets one exposure for both.
     """
-    services.lease.check(x_lease)
-    _status(role, services)
+    lease.check(x_lease)
+    _status(role, hardware)
     roles = _roles(Role(role), linked=request.linked)
     change = _change(request)
-    looks = request.linked and change.exposure_auto is AutoMode.ONCE and _wait_for_pulses(roles, services)
+    looks = request.linked and change.exposure_auto is AutoMode.ONCE and _wait_for_pulses(roles, hardware)
     if looks:
         change = replace(change, exposure_auto=None)
     if change.changes or not looks:
-        await asyncio.wrap_future(services.cameras.change(services.hardware, roles, change))
+        await asyncio.wrap_future(cameras.change(hardware, roles, change))
     if looks:
-        await run_in_threadpool(services.cameras.find_pair_exposure, services.hardware)
-    return _changed(roles, services)
+        await run_in_threadpool(cameras.find_pair_exposure, hardware)
+    return _changed(roles, hardware, cameras, clock, calibration)
 
 
 @router.delete(
     "/{role}/settings", summary="Forget a camera's settings", responses=problems(404, 409, 502, 503, 504)
 )
-async def reset(role: RoleName, services: ServicesDep, x_lease: LeaseHeader = None) -> CamerasChangedDocument:
+async def reset(
+    role: RoleName,
+    lease: Provided[Lease],
+    cameras: Provided[CameraSettingsService],
+    hardware: Provided[HardwareThread],
+    clock: Provided[Clock],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
+) -> CamerasChangedDocument:
     """Apply the rig file's settings, now and at every start."""
-    services.lease.check(x_lease)
-    _status(role, services)
-    await asyncio.wrap_future(services.cameras.reset(services.hardware, Role(role)))
-    return _changed((Role(role),), services)
+    lease.check(x_lease)
+    _status(role, hardware)
+    await asyncio.wrap_future(cameras.reset(hardware, Role(role)))
+    return _changed((Role(role),), hardware, cameras, clock, calibration)
 
 
-def camera_document(camera: CameraStatus, services: CameraStateServices) -> CameraDocument:
+def camera_document(
+    camera: CameraStatus,
+    clock: Clock,
+    calibration_in_force: CalibrationInForce,
+    cameras: CameraSettingsService,
+) -> CameraDocument:
     """Return one camera as REST shows it."""
-    now_ns = services.clock.now_ns()
+    now_ns = clock.now_ns()
     age_ms = None if camera.newest_t_ns is None else round((now_ns - camera.newest_t_ns) / 1e6, 1)
-    calibration = services.calibration.current
+    calibration = calibration_in_force.current
     return CameraDocument(
         role=camera.role.value,
         vendor=camera.info.vendor,
@@ -182,33 +192,43 @@ def camera_document(camera: CameraStatus, services: CameraStateServices) -> Came
         incomplete=camera.counters.incomplete,
         late=camera.counters.late,
         underrun=camera.counters.underrun,
-        settings=_settings(camera, kept=services.cameras.has_record(camera.info.serial)),
+        settings=_settings(camera, kept=cameras.has_record(camera.info.serial)),
         ranges=_ranges(camera),
         link=_link(camera, now_ns=now_ns),
     )
 
 
-def divergence(services: CameraStateServices) -> list[DifferenceDocument]:
+def divergence(cameras: CameraSettingsService, hardware: HardwareThread) -> list[DifferenceDocument]:
     """Return the settings in which the foveae differ."""
     return [
         DifferenceDocument(setting=found.setting, left=found.left, right=found.right)
-        for found in services.cameras.divergence(services.hardware.status)
+        for found in cameras.divergence(hardware.status)
     ]
 
 
-def _changed(roles: tuple[Role, ...], services: CameraRouteServices) -> CamerasChangedDocument:
-    status = services.hardware.status
+def _changed(
+    roles: tuple[Role, ...],
+    hardware: HardwareThread,
+    cameras: CameraSettingsService,
+    clock: Clock,
+    calibration: CalibrationInForce,
+) -> CamerasChangedDocument:
+    status = hardware.status
     return CamerasChangedDocument(
-        cameras=[camera_document(camera, services) for camera in status.cameras if camera.role in roles],
-        divergence=divergence(services),
+        cameras=[
+            camera_document(camera, clock, calibration, cameras)
+            for camera in status.cameras
+            if camera.role in roles
+        ],
+        divergence=divergence(cameras, hardware),
     )
 
 
-def _status(role: RoleName, services: CameraRouteServices) -> CameraStatus:
-    for camera in services.hardware.status.cameras:
+def _status(role: RoleName, hardware: HardwareThread) -> CameraStatus:
+    for camera in hardware.status.cameras:
         if camera.role.value == role:
             return camera
-    raise refusals.not_open(services.hardware.status)
+    raise refusals.not_open(hardware.status)
 
 
 def _roles(role: Role, *, linked: bool) -> tuple[Role, ...]:
@@ -224,8 +244,8 @@ def _roles(role: Role, *, linked: bool) -> tuple[Role, ...]:
     return FOVEAE
 
 
-def _wait_for_pulses(roles: tuple[Role, ...], services: CameraRouteServices) -> bool:
-    cameras = [camera for camera in services.hardware.status.cameras if camera.role in roles]
+def _wait_for_pulses(roles: tuple[Role, ...], hardware: HardwareThread) -> bool:
+    cameras = [camera for camera in hardware.status.cameras if camera.role in roles]
     return any(waits_for_pulses(camera.role, camera.settings) for camera in cameras)
 
 

@@ -1,13 +1,14 @@
 """Routes of displays: screens that show a calibration pattern at its true size, and that pattern."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path, Query
+from fastapi import Path, Query
 from fastapi.responses import Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.devices.displays.schema import (
     DisplayDocument,
@@ -22,34 +23,31 @@ from foveacam_server.resources.devices.displays.service import PatternDisplaySer
 router = GuardedRouter("/displays", tags=["calibrations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class DisplayRouteServices(Protocol):
-    """Services that these routes use."""
-
-    displays: PatternDisplayService
-    lease: Lease
-
-
-ServicesDep = Annotated[DisplayRouteServices, Depends(opened_services)]
 DisplayIdPath = Annotated[DisplayId, Path(description="what the screen calls itself, hexadecimal")]
 
 
 @router.get("", summary="Connected displays")
-async def connected(services: ServicesDep) -> list[DisplayDocument]:
+async def connected(displays: Provided[PatternDisplayService]) -> list[DisplayDocument]:
     """Return the screens that show the pattern; one that was not heard of for 15 s is left out."""
-    return services.displays.connected()
+    return displays.connected()
 
 
 @router.get("/pattern", summary="The pattern of the displays")
-async def pattern(services: ServicesDep) -> PatternDocument:
+async def pattern(displays: Provided[PatternDisplayService]) -> PatternDocument:
     """Return the pattern that all screens show."""
-    return services.displays.pattern()
+    return displays.pattern()
 
 
 @router.put("/pattern", summary="Show a pattern", responses=problems(409))
-def show(request: ShownPattern, services: ServicesDep, x_lease: LeaseHeader = None) -> PatternDocument:
+def show(
+    request: ShownPattern,
+    lease: Provided[Lease],
+    displays: Provided[PatternDisplayService],
+    x_lease: LeaseHeader = None,
+) -> PatternDocument:
     """Let all screens show a pattern at its true size, now and after a restart."""
-    services.lease.check(x_lease)
-    return services.displays.show(request)
+    lease.check(x_lease)
+    return displays.show(request)
 
 
 @router.get(
@@ -58,9 +56,9 @@ def show(request: ShownPattern, services: ServicesDep, x_lease: LeaseHeader = No
     response_class=Response,
     responses=file_responses("image/svg+xml"),
 )
-def svg(services: ServicesDep) -> Response:
+def svg(displays: Provided[PatternDisplayService]) -> Response:
     """Return the pattern at its true size in millimetres, for screens and printers."""
-    return Response(services.displays.svg(), media_type="image/svg+xml")
+    return Response(displays.svg(), media_type="image/svg+xml")
 
 
 @router.get(
@@ -69,12 +67,12 @@ def svg(services: ServicesDep) -> Response:
     response_class=Response,
     responses=file_responses("application/pdf"),
 )
-def pdf(services: ServicesDep, query: Annotated[PrintQuery, Query()]) -> Response:
+def pdf(displays: Provided[PatternDisplayService], query: Annotated[PrintQuery, Query()]) -> Response:
     """Return the pattern of the query, without `kind` that of the displays, to be printed at 100 %.
 
     One that is larger than the paper comes on up to nine sheets, with crop marks.
     """
-    printed = services.displays.print(query)
+    printed = displays.print(query)
     headers = {"Content-Disposition": f'attachment; filename="{printed.file_name}"'}
     return Response(printed.content, media_type="application/pdf", headers=headers)
 
@@ -82,14 +80,14 @@ def pdf(services: ServicesDep, query: Annotated[PrintQuery, Query()]) -> Respons
 @router.put("/{display_id}", summary="Register a display", responses=problems(409))
 @needs(Right.VIEW)
 async def register(
-    display_id: DisplayIdPath, request: DisplayRequest, services: ServicesDep
+    display_id: DisplayIdPath, request: DisplayRequest, displays: Provided[PatternDisplayService]
 ) -> PatternDocument:
     """Register a screen, or say that it is still there; to be repeated within 15 s. Return what it shows."""
-    return services.displays.register(display_id, request)
+    return displays.register(display_id, request)
 
 
 @router.delete("/{display_id}", status_code=204, summary="Take a display off the list")
 @needs(Right.VIEW)
-async def forget(display_id: DisplayIdPath, services: ServicesDep) -> None:
+async def forget(display_id: DisplayIdPath, displays: Provided[PatternDisplayService]) -> None:
     """Take a screen that shows the pattern no longer off the list."""
-    services.displays.forget(display_id)
+    displays.forget(display_id)

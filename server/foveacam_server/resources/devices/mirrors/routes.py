@@ -2,16 +2,15 @@
 
 import asyncio
 import math
-from typing import Annotated, Protocol
-
-from fastapi import Depends
+from typing import Protocol
 
 from foveacam_hardware.contract import DeviceInfo, LinkTelemetry, Role, StereoVolts, StreamTelemetry
 from foveacam_pipeline.models.calibration import eye_volts
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import deg, rounded
 from foveacam_server.resources.devices.mirrors.schema import (
@@ -39,123 +38,143 @@ class OverlayDistance(Protocol):
         ...
 
 
-class MirrorStateServices(Protocol):
-    """Services that describe the mirrors."""
-
-    hardware: HardwareThread
-
-    @property
-    def calibration(self) -> CalibrationInForce:
-        """Calibration in force."""
-        ...
-
-
-class MirrorRouteServices(MirrorStateServices, Protocol):
-    """Services that these routes use."""
-
-    lease: Lease
-    events: EventLog
-
-    @property
-    def overlay(self) -> OverlayDistance:
-        """Overlay of the wide view."""
-        ...
-
-
-ServicesDep = Annotated[MirrorRouteServices, Depends(opened_services)]
-
 UNKNOWN_EYE = EyeDocument(x_v=None, y_v=None, ax_deg=None, ay_deg=None)
 
 
 @router.get("", summary="Both mirrors")
-async def mirrors(services: ServicesDep) -> MirrorsDocument:
+async def mirrors(
+    hardware: Provided[HardwareThread], calibration: Provided[CalibrationInForce]
+) -> MirrorsDocument:
     """Return the last status of both mirrors."""
-    return mirrors_document(services)
+    return mirrors_document(hardware, calibration)
 
 
 @router.post("/steer", summary="Point both foveae, open loop", responses=problems(409, 502, 503, 504))
-async def steer(request: SteerRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+async def steer(
+    request: SteerRequest,
+    lease: Provided[Lease],
+    calibration_in_force: Provided[CalibrationInForce],
+    hardware: Provided[HardwareThread],
+    overlay: Provided[OverlayDistance],
+    events: Provided[EventLog],
+    x_lease: LeaseHeader = None,
+) -> MirrorsDocument:
     """Point both eyes at a direction and distance from the rig's origin; without a distance, parallel."""
-    services.lease.check(x_lease)
-    calibration = services.calibration.require()
+    lease.check(x_lease)
+    calibration = calibration_in_force.require()
     ax_rad, ay_rad = math.radians(request.direction.ax_deg), math.radians(request.direction.ay_deg)
     check_direction(ax_rad, ay_rad)
     distance_m = math.inf if request.distance_m is None else request.distance_m
     volts = calibration.steer(ax_rad, ay_rad, distance_m=distance_m)
-    await asyncio.wrap_future(services.hardware.steer(volts))
-    services.overlay.look_at_distance(distance_m)
-    services.events.emit(
+    await asyncio.wrap_future(hardware.steer(volts))
+    overlay.look_at_distance(distance_m)
+    events.emit(
         "mirrors.steered",
         f"steered to {request.direction.ax_deg:.2f}°, {request.direction.ay_deg:.2f}°",
         data=request,
     )
-    return mirrors_document(services)
+    return mirrors_document(hardware, calibration_in_force)
 
 
 @router.put("/volts", summary="Set the mirrors' volts", responses=problems(409, 502, 503, 504))
 async def set_volts(
-    request: VoltsRequest, services: ServicesDep, x_lease: LeaseHeader = None
+    request: VoltsRequest,
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    events: Provided[EventLog],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
 ) -> MirrorsDocument:
     """Set the differential volts of one eye or both, calibrated or not."""
-    services.lease.check(x_lease)
-    hardware = services.hardware
+    lease.check(x_lease)
     volts = volts_of(request, before=hardware.gaze)
     check_volts(volts, max_v=hardware.status.max_v)
     await asyncio.wrap_future(hardware.steer(volts))
-    services.events.emit("mirrors.steered", f"set to {volts_text(volts)}", data=request)
-    return mirrors_document(services)
+    events.emit("mirrors.steered", f"set to {volts_text(volts)}", data=request)
+    return mirrors_document(hardware, calibration)
 
 
 @router.post("/park", summary="Bring both mirrors to rest", responses=problems(409, 502, 503, 504))
-async def park(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+async def park(
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    events: Provided[EventLog],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
+) -> MirrorsDocument:
     """Set both mirrors to zero volts; unlike the stop it lets the next move pass."""
-    services.lease.check(x_lease)
-    await asyncio.wrap_future(services.hardware.park())
-    services.events.emit("mirrors.parked", "the mirrors were parked")
-    return mirrors_document(services)
+    lease.check(x_lease)
+    await asyncio.wrap_future(hardware.park())
+    events.emit("mirrors.parked", "the mirrors were parked")
+    return mirrors_document(hardware, calibration)
 
 
 @router.post("/enable", summary="Switch the mirrors on", responses=problems(409, 502, 503, 504))
-async def enable(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+async def enable(
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    events: Provided[EventLog],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
+) -> MirrorsDocument:
     """Switch the mirrors' supply rail on, both at rest, if it is off."""
-    return await _switched(services, x_lease, on=True)
+    return await _switched(lease, hardware, events, calibration, x_lease, on=True)
 
 
 @router.post("/disable", summary="Switch the mirrors off", responses=problems(409, 502, 503, 504))
-async def disable(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+async def disable(
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    events: Provided[EventLog],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
+) -> MirrorsDocument:
     """Park both mirrors and switch their supply rail off, until it is switched on again."""
-    return await _switched(services, x_lease, on=False)
+    return await _switched(lease, hardware, events, calibration, x_lease, on=False)
 
 
 @router.post("/recover", summary="Start the mirrors' DACs anew", responses=problems(409, 502, 503, 504))
-async def recover(services: ServicesDep, x_lease: LeaseHeader = None) -> MirrorsDocument:
+async def recover(
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    events: Provided[EventLog],
+    calibration: Provided[CalibrationInForce],
+    x_lease: LeaseHeader = None,
+) -> MirrorsDocument:
     """Recover a frozen mirror without switching the rail: restart both DACs, then restore the targets."""
-    services.lease.check(x_lease)
-    services.hardware.mirrors.check()
-    await asyncio.wrap_future(services.hardware.submit(lambda rig: rig.mirrors.recover()))
-    services.events.emit("mirrors.recovered", "the mirrors' DACs were started anew")
-    return mirrors_document(services)
+    lease.check(x_lease)
+    hardware.mirrors.check()
+    await asyncio.wrap_future(hardware.submit(lambda rig: rig.mirrors.recover()))
+    events.emit("mirrors.recovered", "the mirrors' DACs were started anew")
+    return mirrors_document(hardware, calibration)
 
 
-async def _switched(services: MirrorRouteServices, lease: str | None, *, on: bool) -> MirrorsDocument:
-    services.lease.check(lease)
-    hardware = services.hardware
+async def _switched(
+    lease: Lease,
+    hardware: HardwareThread,
+    events: EventLog,
+    calibration: CalibrationInForce,
+    x_lease: str | None,
+    *,
+    on: bool,
+) -> MirrorsDocument:
+    lease.check(x_lease)
     hardware.use.check_free("switch the mirrors")
     await asyncio.wrap_future(hardware.submit(lambda rig: hardware.mirrors.switch(rig, on=on)))
-    services.events.emit("mirrors.switched", f"the mirrors were switched {'on' if on else 'off'}")
-    return mirrors_document(services)
+    events.emit("mirrors.switched", f"the mirrors were switched {'on' if on else 'off'}")
+    return mirrors_document(hardware, calibration)
 
 
-def mirrors_document(services: MirrorStateServices) -> MirrorsDocument:
+def mirrors_document(hardware: HardwareThread, calibration: CalibrationInForce) -> MirrorsDocument:
     """Return both mirrors as REST shows them."""
-    status = services.hardware.status
+    status = hardware.status
     state, telemetry = status.mirrors, status.telemetry
-    connected, pose = state is not None and state.connected, services.hardware.pose
+    connected, pose = state is not None and state.connected, hardware.pose
     return MirrorsDocument(
         connected=connected,
         enabled=state.enabled if state is not None and connected else None,
-        left=_eye(services, Role.LEFT, pose),
-        right=_eye(services, Role.RIGHT, pose),
+        left=_eye(calibration, Role.LEFT, pose),
+        right=_eye(calibration, Role.RIGHT, pose),
         fault=None if state is None else state.fault,
         rtt_p50_ms=rounded(telemetry.rtt_p50_ms, 3) if telemetry else None,
         rtt_p99_ms=rounded(telemetry.rtt_p99_ms, 3) if telemetry else None,
@@ -164,17 +183,17 @@ def mirrors_document(services: MirrorStateServices) -> MirrorsDocument:
         bad_packets=telemetry.bad_packets if telemetry else 0,
         clock_offset_ms=rounded(telemetry.clock_offset_ns / 1e6, 3) if telemetry else None,
         guarded=state is not None and state.guarded,
-        rail_wanted=services.hardware.mirrors.rail_wanted,
+        rail_wanted=hardware.mirrors.rail_wanted,
         controller=controller_document(status.controller),
         link=None if telemetry is None else link_document(telemetry),
     )
 
 
-def _eye(services: MirrorStateServices, role: Role, pose: StereoVolts | None) -> EyeDocument:
+def _eye(calibration_in_force: CalibrationInForce, role: Role, pose: StereoVolts | None) -> EyeDocument:
     if pose is None:
         return UNKNOWN_EYE
     volts = eye_volts(pose, role)
-    calibration = services.calibration.current
+    calibration = calibration_in_force.current
     angles_rad = None if calibration is None else calibration.eye(role).mirror.angles_rad(volts)
     return EyeDocument(
         x_v=round(volts.x_v, 4),

@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+from dataclasses import dataclass
 
 from fastapi import WebSocket, WebSocketDisconnect
 
@@ -9,12 +10,17 @@ from foveacam_hardware.contract import Busy, FoveaError, InvalidInput, StereoVol
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.errors import AllTaken, PersonLimit
-from foveacam_server.foundation.http.answers import opened_services, server_places
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.http.answers import server_places
+from foveacam_server.foundation.http.provided import Provided
+from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.resources.devices.mirrors import steering_messages as messages
-from foveacam_server.resources.devices.mirrors.routes import MirrorRouteServices
+from foveacam_server.resources.devices.mirrors.routes import OverlayDistance
 from foveacam_server.resources.devices.mirrors.targets import gaze_volts, volts_of
 from foveacam_server.rig.hand_steering import SteeringCourse, SteeringStatus
+from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.refusals import check_volts
 from foveacam_server.rig.stream import MessageStream
 
@@ -26,13 +32,24 @@ _POLICY_VIOLATION = 1008
 router = GuardedRouter(tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
+@dataclass(frozen=True, slots=True)
+class SteeringServices:
+    """What a steering session uses."""
+
+    hardware: HardwareThread
+    calibration: CalibrationInForce
+    overlay: OverlayDistance
+    lease: Lease
+    events: EventLog
+
+
 class SteeringSession:
     """Serves one client of the steering socket; used on the event loop alone.
 
     After a stop, a job, a fault or silence nothing moves until the client has let go and pressed again.
     """
 
-    def __init__(self, services: MirrorRouteServices, wire: MessageStream) -> None:
+    def __init__(self, services: SteeringServices, wire: MessageStream) -> None:
         self._services = services
         self._hand = services.hardware.hand
         self._wire = wire
@@ -193,9 +210,16 @@ class SteeringSession:
 
 @router.websocket("/mirrors/steering")
 @needs(Right.OPERATE)
-async def steering_socket(websocket: WebSocket) -> None:
+async def steering_socket(
+    websocket: WebSocket,
+    hardware: Provided[HardwareThread],
+    calibration: Provided[CalibrationInForce],
+    overlay: Provided[OverlayDistance],
+    lease: Provided[Lease],
+    events: Provided[EventLog],
+) -> None:
     """Let one client steer both mirrors by hand."""
-    services: MirrorRouteServices = await opened_services(websocket)  # type: ignore[assignment]  # app.state is untyped
+    services = SteeringServices(hardware, calibration, overlay, lease, events)
     places = await server_places(websocket)
     await websocket.accept()
     try:

@@ -2,15 +2,13 @@
 
 import asyncio
 import math
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 
 from foveacam_hardware.contract import InvalidInput, PanTiltLimits, PanTiltPose, PanTiltState, Station
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.devices.positioners.pan_tilt import PanTiltService
@@ -25,66 +23,67 @@ from foveacam_server.rig.schema import DeviceInfoDocument
 router = GuardedRouter("/pan_tilt", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class PanTiltRouteServices(Protocol):
-    """Services that these routes use."""
-
-    pan_tilt: PanTiltService
-    lease: Lease
-    events: EventLog
-
-
-ServicesDep = Annotated[PanTiltRouteServices, Depends(opened_services)]
-
 ABSENT = PanTiltState(connected=False)
 
 
 @router.get("", summary="Where the rig points")
-async def pan_tilt(services: ServicesDep) -> PanTiltDocument:
+async def pan_tilt(pan_tilt_service: Provided[PanTiltService]) -> PanTiltDocument:
     """Return where the pan-tilt is now, its limits and the rig's stations."""
-    if not services.pan_tilt.usable:
-        return pan_tilt_document(services.pan_tilt)
-    return await _now(services.pan_tilt)
+    if not pan_tilt_service.usable:
+        return pan_tilt_document(pan_tilt_service)
+    return await _now(pan_tilt_service)
 
 
 @router.post("/moves", summary="Turn the rig", responses=problems(409, 502, 503, 504))
-async def move(request: PanTiltMove, services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
+async def move(
+    request: PanTiltMove,
+    lease: Provided[Lease],
+    pan_tilt: Provided[PanTiltService],
+    events: Provided[EventLog],
+    x_lease: LeaseHeader = None,
+) -> PanTiltDocument:
     """Start to turn the rig to a station or a bearing; answer while it moves."""
-    services.lease.check(x_lease)
-    pose = _pose(request, services.pan_tilt)
-    await asyncio.wrap_future(services.pan_tilt.move(pose))
-    services.events.emit(
-        "pan_tilt.moved", f"turning the rig to {deg(pose.pan_rad):.2f}°, {deg(pose.tilt_rad):.2f}°"
-    )
-    return await _now(services.pan_tilt)
+    lease.check(x_lease)
+    pose = _pose(request, pan_tilt)
+    await asyncio.wrap_future(pan_tilt.move(pose))
+    events.emit("pan_tilt.moved", f"turning the rig to {deg(pose.pan_rad):.2f}°, {deg(pose.tilt_rad):.2f}°")
+    return await _now(pan_tilt)
 
 
 @router.post("/holds", summary="Stop turning now", responses=problems(502, 503, 504))
-async def hold(services: ServicesDep) -> PanTiltDocument:
+async def hold(pan_tilt: Provided[PanTiltService]) -> PanTiltDocument:
     """Stop the pan-tilt where it is; needs no lease."""
-    await asyncio.to_thread(services.pan_tilt.hold)
-    return await _now(services.pan_tilt)
+    await asyncio.to_thread(pan_tilt.hold)
+    return await _now(pan_tilt)
 
 
 @router.post("/homings", summary="Find the reference switches", responses=problems(409, 502, 503, 504))
-async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
+async def home(
+    lease: Provided[Lease], pan_tilt: Provided[PanTiltService], x_lease: LeaseHeader = None
+) -> PanTiltDocument:
     """Start homing: search the reference switches; it clears an alarm."""
-    services.lease.check(x_lease)
-    await asyncio.wrap_future(services.pan_tilt.home())
-    return await _now(services.pan_tilt)
+    lease.check(x_lease)
+    await asyncio.wrap_future(pan_tilt.home())
+    return await _now(pan_tilt)
 
 
 @router.post(
     "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
 )
-async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> PanTiltDocument:
+async def confirm_zero(
+    lease: Provided[Lease],
+    pan_tilt: Provided[PanTiltService],
+    events: Provided[EventLog],
+    x_lease: LeaseHeader = None,
+) -> PanTiltDocument:
     """Take the present pose as the zero, as the operator confirms; for one without reference switches.
 
     It clears the fault of a board that has restarted; on a shared board it applies to every axis.
     """
-    services.lease.check(x_lease)
-    await asyncio.wrap_future(services.pan_tilt.confirm_zero())
-    services.events.emit("pan_tilt.zero_confirmed", "pan-tilt: said to stand at its zero")
-    return await _now(services.pan_tilt)
+    lease.check(x_lease)
+    await asyncio.wrap_future(pan_tilt.confirm_zero())
+    events.emit("pan_tilt.zero_confirmed", "pan-tilt: said to stand at its zero")
+    return await _now(pan_tilt)
 
 
 def pan_tilt_document(service: PanTiltService, state: PanTiltState | None = None) -> PanTiltDocument:

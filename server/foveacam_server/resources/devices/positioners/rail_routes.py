@@ -1,15 +1,13 @@
 """Routes of the rail, which moves the whole rig sideways: status, moves, hold, homing."""
 
 import asyncio
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, RailState
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.devices.positioners.rail import RailService, RailStatus
 from foveacam_server.resources.devices.positioners.schema import (
@@ -23,64 +21,67 @@ from foveacam_server.rig.schema import DeviceInfoDocument
 router = GuardedRouter("/rail", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class RailRouteServices(Protocol):
-    """Services that these routes use."""
-
-    rail: RailService
-    lease: Lease
-    events: EventLog
-
-
-ServicesDep = Annotated[RailRouteServices, Depends(opened_services)]
-
 MM_PER_M = 1e3
 
 
 @router.get("", summary="Where the rig stands on its rail")
-async def rail(services: ServicesDep) -> RailDocument:
+async def rail(rail_service: Provided[RailService]) -> RailDocument:
     """Return where the rail is now, its limits and its named places."""
     try:
-        return await _now(services.rail)
+        return await _now(rail_service)
     except NotConnected:  # the rig itself is still opening
         return rail_document(None)
 
 
 @router.post("/moves", summary="Move the rig sideways", responses=problems(409, 502, 503, 504))
-async def move(request: RailMove, services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
+async def move(
+    request: RailMove,
+    lease: Provided[Lease],
+    rail: Provided[RailService],
+    events: Provided[EventLog],
+    x_lease: LeaseHeader = None,
+) -> RailDocument:
     """Start to move the rig to a named place or a position; answer while it moves."""
-    services.lease.check(x_lease)
-    position_mm = await _begin(request, services.rail)
-    services.events.emit("rail.moved", f"moving the rig to {position_mm:.1f} mm")
-    return await _now(services.rail)
+    lease.check(x_lease)
+    position_mm = await _begin(request, rail)
+    events.emit("rail.moved", f"moving the rig to {position_mm:.1f} mm")
+    return await _now(rail)
 
 
 @router.post("/holds", summary="Stop moving sideways now", responses=problems(502, 503, 504))
-async def hold(services: ServicesDep) -> RailDocument:
+async def hold(rail: Provided[RailService]) -> RailDocument:
     """Stop the rail where it is; needs no lease."""
-    await asyncio.to_thread(services.rail.hold)
-    return await _now(services.rail)
+    await asyncio.to_thread(rail.hold)
+    return await _now(rail)
 
 
 @router.post("/homings", summary="Find the reference switch", responses=problems(409, 502, 503, 504))
-async def home(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
+async def home(
+    lease: Provided[Lease], rail: Provided[RailService], x_lease: LeaseHeader = None
+) -> RailDocument:
     """Start homing: search the reference switch; on a shared board the pan-tilt homes, too."""
-    services.lease.check(x_lease)
-    await asyncio.wrap_future(services.rail.home())
-    return await _now(services.rail)
+    lease.check(x_lease)
+    await asyncio.wrap_future(rail.home())
+    return await _now(rail)
 
 
 @router.post(
     "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
 )
-async def confirm_zero(services: ServicesDep, x_lease: LeaseHeader = None) -> RailDocument:
+async def confirm_zero(
+    lease: Provided[Lease],
+    rail: Provided[RailService],
+    events: Provided[EventLog],
+    x_lease: LeaseHeader = None,
+) -> RailDocument:
     """Take the present position as the zero, as the operator confirms; for one without reference switches.
 
     It clears the fault of a board that has restarted; on a shared board it applies to every axis.
     """
-    services.lease.check(x_lease)
-    await asyncio.wrap_future(services.rail.confirm_zero())
-    services.events.emit("rail.zero_confirmed", "rail: said to stand at its zero")
-    return await _now(services.rail)
+    lease.check(x_lease)
+    await asyncio.wrap_future(rail.confirm_zero())
+    events.emit("rail.zero_confirmed", "rail: said to stand at its zero")
+    return await _now(rail)
 
 
 def rail_document(seen: RailStatus | None) -> RailDocument:

@@ -1,15 +1,16 @@
 """Routes of the set-up: devices found, their pictures and tries, the draft, its file, opening it."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Query
+from fastapi import Query
 from fastapi.responses import Response
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, file_responses, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.devices.rig_setup.draft_checks import advice_on, needs_of_draft
@@ -40,27 +41,18 @@ from foveacam_server.rig.hardware import HardwareThread
 router = GuardedRouter("/rig/setup", tags=["rig set-up"], reading=Right.VIEW, changing=Right.ADMINISTER)
 
 
-class RigSetupRouteServices(Protocol):
-    """Services that these routes use."""
-
-    rig_setup: RigSetupService
-    device_search: DeviceSearch
-    camera_pictures: CameraPictures
-    hardware: HardwareThread
-    jobs: JobRunner
-    lease: Lease
-    clock: Clock
-
-
-ServicesDep = Annotated[RigSetupRouteServices, Depends(opened_services)]
 KindQuery = Annotated[CameraKind, Query(description="kind of the camera, as found")]
 NameQuery = Annotated[CameraName, Query(description="name of the camera, as found")]
 
 
 @router.get("/devices", summary="What every bus has")
-def devices(services: ServicesDep) -> FoundDevices:
+def devices(
+    device_search: Provided[DeviceSearch],
+    hardware: Provided[HardwareThread],
+    rig_setup: Provided[RigSetupService],
+) -> FoundDevices:
     """Search all buses for cameras and serial ports, which takes seconds; nothing is opened."""
-    return services.device_search.run(status=services.hardware.status, needs=services.rig_setup.open_needs())
+    return device_search.run(status=hardware.status, needs=rig_setup.open_needs())
 
 
 @router.get(
@@ -69,89 +61,112 @@ def devices(services: ServicesDep) -> FoundDevices:
     response_class=Response,
     responses=file_responses("image/jpeg") | problems(422, 502, 503, 504),
 )
-def picture(kind: KindQuery, name: NameQuery, services: ServicesDep) -> Response:
+def picture(
+    kind: KindQuery,
+    name: NameQuery,
+    camera_pictures: Provided[CameraPictures],
+    hardware: Provided[HardwareThread],
+) -> Response:
     """Return a picture as JPEG; a camera that nobody has is opened for a moment."""
-    jpeg = services.camera_pictures.take(kind, name, services.hardware.status)
+    jpeg = camera_pictures.take(kind, name, hardware.status)
     return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
 
 
 @router.get("/draft", summary="The draft of a rig file", responses=problems(422))
-def draft(services: ServicesDep) -> DraftDocument:
+def draft(rig_setup: Provided[RigSetupService]) -> DraftDocument:
     """Return the draft, its file, and what is wrong with it, field by field."""
-    return services.rig_setup.describe()
+    return rig_setup.describe()
 
 
 @router.put("/draft", summary="Change the draft", responses=problems(507))
-def change_draft(request: RigDraft, services: ServicesDep) -> DraftDocument:
+def change_draft(request: RigDraft, rig_setup: Provided[RigSetupService]) -> DraftDocument:
     """Put other values into the draft; wrong ones are kept, and named in the answer."""
-    return services.rig_setup.put(request)
+    return rig_setup.put(request)
 
 
 @router.post("/draft", summary="Begin a draft anew", responses=problems(404, 507))
-def begin_draft(request: DraftStart, services: ServicesDep) -> DraftDocument:
+def begin_draft(request: DraftStart, rig_setup: Provided[RigSetupService]) -> DraftDocument:
     """Begin from a rig file of the list, or from nothing; what was not saved is gone."""
-    return services.rig_setup.begin(request.path)
+    return rig_setup.begin(request.path)
 
 
 @router.get("/advice", summary="What the doctor finds about the draft")
-def advice(services: ServicesDep) -> list[AdviceDocument]:
+def advice(
+    rig_setup: Provided[RigSetupService], device_search: Provided[DeviceSearch]
+) -> list[AdviceDocument]:
     """Check cameras, ports and machine for the draft's devices; cameras as the last search found them."""
-    draft = services.rig_setup.draft
-    wanted, opened = needs_of_draft(draft).ports, services.rig_setup.open_needs().ports
+    draft = rig_setup.draft
+    wanted, opened = needs_of_draft(draft).ports, rig_setup.open_needs().ports
     ours = set(wanted.values()) <= set(opened.values())
-    return advice_on(draft, services.device_search, ours=ours)
+    return advice_on(draft, device_search, ours=ours)
 
 
 @router.get("/file", summary="The rig file and what saving changes", responses=problems(422))
-def rig_file(services: ServicesDep) -> RigFileDocument:
+def rig_file(rig_setup: Provided[RigSetupService]) -> RigFileDocument:
     """Return the file's hash, what saving would make of it, and what others changed meanwhile."""
-    return services.rig_setup.review()
+    return rig_setup.review()
 
 
 @router.put("/file", summary="Save the rig file", responses=problems(409, 422, 507))
-def save_file(request: FileOrder, services: ServicesDep) -> RigFileDocument:
+def save_file(request: FileOrder, rig_setup: Provided[RigSetupService]) -> RigFileDocument:
     """Write the draft into its file, if that has the hash that was seen; comments and other keys stay."""
-    return services.rig_setup.save(request.hash)
+    return rig_setup.save(request.hash)
 
 
 @router.post("/undo", summary="Put the file's last version back", responses=problems(404, 409, 507))
-def undo(request: FileOrder, services: ServicesDep) -> RigFileDocument:
+def undo(request: FileOrder, rig_setup: Provided[RigSetupService]) -> RigFileDocument:
     """Undo the last saving, if the file has the hash that was seen."""
-    return services.rig_setup.undo(request.hash)
+    return rig_setup.undo(request.hash)
 
 
 @router.get("/files", summary="The rig files that can be opened")
-def files(services: ServicesDep) -> RigFiles:
+def files(rig_setup: Provided[RigSetupService]) -> RigFiles:
     """Return the command line's rig file and those of the data directory, with what is wrong with each."""
-    return services.rig_setup.files()
+    return rig_setup.files()
 
 
 @router.post("/open", summary="Open another rig", responses=problems(404, 409, 422, 504))
-def open_rig(request: OpenOrder, services: ServicesDep, x_lease: LeaseHeader = None) -> RigFiles:
+def open_rig(
+    request: OpenOrder,
+    lease: Provided[Lease],
+    jobs: Provided[JobRunner],
+    rig_setup: Provided[RigSetupService],
+    hardware: Provided[HardwareThread],
+    x_lease: LeaseHeader = None,
+) -> RigFiles:
     """Park and close the rig, then open the one of a file, without a restart of the server."""
-    services.lease.check(x_lease)
-    if services.jobs.open_jobs:
+    lease.check(x_lease)
+    if jobs.open_jobs:
         raise refusals.in_use("open another rig", "a job")
-    services.rig_setup.open(request.path, services.hardware)
-    return services.rig_setup.files()
+    rig_setup.open(request.path, hardware)
+    return rig_setup.files()
 
 
 @router.post("/tries", summary="Ask a device of the draft for an answer")
-def try_device(request: TryOrder, services: ServicesDep) -> TryResult:
+def try_device(
+    request: TryOrder,
+    rig_setup: Provided[RigSetupService],
+    hardware_thread: Provided[HardwareThread],
+    clock: Provided[Clock],
+) -> TryResult:
     """Return what answers on the device's port; nothing moves or is switched on."""
-    setup, hardware = services.rig_setup, services.hardware
+    setup, hardware = rig_setup, hardware_thread
     ports = set(setup.open_needs().ports.values())
     ports |= {SIMULATED} if hardware.status.simulated else set()
     if request.device == "controller":
-        return try_controller(setup.draft, hardware, open_ports=ports, clock=services.clock)
+        return try_controller(setup.draft, hardware, open_ports=ports, clock=clock)
     table = setup.table("pan_tilt")
-    return try_pan_tilt(setup.draft, table, hardware, open_ports=ports, clock=services.clock)
+    return try_pan_tilt(setup.draft, table, hardware, open_ports=ports, clock=clock)
 
 
 @router.post("/mirror_steps", summary="A small step of the mirrors", responses=problems(409, 502, 503, 504))
 async def mirror_steps(
-    request: MirrorStepOrder, services: ServicesDep, x_lease: LeaseHeader = None
+    request: MirrorStepOrder,
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    clock: Provided[Clock],
+    x_lease: LeaseHeader = None,
 ) -> TryResult:
     """Move each mirror of the open rig a small step and back; only for the holder of the lease."""
-    services.lease.require(x_lease, asked="move the mirrors")
-    return await run_in_threadpool(step_mirrors, services.hardware, clock=services.clock)
+    lease.require(x_lease, asked="move the mirrors")
+    return await run_in_threadpool(step_mirrors, hardware, clock=clock)

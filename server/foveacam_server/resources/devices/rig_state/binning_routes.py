@@ -1,14 +1,11 @@
 """Routes of the working binning: read, and changed for the rig that is open."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
-
 from foveacam_hardware.contract import Binning
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.devices.rig_state.schema import BinningRequest, RigBinningDocument
 from foveacam_server.rig import refusals
@@ -17,36 +14,29 @@ from foveacam_server.rig.hardware import HardwareThread
 router = GuardedRouter("/rig/binning", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class BinningRouteServices(Protocol):
-    """Services that these routes use."""
-
-    hardware: HardwareThread
-    events: EventLog
-    lease: Lease
-
-
-ServicesDep = Annotated[BinningRouteServices, Depends(opened_services)]
-
-
 @router.get("", summary="Working binning of the cameras", responses=problems(503))
-async def binning(services: ServicesDep) -> RigBinningDocument:
+async def binning(hardware: Provided[HardwareThread]) -> RigBinningDocument:
     """Return the working binning, the one in force now, and how long the last switch took."""
-    return _required(services.hardware)
+    return _required(hardware)
 
 
 @router.put("", summary="Choose the working binning", responses=problems(409, 502, 503, 504))
 def choose_binning(
-    request: BinningRequest, services: ServicesDep, x_lease: LeaseHeader = None
+    request: BinningRequest,
+    lease: Provided[Lease],
+    hardware: Provided[HardwareThread],
+    events: Provided[EventLog],
+    x_lease: LeaseHeader = None,
 ) -> RigBinningDocument:
     """Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).
 
     Following gives way for the switch. The rig file, or `serve --binning`, counts again when the rig is
     opened anew.
     """
-    services.lease.check(x_lease)
-    services.hardware.choose_binning(request.working_binning)
-    now = _required(services.hardware)
-    services.events.emit("rig.binning", _words(now), data=now)
+    lease.check(x_lease)
+    hardware.choose_binning(request.working_binning)
+    now = _required(hardware)
+    events.emit("rig.binning", _words(now), data=now)
     return now
 
 

@@ -1,8 +1,7 @@
 """Routes for monitoring: liveness, readiness, and counters for Prometheus."""
 
-from typing import Annotated, Protocol
+from dataclasses import dataclass
 
-from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
 from prometheus_client import CONTENT_TYPE_LATEST, CollectorRegistry, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
@@ -12,7 +11,7 @@ from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
 from foveacam_server.foundation.errors import StillOpening
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.http.answers import opened_services
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.foundation.watching import timings
@@ -26,24 +25,6 @@ from foveacam_server.rig.stop import StopSwitch
 from foveacam_server.rig.stream import LiveStreams
 
 router = GuardedRouter(tags=["health"], reading=Right.VIEW, changing=Right.ADMINISTER)
-
-
-class HealthRouteServices(Protocol):
-    """Services that these routes use."""
-
-    hardware: HardwareThread
-    streams: LiveStreams
-    jobs: JobRunner
-    events: EventLog
-    stop: StopSwitch
-
-    @property
-    def calibration(self) -> CalibrationInForce:
-        """Calibration in force."""
-        ...
-
-
-ServicesDep = Annotated[HealthRouteServices, Depends(opened_services)]
 
 
 class Liveness(ResponseModel):
@@ -80,9 +61,11 @@ async def healthz() -> Liveness:
     response_model=Readiness,
     responses={503: {"model": Readiness, "description": "not ready; says what is missing"}},
 )
-async def readyz(services: ServicesDep) -> JSONResponse:
+async def readyz(
+    hardware: Provided[HardwareThread], calibration: Provided[CalibrationInForce], events: Provided[EventLog]
+) -> JSONResponse:
     """Return 200 when a fixation could start now, else 503 and what is missing."""
-    status = services.hardware.status
+    status = hardware.status
     missing = [
         ReadyProblem(device=problem.device, detail=problem.detail)
         for problem in status.problems
@@ -90,40 +73,53 @@ async def readyz(services: ServicesDep) -> JSONResponse:
     ]
     if status.state is RigState.OPENING:
         missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))
-    if status.rig_id is not None and services.calibration.problem is not None:
-        missing.append(ReadyProblem(device="calibration", detail=services.calibration.problem))
-    if services.events.fault is not None:
-        missing.append(ReadyProblem(device="storage", detail=services.events.fault))
-    start = None if status.opened else start_document(services)
+    if status.rig_id is not None and calibration.problem is not None:
+        missing.append(ReadyProblem(device="calibration", detail=calibration.problem))
+    if events.fault is not None:
+        missing.append(ReadyProblem(device="storage", detail=events.fault))
+    start = None if status.opened else start_document(hardware, calibration)
     readiness = Readiness(ready=not missing, problems=missing, start=start)
     headers = {} if status.opened else {"Retry-After": str(StillOpening.wait_s)}
     return JSONResponse(readiness.model_dump(), status_code=503 if missing else 200, headers=headers)
 
 
 @router.get("/metrics", summary="Counters for Prometheus", response_class=Response)
-def metrics(services: ServicesDep) -> Response:  # on a thread: writing them takes too long for the event loop
+def metrics(
+    hardware: Provided[HardwareThread],
+    streams: Provided[LiveStreams],
+    jobs: Provided[JobRunner],
+    events: Provided[EventLog],
+    stop: Provided[StopSwitch],
+) -> Response:  # on a thread: writing them takes too long for the event loop
     """Return the counters in Prometheus' text format."""
-    text = generate_latest(registry_of(services)) + generate_latest(timings.REGISTRY)
+    registry = registry_of(hardware, streams, jobs, events, stop)
+    text = generate_latest(registry) + generate_latest(timings.REGISTRY)
     return Response(text, media_type=CONTENT_TYPE_LATEST)
 
 
-def registry_of(services: HealthRouteServices) -> CollectorRegistry:
-    """Return a registry that reads the counters of `services` once."""
+def registry_of(
+    hardware: HardwareThread, streams: LiveStreams, jobs: JobRunner, events: EventLog, stop: StopSwitch
+) -> CollectorRegistry:
+    """Return a registry that reads the counters of these services once."""
     registry = CollectorRegistry(auto_describe=False)
-    registry.register(_ServiceCounters(services))
+    registry.register(_ServiceCounters(hardware, streams, jobs, events, stop))
     return registry
 
 
+@dataclass(frozen=True, slots=True)
 class _ServiceCounters(Collector):
-    def __init__(self, services: HealthRouteServices) -> None:
-        self._services = services
+    hardware: HardwareThread
+    streams: LiveStreams
+    jobs: JobRunner
+    events: EventLog
+    stop: StopSwitch
 
     def collect(self) -> list[Metric]:
         """Return the present values of all metrics."""
         return [*self._rig(), *self._views(), *self._work()]
 
     def _rig(self) -> list[Metric]:
-        status = self._services.hardware.status
+        status = self.hardware.status
         ready = GaugeMetricFamily("foveacam_rig_ready", "1 while the rig is ready")
         ready.add_metric([], float(status.state is RigState.READY))
         problems = GaugeMetricFamily("foveacam_rig_problems", "devices that fail now")
@@ -147,7 +143,7 @@ class _ServiceCounters(Collector):
         return [ready, problems, delivered, skipped, dropped, packets, round_trip]
 
     def _views(self) -> list[Metric]:
-        streams = self._services.streams
+        streams = self.streams
         published = CounterMetricFamily("foveacam_view_pictures", "pictures published", labels=["view"])
         for name in streams.hub.names:
             published.add_metric([name], streams.hub.status(name).published)
@@ -158,11 +154,10 @@ class _ServiceCounters(Collector):
         return [published, clients, sent]
 
     def _work(self) -> list[Metric]:
-        services = self._services
         jobs = GaugeMetricFamily("foveacam_jobs_open", "jobs that wait or run")
-        jobs.add_metric([], services.jobs.open_jobs)
+        jobs.add_metric([], self.jobs.open_jobs)
         stopped = GaugeMetricFamily("foveacam_stop_engaged", "1 while the stop is engaged")
-        stopped.add_metric([], float(services.stop.state.engaged))
+        stopped.add_metric([], float(self.stop.state.engaged))
         unwritten = CounterMetricFamily("foveacam_events_unwritten", "events not written down")
-        unwritten.add_metric([], services.events.unwritten)
+        unwritten.add_metric([], self.events.unwritten)
         return [jobs, stopped, unwritten]

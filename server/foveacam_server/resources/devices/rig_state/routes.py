@@ -1,19 +1,18 @@
 """Route of the whole rig's status in one document."""
 
 import math
-from typing import Annotated, Protocol
+from typing import Protocol
 
-from fastapi import Depends
-
-from foveacam_hardware.contract import Role, TriggerBudget, trigger_budget
+from foveacam_hardware.contract import Clock, Role, TriggerBudget, trigger_budget
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import opened_services
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.calibrating.calibrations.schema import CalibrationDocument
-from foveacam_server.resources.devices.cameras.routes import CameraStateServices, camera_document, divergence
-from foveacam_server.resources.devices.mirrors.routes import MirrorStateServices, mirrors_document
+from foveacam_server.resources.devices.cameras.routes import camera_document, divergence
+from foveacam_server.resources.devices.cameras.service import CameraSettingsService
+from foveacam_server.resources.devices.mirrors.routes import mirrors_document
 from foveacam_server.resources.devices.rig_state.binning_routes import binning_document
 from foveacam_server.resources.devices.rig_state.schema import (
     ClockDocument,
@@ -23,6 +22,7 @@ from foveacam_server.resources.devices.rig_state.schema import (
     TriggerDocument,
 )
 from foveacam_server.resources.devices.rig_state.start_steps import start_document
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.status import CameraStatus
 
@@ -55,33 +55,18 @@ class SettleTimeSource(Protocol):
         ...
 
 
-class RigRouteServices(CameraStateServices, MirrorStateServices, Protocol):
-    """Services that these routes use."""
-
-    @property
-    def calibration(self) -> SteeringCalibration:
-        """Calibration in force."""
-        ...
-
-    @property
-    def records(self) -> CalibrationDescriber:
-        """Describes the calibration in force."""
-        ...
-
-    @property
-    def settling(self) -> SettleTimeSource:
-        """Settle time in use."""
-        ...
-
-
-ServicesDep = Annotated[RigRouteServices, Depends(opened_services)]
-
-
 @router.get("/rig", summary="The rig as last seen")
-async def rig(services: ServicesDep) -> RigDocument:
+async def rig(
+    hardware: Provided[HardwareThread],
+    steering_calibration: Provided[SteeringCalibration],
+    records: Provided[CalibrationDescriber],
+    clock: Provided[Clock],
+    cameras: Provided[CameraSettingsService],
+    settling: Provided[SettleTimeSource],
+) -> RigDocument:
     """Return the rig's state, its problems, its devices and its calibration."""
-    status = services.hardware.status
-    calibration = services.calibration.current
+    status = hardware.status
+    calibration = steering_calibration.current
     return RigDocument(
         name=status.name,
         rig_id=status.rig_id,
@@ -90,40 +75,42 @@ async def rig(services: ServicesDep) -> RigDocument:
         state=status.state.value,
         problems=list(status.problems),
         baseline_m=status.baseline_m,
-        steering=_steering(services),
-        cameras=[camera_document(camera, services) for camera in status.cameras],
-        divergence=divergence(services),
-        mirrors=mirrors_document(services),
-        trigger=_trigger(services),
-        binning=binning_document(services.hardware),
-        calibration=None if calibration is None else services.records.describe(calibration),
-        calibration_problem=services.calibration.problem,
-        clock=ClockDocument(t_ns=services.clock.now_ns(), utc=utc_now()),
+        steering=_steering(steering_calibration),
+        cameras=[camera_document(camera, clock, steering_calibration, cameras) for camera in status.cameras],
+        divergence=divergence(cameras, hardware),
+        mirrors=mirrors_document(hardware, steering_calibration),
+        trigger=_trigger(hardware, settling),
+        binning=binning_document(hardware),
+        calibration=None if calibration is None else records.describe(calibration),
+        calibration_problem=steering_calibration.problem,
+        clock=ClockDocument(t_ns=clock.now_ns(), utc=utc_now()),
     )
 
 
 @router.get("/rig/start", summary="The rig's start, step by step")
-async def start(services: ServicesDep) -> StartDocument:
+async def start(
+    hardware: Provided[HardwareThread], calibration: Provided[SteeringCalibration]
+) -> StartDocument:
     """Return each step of the rig's last start: pending, active, done, or failed and why."""
-    return start_document(services)
+    return start_document(hardware, calibration)
 
 
-def _steering(services: RigRouteServices) -> SteeringDocument | None:
-    reach_rad = services.calibration.reach_rad
+def _steering(calibration: SteeringCalibration) -> SteeringDocument | None:
+    reach_rad = calibration.reach_rad
     if reach_rad is None:
         return None
     ax_min, ax_max, ay_min, ay_max = (round(math.degrees(angle_rad), 3) for angle_rad in reach_rad)
     return SteeringDocument(ax_min_deg=ax_min, ax_max_deg=ax_max, ay_min_deg=ay_min, ay_max_deg=ay_max)
 
 
-def _trigger(services: RigRouteServices) -> TriggerDocument | None:
-    status = services.hardware.status
+def _trigger(hardware: HardwareThread, settling: SettleTimeSource) -> TriggerDocument | None:
+    status = hardware.status
     if status.settle_us is None:
         return None
     budget = _budget({camera.role: camera for camera in status.cameras}, settle_us=status.settle_us)
     return TriggerDocument(
         settle_us=status.settle_us,
-        settle_source=services.settling.source,
+        settle_source=settling.source,
         interval_ms=None if budget is None else round(budget.interval_ms, 3),
         rate_hz=None if budget is None else round(budget.rate_hz, 2),
     )

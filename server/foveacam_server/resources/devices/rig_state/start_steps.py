@@ -1,32 +1,19 @@
 """The steps of the rig's start as REST shows them."""
 
-from typing import Protocol
-
 from foveacam_server.resources.devices.rig_state.schema import StartDocument, StartStepDocument
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_thread.opening_steps import OpeningStep, StepState
 from foveacam_server.rig.ports import CalibrationInForce
 
 
-class StartServices(Protocol):
-    """Services that know how far the start is."""
-
-    hardware: HardwareThread
-
-    @property
-    def calibration(self) -> CalibrationInForce:
-        """Calibration in force."""
-        ...
-
-
-def start_document(services: StartServices) -> StartDocument:
+def start_document(hardware: HardwareThread, calibration: CalibrationInForce) -> StartDocument:
     """Return each step of the rig's last start: pending, active, done, or failed and why."""
-    file, *devices = services.hardware.opening.steps.every
-    failing = {problem.device for problem in services.hardware.status.problems}
+    file, *devices = hardware.opening.steps.every
+    failing = {problem.device for problem in hardware.status.problems}
     return StartDocument(
         steps=[
             _start_step(file, failing),
-            _calibration_step(services, after=file),
+            _calibration_step(calibration, after=file),
             *(_start_step(device, failing) for device in devices),
         ]
     )
@@ -43,8 +30,8 @@ def _start_step(step: OpeningStep, failing: set[str]) -> StartStepDocument:
     )
 
 
-def _calibration_step(services: StartServices, *, after: OpeningStep) -> StartStepDocument:
-    problem = services.calibration.problem
+def _calibration_step(calibration: CalibrationInForce, *, after: OpeningStep) -> StartStepDocument:
+    problem = calibration.problem
     if after.state is not StepState.DONE:
         return StartStepDocument(device="calibration", state="pending", detail="", remedy="")
     return StartStepDocument(

@@ -2,11 +2,12 @@
 
 from typing import Annotated, Protocol
 
-from fastapi import Depends, Path
+from fastapi import Path
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
-from foveacam_server.foundation.http.answers import Limit, opened_services, problems
+from foveacam_server.foundation.http.answers import Limit, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.http.stored_file import StoredFile, stored_file_responses
 from foveacam_server.resources.looking.clouds.collection import CloudCollection
 from foveacam_server.resources.looking.clouds.schema import CloudDocument
@@ -23,27 +24,13 @@ class CloudOwners(Protocol):
         ...
 
 
-class CloudRouteServices(Protocol):
-    """Services that these routes use."""
-
-    clouds: CloudCollection
-    viewer: SceneViewer | None
-
-    @property
-    def fixations(self) -> CloudOwners:
-        """Fixations that name their clouds."""
-        ...
-
-
-ServicesDep = Annotated[CloudRouteServices, Depends(opened_services)]
-
 CloudId = Annotated[str, Path(pattern=r"^cld-[0-9a-f]{1,32}$")]
 
 
 @router.get("", summary="Newest clouds, newest first")
-def newest(services: ServicesDep, limit: Limit = 50) -> list[CloudDocument]:
+def newest(clouds: Provided[CloudCollection], limit: Limit = 50) -> list[CloudDocument]:
     """Return the newest clouds."""
-    return services.clouds.newest(limit)
+    return clouds.newest(limit)
 
 
 @router.get(
@@ -52,9 +39,9 @@ def newest(services: ServicesDep, limit: Limit = 50) -> list[CloudDocument]:
     response_class=StoredFile,
     responses=stored_file_responses("application/octet-stream"),
 )
-def ply(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
+def ply(cloud_id: CloudId, clouds: Provided[CloudCollection]) -> StoredFile:
     """Return x, y, z (m, rig frame), colour and sigma of every point."""
-    path = services.clouds.file(cloud_id, "cloud.ply")
+    path = clouds.file(cloud_id, "cloud.ply")
     return StoredFile(path, media_type="application/octet-stream", filename=f"{cloud_id}.ply")
 
 
@@ -64,9 +51,9 @@ def ply(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
     response_class=StoredFile,
     responses=stored_file_responses("model/gltf-binary"),
 )
-def glb(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
+def glb(cloud_id: CloudId, clouds: Provided[CloudCollection]) -> StoredFile:
     """Return the textured mesh, in metres, +y up."""
-    path = services.clouds.file(cloud_id, "mesh.glb")
+    path = clouds.file(cloud_id, "mesh.glb")
     return StoredFile(path, media_type="model/gltf-binary", filename=f"{cloud_id}.glb")
 
 
@@ -76,22 +63,27 @@ def glb(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
     response_class=StoredFile,
     responses=stored_file_responses("image/png"),
 )
-def depth_png(cloud_id: CloudId, services: ServicesDep) -> StoredFile:
+def depth_png(cloud_id: CloudId, clouds: Provided[CloudCollection]) -> StoredFile:
     """Return depth as colours with a scale."""
-    return StoredFile(services.clouds.file(cloud_id, "depth.png"), media_type="image/png")
+    return StoredFile(clouds.file(cloud_id, "depth.png"), media_type="image/png")
 
 
 @router.get("/{cloud_id}", summary="One cloud", responses=problems(404))
-def one(cloud_id: CloudId, services: ServicesDep) -> CloudDocument:
+def one(cloud_id: CloudId, clouds: Provided[CloudCollection]) -> CloudDocument:
     """Return one cloud."""
-    return services.clouds.get(cloud_id)
+    return clouds.get(cloud_id)
 
 
 @router.delete("/{cloud_id}", status_code=204, summary="Remove a cloud", responses=problems(404))
 @needs(Right.ADMINISTER)
-def remove(cloud_id: CloudId, services: ServicesDep) -> None:
+def remove(
+    cloud_id: CloudId,
+    clouds: Provided[CloudCollection],
+    fixations: Provided[CloudOwners],
+    viewer: Provided[SceneViewer | None],
+) -> None:
     """Remove a cloud and its files; fixation and target stay, with an earlier cloud if there is one."""
-    cloud = services.clouds.remove(cloud_id)
-    services.fixations.remove_cloud(cloud.fixation_id, left=services.clouds.of_fixation(cloud.fixation_id))
-    if services.viewer is not None:
-        services.viewer.remove_fixation(cloud.fixation_id)
+    cloud = clouds.remove(cloud_id)
+    fixations.remove_cloud(cloud.fixation_id, left=clouds.of_fixation(cloud.fixation_id))
+    if viewer is not None:
+        viewer.remove_fixation(cloud.fixation_id)

@@ -1,15 +1,16 @@
 """Routes of depth backends: those there are, the choice, and the check of a network."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import Response
 from starlette.concurrency import run_in_threadpool
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
-from foveacam_server.foundation.http.answers import file_responses, opened_services, problems
+from foveacam_server.foundation.http.answers import file_responses, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.looking.depth_backends.comparison import BackendComparisons, PictureName
 from foveacam_server.resources.looking.depth_backends.documents import check_document
 from foveacam_server.resources.looking.depth_backends.schema import (
@@ -25,39 +26,38 @@ from foveacam_server.resources.looking.depth_backends.service import DepthBacken
 router = GuardedRouter("/depth", tags=["clouds"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class DepthBackendRouteServices(Protocol):
-    """Services that these routes use."""
-
-    depth_backends: DepthBackendService
-    backend_comparisons: BackendComparisons
-    computing: ComputeQueue
-
-
-ServicesDep = Annotated[DepthBackendRouteServices, Depends(opened_services)]
-
-
 @router.get("/backends", summary="Backends that compute the depth of looks")
-def backends(services: ServicesDep) -> DepthBackendsDocument:
+def backends(depth_backends: Provided[DepthBackendService]) -> DepthBackendsDocument:
     """Return semi-global matching and all networks, which is in use, and why the last look did without it."""
-    return services.depth_backends.describe()
+    return depth_backends.describe()
 
 
 @router.put("/backend", summary="Choose the backend of looks", responses=problems(404, 507))
-async def choose(request: DepthBackendChoice, services: ServicesDep) -> DepthBackendsDocument:
+async def choose(
+    request: DepthBackendChoice, depth_backends: Provided[DepthBackendService]
+) -> DepthBackendsDocument:
     """Use a backend for all looks from now on; it is kept over a restart."""
-    return await run_in_threadpool(services.depth_backends.choose, request)
+    return await run_in_threadpool(depth_backends.choose, request)
 
 
 @router.post("/backends/{name}/check", summary="Check a network", responses=problems(404, 409))
-async def check(name: Annotated[BackendName, Path()], services: ServicesDep) -> NetworkCheckDocument:
+async def check(
+    name: Annotated[BackendName, Path()],
+    computing: Provided[ComputeQueue],
+    depth_backends: Provided[DepthBackendService],
+) -> NetworkCheckDocument:
     """Run a network on a pair whose disparities are known; say what is wrong with it or its card."""
-    return check_document(await services.computing.run(lambda: services.depth_backends.check(name)))
+    return check_document(await computing.run(lambda: depth_backends.check(name)))
 
 
 @router.post("/comparisons", summary="Compare two backends on the newest look", responses=problems(404, 409))
-async def compare(request: BackendComparisonRequest, services: ServicesDep) -> BackendComparisonDocument:
+async def compare(
+    request: BackendComparisonRequest,
+    computing: Provided[ComputeQueue],
+    backend_comparisons: Provided[BackendComparisons],
+) -> BackendComparisonDocument:
     """Compute the depth of the newest look by two backends; return how they differ, with pictures."""
-    return await services.computing.run(lambda: services.backend_comparisons.compare(request))
+    return await computing.run(lambda: backend_comparisons.compare(request))
 
 
 @router.get(
@@ -69,8 +69,8 @@ async def compare(request: BackendComparisonRequest, services: ServicesDep) -> B
 def picture(
     comparison_id: Annotated[str, Path(max_length=100)],
     picture: PictureName,
-    services: ServicesDep,
+    backend_comparisons: Provided[BackendComparisons],
 ) -> Response:
     """Return the depth of either backend, their difference, or the left picture; of the last comparisons."""
-    content = services.backend_comparisons.picture(comparison_id, picture)
+    content = backend_comparisons.picture(comparison_id, picture)
     return Response(content, media_type="image/png", headers={"Cache-Control": "private, max-age=3600"})

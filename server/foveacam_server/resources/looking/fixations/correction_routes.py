@@ -1,8 +1,5 @@
 """Routes of corrections: the operator chooses an alternative answer, or orders a look nearer or farther."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
@@ -12,9 +9,9 @@ from foveacam_server.foundation.http.answers import (
     LeaseHeader,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -30,25 +27,18 @@ from foveacam_server.rig.ports import SceneViewer
 router = GuardedRouter("/fixations", tags=["corrections"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class CorrectionRouteServices(Protocol):
-    """Services that these routes use."""
-
-    fixations: FixationService
-    jobs: JobRunner
-    lease: Lease
-    events: EventLog
-    viewer: SceneViewer | None
-
-
-ServicesDep = Annotated[CorrectionRouteServices, Depends(opened_services)]
-
-
 @router.post("/{fixation_id}/choice", summary="Choose one of the alternatives", responses=problems(404))
-def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> FixationDocument:
+def choice(
+    fixation_id: str,
+    request: ChoiceRequest,
+    fixations: Provided[FixationService],
+    events: Provided[EventLog],
+    viewer: Provided[SceneViewer | None],
+) -> FixationDocument:
     """Make one alternative the answer of the fixation's target; nothing moves."""
-    fixation = choose(services.fixations, fixation_id, request.alternative, events=services.events)
-    if services.viewer is not None:
-        show_choice(services.viewer, fixation)
+    fixation = choose(fixations, fixation_id, request.alternative, events=events)
+    if viewer is not None:
+        show_choice(viewer, fixation)
     return fixation
 
 
@@ -65,11 +55,13 @@ def choice(fixation_id: str, request: ChoiceRequest, services: ServicesDep) -> F
 async def correct(
     fixation_id: str,
     request: CorrectionRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    fixations: Provided[FixationService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a look at the same target that takes only distances nearer or farther than its answer."""
-    services.lease.check(x_lease)
-    job = look_beside(services.fixations, fixation_id, request.direction, source="rest")
-    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
+    lease.check(x_lease)
+    job = look_beside(fixations, fixation_id, request.direction, source="rest")
+    return await job_answer(jobs, job, prefer=prefer, result=fixations.get_by_url)

@@ -1,8 +1,5 @@
 """Routes of fixations: point at a target, both foveae verge on it."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
@@ -13,9 +10,9 @@ from foveacam_server.foundation.http.answers import (
     Limit,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -31,18 +28,6 @@ from foveacam_server.resources.looking.fixations.service import FixationService
 router = GuardedRouter("/fixations", tags=["fixations"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class FixationRouteServices(Protocol):
-    """Services that these routes use."""
-
-    fixations: FixationService
-    clouds: CloudCollection
-    jobs: JobRunner
-    lease: Lease
-
-
-ServicesDep = Annotated[FixationRouteServices, Depends(opened_services)]
-
-
 @router.post(
     "",
     status_code=202,
@@ -55,39 +40,41 @@ ServicesDep = Annotated[FixationRouteServices, Depends(opened_services)]
 )
 async def create(
     request: FixationRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    fixations: Provided[FixationService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
-    services.lease.check(x_lease)
-    job = services.fixations.foveate(request, source="rest", idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
+    lease.check(x_lease)
+    job = fixations.foveate(request, source="rest", idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=fixations.get_by_url)
 
 
 @router.get("", summary="Newest fixations, newest first")
-def newest(services: ServicesDep, limit: Limit = 50) -> list[FixationDocument]:
+def newest(fixations: Provided[FixationService], limit: Limit = 50) -> list[FixationDocument]:
     """Return the newest fixations."""
-    return services.fixations.table.newest(limit)
+    return fixations.table.newest(limit)
 
 
 @router.get("/estimates", summary="What is known of the fixations that run")
-async def estimates(services: ServicesDep) -> list[FixationEstimate]:
+async def estimates(fixations: Provided[FixationService]) -> list[FixationEstimate]:
     """Return the newest estimate of each fixation that runs; its distance is null while nothing is known."""
-    return services.fixations.estimates.newest()
+    return fixations.estimates.newest()
 
 
 @router.get("/{fixation_id}/estimate", summary="What is known of a fixation", responses=problems(404))
-def estimate(fixation_id: str, services: ServicesDep) -> FixationEstimate:
+def estimate(fixation_id: str, fixations: Provided[FixationService]) -> FixationEstimate:
     """Return the newest estimate of a fixation that runs, or the answer of one that has ended."""
-    return services.fixations.newest_estimate(fixation_id)
+    return fixations.newest_estimate(fixation_id)
 
 
 @router.get("/{fixation_id}", summary="One fixation", responses=problems(404))
-def one(fixation_id: str, services: ServicesDep) -> FixationDocument:
+def one(fixation_id: str, fixations: Provided[FixationService]) -> FixationDocument:
     """Return one fixation with all its steps."""
-    return services.fixations.table.get(fixation_id)
+    return fixations.table.get(fixation_id)
 
 
 @router.post(
@@ -102,7 +89,10 @@ def one(fixation_id: str, services: ServicesDep) -> FixationDocument:
 )
 async def look_at_full_resolution(
     fixation_id: str,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    fixations: Provided[FixationService],
+    clouds: Provided[CloudCollection],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
@@ -111,6 +101,6 @@ async def look_at_full_resolution(
 
     Distance and target stay; cloud and depth are then those of this look, with four times as many points.
     """
-    services.lease.check(x_lease)
-    job = services.fixations.full_resolution.look(fixation_id, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.clouds.get_by_url)
+    lease.check(x_lease)
+    job = fixations.full_resolution.look(fixation_id, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=clouds.get_by_url)

@@ -1,8 +1,5 @@
 """Routes of targets: stored points that were fixated."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
@@ -12,9 +9,9 @@ from foveacam_server.foundation.http.answers import (
     LeaseHeader,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import ItemId, JobDocument
@@ -25,46 +22,40 @@ from foveacam_server.rig.ports import SceneViewer
 router = GuardedRouter("/targets", tags=["targets"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class TargetRouteServices(Protocol):
-    """Services that these routes use."""
-
-    fixations: FixationService
-    jobs: JobRunner
-    lease: Lease
-    events: EventLog
-    viewer: SceneViewer | None
-
-
-ServicesDep = Annotated[TargetRouteServices, Depends(opened_services)]
-
-
 @router.get("", summary="All targets, oldest first")
-def every(services: ServicesDep) -> list[TargetDocument]:
+def every(fixations: Provided[FixationService]) -> list[TargetDocument]:
     """Return all targets."""
-    return services.fixations.targets.every()
+    return fixations.targets.every()
 
 
 @router.get("/{target_id}", summary="One target", responses=problems(404))
-def one(target_id: str, services: ServicesDep) -> TargetDocument:
+def one(target_id: str, fixations: Provided[FixationService]) -> TargetDocument:
     """Return one target."""
-    return services.fixations.targets.get(target_id)
+    return fixations.targets.get(target_id)
 
 
 @router.patch("/{target_id}", summary="Rename a target", responses=problems(404))
-def rename(target_id: str, patch: TargetPatch, services: ServicesDep) -> TargetDocument:
+def rename(
+    target_id: str, patch: TargetPatch, fixations: Provided[FixationService], events: Provided[EventLog]
+) -> TargetDocument:
     """Give a target another label."""
-    target = services.fixations.targets.rename(target_id, patch.label)
-    services.events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
+    target = fixations.targets.rename(target_id, patch.label)
+    events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
     return target
 
 
 @router.delete("/{target_id}", status_code=204, summary="Forget a target", responses=problems(404))
-def remove(target_id: str, services: ServicesDep) -> None:
+def remove(
+    target_id: str,
+    fixations: Provided[FixationService],
+    events: Provided[EventLog],
+    viewer: Provided[SceneViewer | None],
+) -> None:
     """Delete a target; its fixation and its cloud stay."""
-    target = services.fixations.targets.remove(target_id)
-    services.events.emit("target.deleted", f"{target.label} was removed", data=ItemId(id=target_id))
-    if services.viewer is not None:
-        services.viewer.remove_fixation(target.fixation_id)
+    target = fixations.targets.remove(target_id)
+    events.emit("target.deleted", f"{target.label} was removed", data=ItemId(id=target_id))
+    if viewer is not None:
+        viewer.remove_fixation(target.fixation_id)
 
 
 @router.post(
@@ -78,9 +69,14 @@ def remove(target_id: str, services: ServicesDep) -> None:
     },
 )
 async def look_again(
-    target_id: str, services: ServicesDep, prefer: PreferHeader = None, x_lease: LeaseHeader = None
+    target_id: str,
+    lease: Provided[Lease],
+    fixations: Provided[FixationService],
+    jobs: Provided[JobRunner],
+    prefer: PreferHeader = None,
+    x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Measure a target again; its label stays."""
-    services.lease.check(x_lease)
-    job = services.fixations.look_again(target_id, source="rest")
-    return await job_answer(services, job, prefer=prefer, result=services.fixations.get_by_url)
+    lease.check(x_lease)
+    job = fixations.look_again(target_id, source="rest")
+    return await job_answer(jobs, job, prefer=prefer, result=fixations.get_by_url)

@@ -1,8 +1,6 @@
 """Routes of followed targets."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends, Response
+from fastapi import Response
 from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
@@ -12,9 +10,9 @@ from foveacam_server.foundation.http.answers import (
     LeaseHeader,
     PreferHeader,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -32,36 +30,31 @@ from foveacam_server.resources.looking.follows.service import FollowService
 router = GuardedRouter("/follows", tags=["follows"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class FollowRouteServices(Protocol):
-    """Services that these routes use."""
-
-    follows: FollowService
-    rounds: FollowRounds
-    jobs: JobRunner
-    lease: Lease
-
-
-ServicesDep = Annotated[FollowRouteServices, Depends(opened_services)]
-
-
 @router.post("", status_code=201, summary="Follow a target", responses=problems(404, 409, 503))
-def create(request: FollowRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> FollowedDocument:
+def create(
+    request: FollowRequest,
+    lease: Provided[Lease],
+    follows: Provided[FollowService],
+    x_lease: LeaseHeader = None,
+) -> FollowedDocument:
     """Follow one more target, 8 at most: both foveae verge on it, then look at all targets in turn."""
-    services.lease.check(x_lease)
-    return services.follows.follow(request)
+    lease.check(x_lease)
+    return follows.follow(request)
 
 
 @router.get("", summary="All followed targets")
-def every(services: ServicesDep) -> list[FollowedDocument]:
+def every(follows: Provided[FollowService]) -> list[FollowedDocument]:
     """Return the followed targets as they are now, oldest first."""
-    return services.follows.every()
+    return follows.every()
 
 
 @router.delete("", status_code=204, summary="Follow none any more")
-def end_all(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+def end_all(
+    lease: Provided[Lease], follows: Provided[FollowService], x_lease: LeaseHeader = None
+) -> Response:
     """Let all followed targets go; the mirrors stay where they are."""
-    services.lease.check(x_lease)
-    services.follows.end_all()
+    lease.check(x_lease)
+    follows.end_all()
     return Response(status_code=204)
 
 
@@ -77,42 +70,51 @@ def end_all(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
 )
 async def take_round(
     request: FollowRoundRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    follows: Provided[FollowService],
+    rounds: Provided[FollowRounds],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Look once at each followed target and keep the pictures with their poses as a dataset, as a job."""
-    services.lease.check(x_lease)
-    services.follows.check_followed()
-    job = services.rounds.start(request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=services.rounds.get_by_url)
+    lease.check(x_lease)
+    follows.check_followed()
+    job = rounds.start(request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=rounds.get_by_url)
 
 
 @router.get("/{follow_id}", summary="One followed target", responses=problems(404))
-def one(follow_id: str, services: ServicesDep) -> FollowedDocument:
+def one(follow_id: str, follows: Provided[FollowService]) -> FollowedDocument:
     """Return a followed target as it is now."""
-    return services.follows.get(follow_id)
+    return follows.get(follow_id)
 
 
 @router.patch("/{follow_id}", summary="Change how a target is followed", responses=problems(404, 409))
 def change(
-    follow_id: str, patch: FollowPatch, services: ServicesDep, x_lease: LeaseHeader = None
+    follow_id: str,
+    patch: FollowPatch,
+    lease: Provided[Lease],
+    follows: Provided[FollowService],
+    x_lease: LeaseHeader = None,
 ) -> FollowedDocument:
     """Change label, tracker or priority while it is followed."""
-    services.lease.check(x_lease)
-    return services.follows.change(follow_id, patch)
+    lease.check(x_lease)
+    return follows.change(follow_id, patch)
 
 
 @router.delete("/{follow_id}", status_code=204, summary="Let a target go", responses=problems(404, 409))
-def end(follow_id: str, services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+def end(
+    follow_id: str, lease: Provided[Lease], follows: Provided[FollowService], x_lease: LeaseHeader = None
+) -> Response:
     """Follow a target no more."""
-    services.lease.check(x_lease)
-    services.follows.end(follow_id)
+    lease.check(x_lease)
+    follows.end(follow_id)
     return Response(status_code=204)
 
 
 @router.get("/{follow_id}/trail", summary="Where a followed target was", responses=problems(404))
-def trail(follow_id: str, services: ServicesDep) -> list[TrailPoint]:
+def trail(follow_id: str, follows: Provided[FollowService]) -> list[TrailPoint]:
     """Return its last hits, 600 at most, oldest first."""
-    return services.follows.trail(follow_id)
+    return follows.trail(follow_id)

@@ -1,8 +1,8 @@
 """Routes of the vergence loop."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Query, Response
+from fastapi import Query, Response
 from fastapi.responses import JSONResponse
 
 from foveacam_server.accounts.rights import Right
@@ -14,9 +14,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -38,96 +38,101 @@ from foveacam_server.resources.looking.loop.service import LoopService
 router = GuardedRouter("/loop", tags=["loop"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class LoopRouteServices(Protocol):
-    """Services that these routes use."""
-
-    loop: LoopService
-    jobs: JobRunner
-    lease: Lease
-    computing: ComputeQueue
-
-
-ServicesDep = Annotated[LoopRouteServices, Depends(opened_services)]
-
-
 @router.get("", summary="The vergence loop")
-def describe(services: ServicesDep) -> LoopDocument:
+def describe(loop: Provided[LoopService]) -> LoopDocument:
     """Return the loop as it is now: status, errors, commands, distance, trigger and settings."""
-    return services.loop.describe()
+    return loop.describe()
 
 
 @router.post("", summary="Keep both foveae on a target", responses=problems(404, 409, 503))
-def look_at(request: LoopTargetRequest, services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+def look_at(
+    request: LoopTargetRequest,
+    lease: Provided[Lease],
+    loop: Provided[LoopService],
+    x_lease: LeaseHeader = None,
+) -> LoopDocument:
     """Choose the target; the loop begins where it does not run, and gives way to other jobs."""
-    services.lease.check(x_lease)
-    return services.loop.look_at(request)
+    lease.check(x_lease)
+    return loop.look_at(request)
 
 
 @router.patch("", summary="Pause the loop, hold or set its axes", responses=problems(409))
-def change(request: LoopPatch, services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+def change(
+    request: LoopPatch, lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None
+) -> LoopDocument:
     """Pause or go on; hold single axes; set the command of an axis, which is held from then on."""
-    services.lease.check(x_lease)
-    return services.loop.change(request)
+    lease.check(x_lease)
+    return loop.change(request)
 
 
 @router.delete("", status_code=204, summary="End the loop")
-def end(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+def end(lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None) -> Response:
     """End the loop; the mirrors stay where they are."""
-    services.lease.check(x_lease)
-    services.loop.end()
+    lease.check(x_lease)
+    loop.end()
     return Response(status_code=204)
 
 
 @router.put("/drag", status_code=204, summary="Take the eyes by hand", responses=problems(409))
-def drag(request: LoopDrag, services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+def drag(
+    request: LoopDrag, lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None
+) -> Response:
     """Let both eyes look in parallel at a place of the wide view, without corrections, until released."""
-    services.lease.check(x_lease)
-    services.loop.drag(request)
+    lease.check(x_lease)
+    loop.drag(request)
     return Response(status_code=204)
 
 
 @router.delete("/drag", status_code=204, summary="Let the loop go on", responses=problems(409))
-def release(services: ServicesDep, x_lease: LeaseHeader = None) -> Response:
+def release(lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None) -> Response:
     """Release the eyes: the loop goes on with its target."""
-    services.lease.check(x_lease)
-    services.loop.drag(None)
+    lease.check(x_lease)
+    loop.drag(None)
     return Response(status_code=204)
 
 
 @router.put("/eyes/{eye}", summary="Let one eye follow a place of its own", responses=problems(409, 503))
 def follow_apart(
-    eye: EyeName, request: LoopEyePlace, services: ServicesDep, x_lease: LeaseHeader = None
+    eye: EyeName,
+    request: LoopEyePlace,
+    lease: Provided[Lease],
+    loop: Provided[LoopService],
+    x_lease: LeaseHeader = None,
 ) -> LoopDocument:
     """Keep a place of one fovea's picture in its middle; the other eye does as it did, or rests."""
-    services.lease.check(x_lease)
-    return services.loop.follow_apart(eye, request)
+    lease.check(x_lease)
+    return loop.follow_apart(eye, request)
 
 
 @router.delete("/eyes", summary="Let both eyes look at one target again", responses=problems(409))
-def reunite(services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+def reunite(lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None) -> LoopDocument:
     """End that each eye follows a place of its own; without a common target the loop ends."""
-    services.lease.check(x_lease)
-    return services.loop.reunite()
+    lease.check(x_lease)
+    return loop.reunite()
 
 
 @router.patch("/settings", summary="Change settings of the loop", responses=problems(409))
 def change_settings(
-    request: LoopSettingsPatch, services: ServicesDep, x_lease: LeaseHeader = None
+    request: LoopSettingsPatch,
+    lease: Provided[Lease],
+    loop: Provided[LoopService],
+    x_lease: LeaseHeader = None,
 ) -> LoopSettingsDocument:
     """Change settings now and for later runs; what is left out stays."""
-    services.lease.check(x_lease)
-    return services.loop.change_settings(request)
+    lease.check(x_lease)
+    return loop.change_settings(request)
 
 
 @router.delete("/settings", summary="Put settings back to their defaults", responses=problems(409))
 def reset_settings(
-    services: ServicesDep,
+    lease: Provided[Lease],
+    loop: Provided[LoopService],
     group: Annotated[LoopSettingsGroup | None, Query(description="without: all")] = None,
     x_lease: LeaseHeader = None,
 ) -> LoopSettingsDocument:
     """Put one group of settings, or all, back to their defaults."""
-    services.lease.check(x_lease)
-    return services.loop.reset_settings(group)
+    lease.check(x_lease)
+    return loop.reset_settings(group)
 
 
 @router.post(
@@ -139,7 +144,9 @@ def reset_settings(
 )
 async def tune(
     request: LoopTuneRequest,
-    services: ServicesDep,
+    lease: Provided[Lease],
+    loop: Provided[LoopService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
@@ -148,24 +155,26 @@ async def tune(
 
     Cancelled or refused, it leaves the gains as they were.
     """
-    services.lease.check(x_lease)
-    job = services.loop.tuning.start(request, idempotency_key=idempotency_key)
-    return await job_answer(services, job, prefer=prefer, result=lambda _: services.loop.describe())
+    lease.check(x_lease)
+    job = loop.tuning.start(request, idempotency_key=idempotency_key)
+    return await job_answer(jobs, job, prefer=prefer, result=lambda _: loop.describe())
 
 
 @router.post("/trigger/reset", summary="Let exposures pass again", responses=problems(409))
-def reset_trigger(services: ServicesDep, x_lease: LeaseHeader = None) -> LoopDocument:
+def reset_trigger(
+    lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None
+) -> LoopDocument:
     """Let the loop go on after equal failures of its exposures have latched it."""
-    services.lease.check(x_lease)
-    return services.loop.reset_trigger()
+    lease.check(x_lease)
+    return loop.reset_trigger()
 
 
 @router.get("/history", summary="The loop's last looks")
 def history(
-    services: ServicesDep, after_look: Annotated[int, Query(ge=0, le=1_000_000_000)] = 0
+    loop: Provided[LoopService], after_look: Annotated[int, Query(ge=0, le=1_000_000_000)] = 0
 ) -> list[LoopSample]:
     """Return the looks after a given one, oldest first, 900 at most."""
-    return services.loop.history(after_look)
+    return loop.history(after_look)
 
 
 @router.get(
@@ -174,9 +183,9 @@ def history(
     response_class=Response,
     responses={**file_responses("image/png"), **problems(404)},
 )
-def match_png(services: ServicesDep) -> Response:
+def match_png(loop: Provided[LoopService]) -> Response:
     """Return the guide strip with both eyes' boxes, and each eye's map of correlation, as a PNG."""
-    return Response(services.loop.match_picture(), media_type="image/png")
+    return Response(loop.match_picture(), media_type="image/png")
 
 
 @router.get(
@@ -185,9 +194,9 @@ def match_png(services: ServicesDep) -> Response:
     response_class=Response,
     responses={**file_responses("image/png"), **problems(404)},
 )
-async def tune_png(services: ServicesDep) -> Response:
+async def tune_png(computing: Provided[ComputeQueue], loop: Provided[LoopService]) -> Response:
     """Return how each loop answers a step before and after the last tuning, as a PNG."""
-    picture = await services.computing.run(lambda: services.loop.tuning.picture(form="png"))
+    picture = await computing.run(lambda: loop.tuning.picture(form="png"))
     return Response(picture, media_type="image/png")
 
 
@@ -197,7 +206,7 @@ async def tune_png(services: ServicesDep) -> Response:
     response_class=Response,
     responses={**file_responses("image/svg+xml"), **problems(404)},
 )
-async def tune_svg(services: ServicesDep) -> Response:
+async def tune_svg(computing: Provided[ComputeQueue], loop: Provided[LoopService]) -> Response:
     """Return how each loop answers a step before and after the last tuning, as an SVG."""
-    picture = await services.computing.run(lambda: services.loop.tuning.picture(form="svg"))
+    picture = await computing.run(lambda: loop.tuning.picture(form="svg"))
     return Response(picture, media_type="image/svg+xml")

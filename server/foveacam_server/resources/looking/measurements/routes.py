@@ -1,13 +1,14 @@
 """Routes of measurements: measure at pixels of views, list, rename, remove, export."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from fastapi.responses import Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.looking.measurements.export import csv_text
 from foveacam_server.resources.looking.measurements.schema import (
     MeasurementDocument,
@@ -19,29 +20,23 @@ from foveacam_server.resources.looking.measurements.service import MeasurementSe
 router = GuardedRouter(tags=["measurements"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class MeasurementRouteServices(Protocol):
-    """Services that these routes use."""
-
-    measurements: MeasurementService
-
-
-ServicesDep = Annotated[MeasurementRouteServices, Depends(opened_services)]
-
 MeasurementId = Annotated[str, Path(pattern=r"^mea-[0-9a-f]{1,32}$")]
 
 
 @router.post("/measurements", status_code=201, summary="Measure", responses=problems(404, 409, 503))
-def create(request: MeasurementRequest, services: ServicesDep, response: Response) -> MeasurementDocument:
+def create(
+    request: MeasurementRequest, measurements: Provided[MeasurementService], response: Response
+) -> MeasurementDocument:
     """Measure a point, a length, a plane or a profile at pixels of views, and keep it."""
-    document = services.measurements.create(request)
+    document = measurements.create(request)
     response.headers["Location"] = f"/api/v1/measurements/{document.id}"
     return document
 
 
 @router.get("/measurements", summary="All measurements, newest first")
-def every(services: ServicesDep) -> list[MeasurementDocument]:
+def every(measurements: Provided[MeasurementService]) -> list[MeasurementDocument]:
     """Return all measurements."""
-    return services.measurements.every()
+    return measurements.every()
 
 
 @router.get(
@@ -50,31 +45,31 @@ def every(services: ServicesDep) -> list[MeasurementDocument]:
     response_class=Response,
     responses={200: {"content": {"text/csv": {"schema": {"type": "string"}}}, "description": "the table"}},
 )
-def as_csv(services: ServicesDep) -> Response:
+def as_csv(measurements: Provided[MeasurementService]) -> Response:
     """Return one line a measurement, newest first; samples of profiles are in the JSON export."""
     headers = {"Content-Disposition": 'attachment; filename="measurements.csv"'}
-    return Response(csv_text(services.measurements.every()), media_type="text/csv", headers=headers)
+    return Response(csv_text(measurements.every()), media_type="text/csv", headers=headers)
 
 
 @router.get("/measurements.json", summary="All measurements as a JSON file")
-def as_json(services: ServicesDep, response: Response) -> list[MeasurementDocument]:
+def as_json(measurements: Provided[MeasurementService], response: Response) -> list[MeasurementDocument]:
     """Return all measurements, to be saved as a file."""
     response.headers["Content-Disposition"] = 'attachment; filename="measurements.json"'
-    return services.measurements.every()
+    return measurements.every()
 
 
 @router.get("/measurements/{measurement_id}", summary="One measurement", responses=problems(404))
-def one(measurement_id: MeasurementId, services: ServicesDep) -> MeasurementDocument:
+def one(measurement_id: MeasurementId, measurements: Provided[MeasurementService]) -> MeasurementDocument:
     """Return one measurement."""
-    return services.measurements.get(measurement_id)
+    return measurements.get(measurement_id)
 
 
 @router.patch("/measurements/{measurement_id}", summary="Rename a measurement", responses=problems(404))
 def rename(
-    measurement_id: MeasurementId, patch: MeasurementPatch, services: ServicesDep
+    measurement_id: MeasurementId, patch: MeasurementPatch, measurements: Provided[MeasurementService]
 ) -> MeasurementDocument:
     """Give a measurement another label."""
-    return services.measurements.rename(measurement_id, patch.label)
+    return measurements.rename(measurement_id, patch.label)
 
 
 @router.delete(
@@ -83,6 +78,6 @@ def rename(
     summary="Remove a measurement",
     responses=problems(404),
 )
-def remove(measurement_id: MeasurementId, services: ServicesDep) -> None:
+def remove(measurement_id: MeasurementId, measurements: Provided[MeasurementService]) -> None:
     """Remove a measurement; the look that it was made in stays."""
-    services.measurements.remove(measurement_id)
+    measurements.remove(measurement_id)

@@ -1,16 +1,17 @@
 """Route of the reach: the outline of each eye's calibrated field in the wide image."""
 
 import math
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Query
+from fastapi import Query
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import reach_outline_px
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.looking.reach.schema import ReachDocument
 from foveacam_server.rig.ports import CalibrationInForce
 
@@ -20,17 +21,6 @@ NEAREST_M, FARTHEST_M = 0.5, 1e6
 router = GuardedRouter(tags=["reach"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class ReachRouteServices(Protocol):
-    """Services that these routes use."""
-
-    @property
-    def calibration(self) -> CalibrationInForce:
-        """Calibration in force."""
-        ...
-
-
-ServicesDep = Annotated[ReachRouteServices, Depends(opened_services)]
-
 Distance = Annotated[
     float | None,
     Query(ge=NEAREST_M, le=FARTHEST_M, description="from the rig, m; without it: infinity"),
@@ -38,9 +28,9 @@ Distance = Annotated[
 
 
 @router.get("/reach", summary="Where each eye can look", responses=problems(409, 503))
-def reach(services: ServicesDep, distance_m: Distance = None) -> ReachDocument:
+def reach(calibration_in_force: Provided[CalibrationInForce], distance_m: Distance = None) -> ReachDocument:
     """Return the outline of each eye's calibrated field in the wide image."""
-    calibration = services.calibration.require()
+    calibration = calibration_in_force.require()
     at_m = math.inf if distance_m is None else distance_m
     return ReachDocument(
         calibration_id=calibration.id,

@@ -1,8 +1,5 @@
 """Routes of the depth of the whole wide view: figures, picture, points, and looking around to measure it."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 from fastapi.responses import JSONResponse, Response
 
 from foveacam_server.accounts.rights import Right
@@ -13,9 +10,9 @@ from foveacam_server.foundation.http.answers import (
     PreferHeader,
     file_responses,
     job_answer,
-    opened_services,
     problems,
 )
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import JobDocument
@@ -26,21 +23,10 @@ from foveacam_server.rig.encoder import encode_png
 router = GuardedRouter(tags=["depth"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class WideDepthRouteServices(Protocol):
-    """Services that these routes use."""
-
-    wide_depth: WideDepthService
-    jobs: JobRunner
-    lease: Lease
-
-
-ServicesDep = Annotated[WideDepthRouteServices, Depends(opened_services)]
-
-
 @router.get("/wide_depth", summary="Depth of the wide view, in figures", responses=problems(409, 503))
-def document(services: ServicesDep) -> WideDepthDocument:
+def document(wide_depth: Provided[WideDepthService]) -> WideDepthDocument:
     """Return how much is known, since when and how well."""
-    return services.wide_depth.document()
+    return wide_depth.document()
 
 
 @router.get(
@@ -49,9 +35,9 @@ def document(services: ServicesDep) -> WideDepthDocument:
     response_class=Response,
     responses={**file_responses("image/png"), **problems(409, 503)},
 )
-def png(services: ServicesDep) -> Response:
+def png(wide_depth: Provided[WideDepthService]) -> Response:
     """Return a heat map with its scale; what is unknown is striped."""
-    return Response(encode_png(services.wide_depth.picture()), media_type="image/png")
+    return Response(encode_png(wide_depth.picture()), media_type="image/png")
 
 
 @router.get(
@@ -60,19 +46,21 @@ def png(services: ServicesDep) -> Response:
     response_class=Response,
     responses={**file_responses("application/octet-stream"), **problems(409, 503)},
 )
-def ply(services: ServicesDep) -> Response:
+def ply(wide_depth: Provided[WideDepthService]) -> Response:
     """Return x, y, z (m, rig frame), colour and sigma of every cell's surfaces."""
     headers = {"Content-Disposition": 'attachment; filename="wide_depth.ply"'}
-    return Response(services.wide_depth.ply(), media_type="application/octet-stream", headers=headers)
+    return Response(wide_depth.ply(), media_type="application/octet-stream", headers=headers)
 
 
 @router.delete(
     "/wide_depth", status_code=204, summary="Forget the depth of the wide view", responses=problems(409)
 )
-def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
+def forget(
+    lease: Provided[Lease], wide_depth: Provided[WideDepthService], x_lease: LeaseHeader = None
+) -> None:
     """Forget everything that is known; fixations and their clouds stay."""
-    services.lease.check(x_lease)
-    services.wide_depth.forget()
+    lease.check(x_lease)
+    wide_depth.forget()
 
 
 @router.post(
@@ -86,13 +74,15 @@ def forget(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
     },
 )
 async def look_around(
-    services: ServicesDep,
+    lease: Provided[Lease],
+    wide_depth: Provided[WideDepthService],
+    jobs: Provided[JobRunner],
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
     """Queue looks over the whole steering field; what they found is kept when the job is cancelled."""
-    services.lease.check(x_lease)
-    job = services.wide_depth.look_around(idempotency_key=idempotency_key)
+    lease.check(x_lease)
+    job = wide_depth.look_around(idempotency_key=idempotency_key)
 
-    return await job_answer(services, job, prefer=prefer, result=lambda _url: services.wide_depth.document())
+    return await job_answer(jobs, job, prefer=prefer, result=lambda _url: wide_depth.document())

@@ -2,28 +2,21 @@
 
 import json
 from collections.abc import AsyncIterator
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Header
+from fastapi import Header
 from fastapi.responses import StreamingResponse
 from sse_starlette import EventSourceResponse, ServerSentEvent
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.events import EventLog
-from foveacam_server.foundation.http.answers import EVENT_STREAM, Limit, opened_services
+from foveacam_server.foundation.http.answers import EVENT_STREAM, Limit
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.schema import EventDocument
 
 router = GuardedRouter("/events", tags=["events"], reading=Right.VIEW, changing=Right.OPERATE)
 
-
-class EventRouteServices(Protocol):
-    """Services that these routes use."""
-
-    events: EventLog
-
-
-ServicesDep = Annotated[EventRouteServices, Depends(opened_services)]
 
 PING_S = 10
 LAST_ID_LIMIT = 2**62
@@ -58,15 +51,15 @@ _SENT = {
     },
     dependencies=[EVENT_STREAM],
 )
-async def stream(services: ServicesDep, last_event_id: LastEventId = None) -> EventSourceResponse:
+async def stream(events: Provided[EventLog], last_event_id: LastEventId = None) -> EventSourceResponse:
     """Stream events as they come; with `Last-Event-ID`, first those after it."""
-    return EventSourceResponse(_sent(services.events, last_event_id), ping=PING_S, sep="\n")
+    return EventSourceResponse(_sent(events, last_event_id), ping=PING_S, sep="\n")
 
 
 @router.get("/recent", summary="The newest events, oldest first")
-async def recent(services: ServicesDep, limit: Limit = 50) -> list[EventDocument]:
+async def recent(events: Provided[EventLog], limit: Limit = 50) -> list[EventDocument]:
     """Return the newest events."""
-    return [event.describe() for event in services.events.recent(limit)]
+    return [event.describe() for event in events.recent(limit)]
 
 
 async def _sent(events: EventLog, last_id: int | None) -> AsyncIterator[ServerSentEvent]:

@@ -1,13 +1,10 @@
 """Routes of the control lease: while a client holds it, only that client may move the rig."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
-
 from foveacam_server.accounts.requests import PrincipalDep
 from foveacam_server.accounts.rights import Principal, PrincipalKind, Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import LeaseHeader, opened_services, problems
+from foveacam_server.foundation.http.answers import LeaseHeader, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.lease import Lease, LeaseClaim
 from foveacam_server.foundation.schema import (
     LeaseAnswer,
@@ -20,23 +17,14 @@ from foveacam_server.foundation.schema import (
 router = GuardedRouter("/lease", tags=["lease"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class LeaseRouteServices(Protocol):
-    """Services that these routes use."""
-
-    lease: Lease
-
-
-ServicesDep = Annotated[LeaseRouteServices, Depends(opened_services)]
-
-
 @router.get("", summary="Who holds the lease")
-async def holder(services: ServicesDep) -> LeaseDocument:
+async def holder(lease: Provided[Lease]) -> LeaseDocument:
     """Return who holds the lease; null: nobody, and anybody may move."""
-    return services.lease.describe()
+    return lease.describe()
 
 
 @router.post("", summary="Take the lease", responses=problems(409))
-async def take(request: LeaseRequest, services: ServicesDep, principal: PrincipalDep) -> LeaseGrant:
+async def take(request: LeaseRequest, lease: Provided[Lease], principal: PrincipalDep) -> LeaseGrant:
     """Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s.
 
     Where people sign in, an admin alone takes it over from another person, and says the reason.
@@ -48,31 +36,31 @@ async def take(request: LeaseRequest, services: ServicesDep, principal: Principa
         take_over=request.take_over,
         reason=request.reason,
     )
-    return services.lease.take(claim)
+    return lease.take(claim)
 
 
 @router.post("/request", summary="Ask for the lease", responses=problems(409))
-async def ask(request: LeaseWish, services: ServicesDep, principal: PrincipalDep) -> LeaseDocument:
+async def ask(request: LeaseWish, lease: Provided[Lease], principal: PrincipalDep) -> LeaseDocument:
     """Ask the holder for the lease; when it is handed over, take it with POST within 20 s."""
-    return services.lease.ask(LeaseClaim(holder=request.holder, person=_person(principal)))
+    return lease.ask(LeaseClaim(holder=request.holder, person=_person(principal)))
 
 
 @router.put("/request", summary="Answer who asks for the lease", responses=problems(409))
-async def answer(request: LeaseAnswer, services: ServicesDep, x_lease: LeaseHeader = None) -> LeaseDocument:
+async def answer(request: LeaseAnswer, lease: Provided[Lease], x_lease: LeaseHeader = None) -> LeaseDocument:
     """Hand the lease over to who asks for it, or keep it."""
-    return services.lease.answer(x_lease, hand_over=request.hand_over)
+    return lease.answer(x_lease, hand_over=request.hand_over)
 
 
 @router.put("", summary="Keep the lease", responses=problems(409))
-async def renew(services: ServicesDep, x_lease: LeaseHeader = None) -> LeaseGrant:
+async def renew(lease: Provided[Lease], x_lease: LeaseHeader = None) -> LeaseGrant:
     """Renew the lease that the X-Lease header names."""
-    return services.lease.renew(x_lease)
+    return lease.renew(x_lease)
 
 
 @router.delete("", status_code=204, summary="Give the lease back", responses=problems(409))
-async def release(services: ServicesDep, x_lease: LeaseHeader = None) -> None:
+async def release(lease: Provided[Lease], x_lease: LeaseHeader = None) -> None:
     """Give the lease back."""
-    services.lease.release(x_lease)
+    lease.release(x_lease)
 
 
 def _person(principal: Principal) -> str | None:

@@ -1,14 +1,15 @@
 """Routes of the audit log."""
 
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
-from fastapi import Depends, Query
+from fastapi import Query
 from fastapi.responses import StreamingResponse
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import Limit, opened_services
+from foveacam_server.foundation.http.answers import Limit
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.operating.people.documents import audit_document
 from foveacam_server.resources.operating.people.schema import AuditPage
 
@@ -17,18 +18,9 @@ router = GuardedRouter(tags=["people"], reading=Right.ADMINISTER, changing=Right
 LINES = "application/jsonl"
 
 
-class AuditRouteServices(Protocol):
-    """Services that these routes use."""
-
-    accounts: Accounts
-
-
-ServicesDep = Annotated[AuditRouteServices, Depends(opened_services)]
-
-
 @router.get("/audit", summary="Who changed what")
 def audit(
-    services: ServicesDep,
+    accounts: Provided[Accounts],
     text: Annotated[str, Query(max_length=200, description="a part of path, address or detail")] = "",
     who: Annotated[str, Query(max_length=80)] = "",
     outcome: Literal["", "done", "refused", "failed"] = "",
@@ -36,7 +28,7 @@ def audit(
     limit: Limit = 100,
 ) -> AuditPage:
     """Return the newest changes that were made or tried, newest first."""
-    log = services.accounts.audit
+    log = accounts.audit
     entries = log.read(text=text, who=who, outcome=outcome, before=before, limit=limit)
     return AuditPage(
         entries=[audit_document(entry) for entry in entries],
@@ -50,7 +42,7 @@ def audit(
     response_class=StreamingResponse,
     responses={200: {"content": {LINES: {"schema": {"type": "string"}}}, "description": "oldest first"}},
 )
-def audit_lines(services: ServicesDep) -> StreamingResponse:
+def audit_lines(accounts: Provided[Accounts]) -> StreamingResponse:
     """Return the whole audit log, one JSON object a line, oldest first."""
     headers = {"Content-Disposition": 'attachment; filename="audit.jsonl"'}
-    return StreamingResponse(services.accounts.audit.lines(), media_type=LINES, headers=headers)
+    return StreamingResponse(accounts.audit.lines(), media_type=LINES, headers=headers)

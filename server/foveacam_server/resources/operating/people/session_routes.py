@@ -1,8 +1,6 @@
 """Routes of one's own session: who am I, sign in, join by a link, change the password, sign out."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends, Request, Response
+from fastapi import Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.browser_sign_in import known_cookie_of, sign_in_browser
@@ -12,7 +10,8 @@ from foveacam_server.accounts.rights import Principal, PrincipalKind, Right, rig
 from foveacam_server.accounts.route_rights import GuardedRouter, open_to_anybody
 from foveacam_server.accounts.users import User
 from foveacam_server.foundation.errors import NotFound, WrongCredentials
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.operating.people.documents import session_document
 from foveacam_server.resources.operating.people.schema import (
     JoinRequest,
@@ -24,20 +23,11 @@ from foveacam_server.resources.operating.people.schema import (
 router = GuardedRouter("/session", tags=["people"], reading=Right.VIEW, changing=Right.VIEW)
 
 
-class SessionRouteServices(Protocol):
-    """Services that these routes use."""
-
-    accounts: Accounts
-
-
-ServicesDep = Annotated[SessionRouteServices, Depends(opened_services)]
-
-
 @router.get("", summary="Who I am")
 @open_to_anybody
-def session(services: ServicesDep, principal: PrincipalDep) -> SignInDocument:
+def session(accounts: Provided[Accounts], principal: PrincipalDep) -> SignInDocument:
     """Return what the server asks of whoever comes, and who this request came from."""
-    return session_document(principal, services.accounts)
+    return session_document(principal, accounts)
 
 
 @router.post("", summary="Sign in", responses=problems(401, 429))
@@ -46,13 +36,13 @@ def sign_in(
     body: SignInRequest,
     request: Request,
     response: Response,
-    services: ServicesDep,
+    accounts: Provided[Accounts],
     note: AuditNoteDep,
     peer: PeerDep,
 ) -> SignInDocument:
     """Sign a browser in: the answer sets its cookies. Wrong passwords block the address they come from."""
     note.detail = f"sign in as {body.name}"
-    accounts, password = services.accounts, body.password.get_secret_value()
+    password = body.password.get_secret_value()
     user = accounts.authenticate(body.name, password, address=peer, known=known_cookie_of(request))
     return _signed_in(request, response, accounts, user)
 
@@ -63,38 +53,38 @@ def join(
     body: JoinRequest,
     request: Request,
     response: Response,
-    services: ServicesDep,
+    accounts: Provided[Accounts],
     note: AuditNoteDep,
 ) -> SignInDocument:
     """Set the password of the user whose link this is; sign this browser in, and every other one out."""
-    user = services.accounts.join(body.code, body.password.get_secret_value(), name=body.name)
+    user = accounts.join(body.code, body.password.get_secret_value(), name=body.name)
     note.detail = f"{user.name} set a password by a link"
-    return _signed_in(request, response, services.accounts, user)
+    return _signed_in(request, response, accounts, user)
 
 
 @router.put("/password", status_code=204, summary="Change my password", responses=problems(401, 404, 429))
 def change_password(
-    body: PasswordChange, services: ServicesDep, principal: PrincipalDep, peer: PeerDep
+    body: PasswordChange, accounts: Provided[Accounts], principal: PrincipalDep, peer: PeerDep
 ) -> None:
     """Change one's password; every other browser of this user is signed out."""
     if principal.kind is not PrincipalKind.USER:
         raise NotFound(
             f"you are {principal.title}, which has no password", found=principal.title, remedy="sign in first"
         )
-    accounts, present = services.accounts, body.password.get_secret_value()
+    present = body.password.get_secret_value()
     proved = accounts.authenticate(principal.name, present, address=peer, sign_in=principal.sign_in)
     new = body.new_password.get_secret_value()
     accounts.set_password(principal.name, new, keep=principal.sign_in, proved=proved)
 
 
 @router.delete("", status_code=204, summary="Sign out", responses=problems(401))
-def sign_out(response: Response, services: ServicesDep, principal: PrincipalDep) -> None:
+def sign_out(response: Response, accounts: Provided[Accounts], principal: PrincipalDep) -> None:
     """Sign this browser out: its cookie is refused from now on, wherever it is sent from."""
     if principal.kind is PrincipalKind.NOBODY:
         raise WrongCredentials("nobody is signed in here", found="no sign-in", remedy="sign in first")
     clear_cookie(response)
     if principal.kind is PrincipalKind.USER and principal.sign_in is not None:
-        services.accounts.sign_out(principal.sign_in)
+        accounts.sign_out(principal.sign_in)
 
 
 def _signed_in(request: Request, response: Response, accounts: Accounts, user: User) -> SignInDocument:

@@ -1,8 +1,8 @@
 """Routes of the users and of the browsers in which they are signed in."""
 
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Literal
 
-from fastapi import BackgroundTasks, Depends, Path, Query, Request, Response
+from fastapi import BackgroundTasks, Path, Query, Request, Response
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.browser_sign_in import sign_in_browser
@@ -10,7 +10,8 @@ from foveacam_server.accounts.requests import AuditNoteDep, PrincipalDep
 from foveacam_server.accounts.rights import LOCAL_STREAMS, Principal, PrincipalKind, Right, UserRole
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.operating.people.documents import (
     invitation_document,
     token_document,
@@ -32,20 +33,13 @@ from foveacam_server.resources.operating.people.schema import (
 router = GuardedRouter(tags=["people"], reading=Right.ADMINISTER, changing=Right.ADMINISTER)
 
 
-class UserRouteServices(Protocol):
-    """Services that these routes use."""
-
-    accounts: Accounts
-
-
-ServicesDep = Annotated[UserRouteServices, Depends(opened_services)]
 NamePath = Annotated[UserName, Path()]
 
 
 @router.get("/users", summary="All users")
-def users(services: ServicesDep) -> UserList:
+def users(accounts: Provided[Accounts]) -> UserList:
     """Return all users."""
-    return UserList(users=[user_document(user, services.accounts) for user in services.accounts.users.all()])
+    return UserList(users=[user_document(user, accounts) for user in accounts.users.all()])
 
 
 @router.post("/users", status_code=201, summary="Add a user", responses=problems(409))
@@ -54,7 +48,7 @@ def add(
     request: Request,
     response: Response,
     background: BackgroundTasks,
-    services: ServicesDep,
+    accounts: Provided[Accounts],
     principal: PrincipalDep,
     note: AuditNoteDep,
 ) -> UserCreated:
@@ -63,7 +57,7 @@ def add(
     The first user is an admin with a password, and is signed in: from then on everybody must sign in.
     """
     note.detail = f"{body.name}, {body.role}"
-    accounts, first = services.accounts, not services.accounts.users.exist
+    first = not accounts.users.exist
     password = None if body.password is None else body.password.get_secret_value()
     user, invitation = accounts.users.add(
         body.name, UserRole(body.role), password=password, first=principal.kind is PrincipalKind.LOCAL
@@ -78,24 +72,26 @@ def add(
 
 
 @router.patch("/users/{name}", summary="Change a user", responses=problems(404, 409))
-def change(name: NamePath, body: UserChange, services: ServicesDep, note: AuditNoteDep) -> UserDocument:
+def change(
+    name: NamePath, body: UserChange, accounts: Provided[Accounts], note: AuditNoteDep
+) -> UserDocument:
     """Change a user's role, or whether the user may sign in; it holds at once, in every open browser."""
     note.detail = ", ".join(f"{field} {value}" for field, value in body.model_dump(exclude_none=True).items())
     role = None if body.role is None else UserRole(body.role)
-    user = services.accounts.change_user(name, role=role, disabled=body.disabled)
-    return user_document(user, services.accounts)
+    user = accounts.change_user(name, role=role, disabled=body.disabled)
+    return user_document(user, accounts)
 
 
 @router.post("/users/{name}/invitation", summary="Make a new link", responses=problems(404))
-def invite(name: NamePath, services: ServicesDep) -> InvitationDocument:
+def invite(name: NamePath, accounts: Provided[Accounts]) -> InvitationDocument:
     """Return a one-time link by which the user sets a password, also a forgotten one."""
-    return invitation_document(services.accounts.users.invite(name))
+    return invitation_document(accounts.users.invite(name))
 
 
 @router.delete("/users/{name}", summary="Remove a user", responses=problems(404, 409))
 def remove(
     name: NamePath,
-    services: ServicesDep,
+    accounts: Provided[Accounts],
     principal: PrincipalDep,
     note: AuditNoteDep,
     tokens: Annotated[
@@ -107,7 +103,7 @@ def remove(
 
     `GET /service_tokens` lists beforehand which tokens have this owner; the answer says what became of them.
     """
-    accounts, keep = services.accounts, tokens == "keep"
+    keep = tokens == "keep"
     found = accounts.remove_user(name, keep_tokens=keep, by=accounts.authority_of(principal))
     if found:
         note.detail = f"tokens {'kept' if keep else 'revoked'}: {', '.join(token.name for token in found)}"
@@ -117,9 +113,8 @@ def remove(
 
 @router.get("/sessions", summary="Who is signed in")
 @needs(Right.VIEW)
-def sessions(services: ServicesDep, principal: PrincipalDep) -> UserSessionList:
+def sessions(accounts: Provided[Accounts], principal: PrincipalDep) -> UserSessionList:
     """Return the browsers in which users are signed in: an admin sees all, others see their own."""
-    accounts = services.accounts
     streams = accounts.streams.counts()
     return UserSessionList(
         sessions=[
@@ -142,9 +137,10 @@ def sessions(services: ServicesDep, principal: PrincipalDep) -> UserSessionList:
 
 @router.delete("/sessions/{session_id}", status_code=204, summary="Sign out", responses=problems(404))
 @needs(Right.VIEW)
-def sign_out(session_id: str, services: ServicesDep, principal: PrincipalDep, note: AuditNoteDep) -> None:
+def sign_out(
+    session_id: str, accounts: Provided[Accounts], principal: PrincipalDep, note: AuditNoteDep
+) -> None:
     """Sign a browser out: its cookie is refused from now on, its open streams end."""
-    accounts = services.accounts
     found = next((sign_in for sign_in, _ in accounts.sign_ins.all() if sign_in.id == session_id), None)
     if found is None or not _may_see(principal, found.user):
         raise NotFound(

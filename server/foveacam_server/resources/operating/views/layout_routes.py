@@ -1,13 +1,14 @@
 """Routes of the named layouts of windows that show several views."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path
+from fastapi import Path
 from pydantic import Field
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.named_documents import GivenName, NamedDocument, NamedDocuments
 from foveacam_server.foundation.schema import RequestModel
 
@@ -26,31 +27,26 @@ class WindowLayoutRequest(RequestModel):
     layout: Annotated[str, Field(min_length=1, max_length=600, pattern=r"^[a-z_0-9(),-]+$")]
 
 
-class WindowLayoutRouteServices(Protocol):
-    """Services that these routes use."""
-
-    window_layouts: NamedDocuments[WindowLayout]
-
-
-ServicesDep = Annotated[WindowLayoutRouteServices, Depends(opened_services)]
 NamePath = Annotated[GivenName, Path()]
 
 
 @router.get("", summary="Named layouts of windows")
-def every(services: ServicesDep) -> list[WindowLayout]:
+def every(window_layouts: Provided[NamedDocuments[WindowLayout]]) -> list[WindowLayout]:
     """Return all layouts by their names."""
-    return services.window_layouts.every()
+    return window_layouts.every()
 
 
 @router.put("/{name}", summary="Save a layout", responses=problems(507))
-def save(name: NamePath, request: WindowLayoutRequest, services: ServicesDep) -> WindowLayout:
+def save(
+    name: NamePath, request: WindowLayoutRequest, window_layouts: Provided[NamedDocuments[WindowLayout]]
+) -> WindowLayout:
     """Save a layout, over one of the same name."""
     saved = WindowLayout(name=name, layout=request.layout)
-    services.window_layouts.put(saved)
+    window_layouts.put(saved)
     return saved
 
 
 @router.delete("/{name}", status_code=204, summary="Delete a layout", responses=problems(404, 507))
-def delete(name: NamePath, services: ServicesDep) -> None:
+def delete(name: NamePath, window_layouts: Provided[NamedDocuments[WindowLayout]]) -> None:
     """Delete a layout; windows that show it stay."""
-    services.window_layouts.delete(name)
+    window_layouts.delete(name)

@@ -4,10 +4,9 @@ from collections.abc import AsyncIterator
 from contextlib import aclosing
 from typing import Annotated, Literal
 
-from fastapi import Depends, Query, WebSocket, WebSocketDisconnect
+from fastapi import Query, WebSocket, WebSocketDisconnect
 from fastapi.responses import Response, StreamingResponse
 from pydantic import BaseModel
-from starlette.requests import HTTPConnection
 from starlette.types import Receive, Scope, Send
 
 from foveacam_hardware.contract import NotConnected
@@ -16,12 +15,13 @@ from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter, needs
 from foveacam_server.foundation.errors import AllTaken, NotFound, PersonLimit
 from foveacam_server.foundation.http.answers import file_responses, problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.persons.person_quota import PERSON, close_of
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.operating.views.live_stereo import LiveStereo
 from foveacam_server.rig import refusals
 from foveacam_server.rig.encoder import EncodedPicture, Scale
-from foveacam_server.rig.status import RigStatus
+from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.stream import LiveStreams, StreamSession
 
 router = GuardedRouter(tags=["views"], reading=Right.VIEW, changing=Right.OPERATE)
@@ -66,27 +66,6 @@ class ViewDocument(BaseModel):
     frozen_since_ms: float | None
 
 
-async def streams(connection: HTTPConnection) -> LiveStreams:
-    """Return the streams that the lifespan opened; for requests and for WebSockets."""
-    found: LiveStreams = connection.app.state.services.streams
-    return found
-
-
-async def live_stereo(connection: HTTPConnection) -> LiveStereo:
-    """Return what makes the views of both eyes."""
-    found: LiveStereo = connection.app.state.services.stereo
-    return found
-
-
-async def rig_status(connection: HTTPConnection) -> RigStatus:
-    """Return the rig's last status."""
-    found: RigStatus = connection.app.state.services.hardware.status
-    return found
-
-
-StatusDep = Annotated[RigStatus, Depends(rig_status)]
-StreamsDep = Annotated[LiveStreams, Depends(streams)]
-StereoDep = Annotated[LiveStereo, Depends(live_stereo)]
 ScaleQuery = Annotated[
     Literal["1", "2", "4"], Query(description="1: full size; 2, 4: half and a quarter of it each way")
 ]
@@ -94,7 +73,7 @@ _SCALES: dict[str, Scale] = {"1": 1, "2": 2, "4": 4}
 
 
 @router.get("/views", summary="List the live views")
-async def list_views(streams: StreamsDep) -> list[ViewDocument]:
+async def list_views(streams: Provided[LiveStreams]) -> list[ViewDocument]:
     """Return every view with its measured rate and the age of its newest picture."""
     statuses = [streams.hub.status(name) for name in streams.hub.names]
     return [
@@ -120,13 +99,13 @@ class AnaglyphColours(RequestModel):
 
 
 @router.get("/views/anaglyph/style", summary="Colours of the anaglyph")
-async def anaglyph_style(stereo: StereoDep) -> AnaglyphColours:
+async def anaglyph_style(stereo: Provided[LiveStereo]) -> AnaglyphColours:
     """Return the colours of the anaglyph, for all viewers."""
     return AnaglyphColours(style=stereo.style.value)
 
 
 @router.put("/views/anaglyph/style", summary="Choose the colours of the anaglyph")
-async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> AnaglyphColours:
+async def choose_anaglyph_style(request: AnaglyphColours, stereo: Provided[LiveStereo]) -> AnaglyphColours:
     """Show the anaglyph in other colours, to all viewers, from the next picture on."""
     stereo.style = AnaglyphStyle(request.style)
     return request
@@ -138,14 +117,16 @@ async def choose_anaglyph_style(request: AnaglyphColours, stereo: StereoDep) -> 
     response_class=Response,
     responses=file_responses("image/jpeg") | problems(503),
 )
-async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: ScaleQuery = "1") -> Response:
+async def snapshot(
+    name: str, streams: Provided[LiveStreams], hardware: Provided[HardwareThread], scale: ScaleQuery = "1"
+) -> Response:
     """Return the newest picture of a view as JPEG; its number, capture time and scale are in the headers.
 
     Where it is older than 1.5 s, as while nobody looks, the answer waits up to a second for the next one.
     """
     encoded = await streams.snapshot(_known(streams, name), _SCALES[scale])
-    if encoded is None and not status.opened:
-        raise refusals.not_open(status)
+    if encoded is None and not hardware.status.opened:
+        raise refusals.not_open(hardware.status)
     if encoded is None:
         raise NotConnected(
             f"view '{name}' has no picture yet; it comes with the first frame, "
@@ -172,20 +153,21 @@ async def snapshot(name: str, streams: StreamsDep, status: StatusDep, scale: Sca
         **problems(404),
     },
 )
-async def stream_mjpeg(name: str, streams: StreamsDep, scale: ScaleQuery = "1") -> StreamingResponse:
+async def stream_mjpeg(
+    name: str, streams: Provided[LiveStreams], scale: ScaleQuery = "1"
+) -> StreamingResponse:
     """Stream a view without end; at most two a person; a slow client lags without bound."""
     return _MjpegResponse(streams, view=_known(streams, name), scale=_SCALES[scale])
 
 
 @router.websocket("/views/ws")
 @needs(Right.VIEW)
-async def views_socket(websocket: WebSocket) -> None:
+async def views_socket(websocket: WebSocket, streams: Provided[LiveStreams]) -> None:
     """Serve all views to one page: one credit a view, newest picture wins."""
-    found = await streams(websocket)
     await websocket.accept()
     try:
-        with found.seats.hold(PERSON.get()):
-            await StreamSession(found, websocket).run()
+        with streams.seats.hold(PERSON.get()):
+            await StreamSession(streams, websocket).run()
     except (AllTaken, PersonLimit) as refusal:
         await websocket.close(*close_of(refusal))
     except WebSocketDisconnect:

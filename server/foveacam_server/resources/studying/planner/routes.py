@@ -1,15 +1,13 @@
 """Routes of the planner: where to stand, the probability of seeing a target unnoticed, maps; need no rig."""
 
-from typing import Annotated, Protocol
-
-from fastapi import Depends
 from fastapi.responses import Response
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
-from foveacam_server.foundation.http.answers import FILE_BYTES, PICTURE_BYTES, opened_services
+from foveacam_server.foundation.http.answers import FILE_BYTES, PICTURE_BYTES
 from foveacam_server.foundation.http.large_bodies import LargeBodyRoute
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.studying.planner.answers import describe_standoff
 from foveacam_server.resources.studying.planner.computations import map_json, regions_json
 from foveacam_server.resources.studying.planner.schema import (
@@ -26,15 +24,6 @@ router = GuardedRouter(
 )
 
 
-class PlannerRouteServices(Protocol):
-    """Services that these routes use."""
-
-    computing: ComputeQueue
-
-
-ServicesDep = Annotated[PlannerRouteServices, Depends(opened_services)]
-
-
 @router.post("/standoff", summary="Where to stand about one target")
 def standoff(request: StandoffRequest) -> StandoffDocument:
     """Return the ring, and the probability of success among random obstacles with its curve (Eqs. 6-13)."""
@@ -47,17 +36,17 @@ def standoff(request: StandoffRequest) -> StandoffDocument:
     response_model=MapDocument,
     max_body_size=PICTURE_BYTES,
 )
-async def make_map(request: MapAsked, services: ServicesDep) -> Response:
+async def make_map(request: MapAsked, computing: Provided[ComputeQueue]) -> Response:
     """Return a map in metres: random, without obstacles, or the one that was sent, checked."""
-    return _answer(await services.computing.run_apart(map_json, request))
+    return _answer(await computing.run_apart(map_json, request))
 
 
 @router.post(
     "/regions", summary="Where to stand on a map", response_model=RegionsDocument, max_body_size=FILE_BYTES
 )
-async def regions(request: RegionsRequest, services: ServicesDep) -> Response:
+async def regions(request: RegionsRequest, computing: Provided[ComputeQueue]) -> Response:
     """Return from where each target is seen unnoticed: in its ring, in sight, free to stand on."""
-    return _answer(await services.computing.run_apart(regions_json, request))
+    return _answer(await computing.run_apart(regions_json, request))
 
 
 def _answer(content: bytes) -> Response:

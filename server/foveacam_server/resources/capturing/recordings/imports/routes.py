@@ -1,12 +1,13 @@
 """Routes of recordings that come from elsewhere: sent in parts, or opened in a folder of this machine."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from fastapi import Depends, Path, Query, Request
+from fastapi import Path, Query, Request
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
-from foveacam_server.foundation.http.answers import opened_services, problems
+from foveacam_server.foundation.http.answers import problems
+from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.resources.capturing.recordings.imports.schema import (
     GIB,
     LARGEST_BYTES,
@@ -22,13 +23,6 @@ from foveacam_server.resources.capturing.recordings.service import RecordingServ
 router = GuardedRouter("/recordings", tags=["recordings"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-class ImportRouteServices(Protocol):
-    """Services that these routes use."""
-
-    recordings: RecordingService
-
-
-ServicesDep = Annotated[ImportRouteServices, Depends(opened_services)]
 UploadId = Annotated[str, Path(max_length=100)]
 _PART = {
     "requestBody": {
@@ -39,15 +33,15 @@ _PART = {
 
 
 @router.get("/folders", summary="Recordings in folders of the server's machine")
-def folders(services: ServicesDep) -> FoldersDocument:
+def folders(recordings: Provided[RecordingService]) -> FoldersDocument:
     """List what can be opened in the data directory's `import` and in FOVEACAM_RECORDING_FOLDERS."""
-    return services.recordings.imports.folders()
+    return recordings.imports.folders()
 
 
 @router.post("/open", status_code=201, summary="Open a recording where it lies", responses=problems(502))
-def open_file(request: OpenRequest, services: ServicesDep) -> RecordingDocument:
+def open_file(request: OpenRequest, recordings: Provided[RecordingService]) -> RecordingDocument:
     """Add a recording of one of the folders; its file stays where it is and is only read."""
-    return services.recordings.imports.open(request)
+    return recordings.imports.open(request)
 
 
 @router.post(
@@ -56,15 +50,15 @@ def open_file(request: OpenRequest, services: ServicesDep) -> RecordingDocument:
     summary=f"Begin to send a recording of at most {LARGEST_BYTES // GIB} GiB",
     responses=problems(409, 502),
 )
-def begin_upload(request: UploadRequest, services: ServicesDep) -> UploadDocument:
+def begin_upload(request: UploadRequest, recordings: Provided[RecordingService]) -> UploadDocument:
     """Announce a recording; refused at once where its name is used, or the disk has no room for it."""
-    return services.recordings.imports.begin(request)
+    return recordings.imports.begin(request)
 
 
 @router.get("/uploads/{upload_id}", summary="How far an upload is", responses=problems(404))
-def upload(upload_id: UploadId, services: ServicesDep) -> UploadDocument:
+def upload(upload_id: UploadId, recordings: Provided[RecordingService]) -> UploadDocument:
     """Return an upload, to go on after a lost connection."""
-    return services.recordings.imports.upload(upload_id)
+    return recordings.imports.upload(upload_id)
 
 
 @router.put(
@@ -77,14 +71,14 @@ def upload(upload_id: UploadId, services: ServicesDep) -> UploadDocument:
 async def add_part(
     upload_id: UploadId,
     request: Request,
-    services: ServicesDep,
+    recordings: Provided[RecordingService],
     at: Annotated[int, Query(ge=0, le=10**15, description="byte of the file with which the part begins")],
 ) -> UploadDocument:
     """Append a part as it comes, 8 MiB at most; after the last one the file is checked and added."""
-    return await services.recordings.imports.add(upload_id, at=at, parts=request.stream())
+    return await recordings.imports.add(upload_id, at=at, parts=request.stream())
 
 
 @router.delete("/uploads/{upload_id}", status_code=204, summary="Abandon an upload", responses=problems(404))
-def abandon(upload_id: UploadId, services: ServicesDep) -> None:
+def abandon(upload_id: UploadId, recordings: Provided[RecordingService]) -> None:
     """Remove what has come of it."""
-    services.recordings.imports.abandon(upload_id)
+    recordings.imports.abandon(upload_id)
