@@ -35,6 +35,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Give every process of the tests three emulated Basler cameras, and examples the time they take."""
     os.environ.setdefault("PYLON_CAMEMU", "3")
+    for library in ("OPENBLAS", "OMP", "MKL"):  # before it is loaded
+        # As many processes as cores compute already; more threads wait for one another, for half of all time
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     # A moment in which this machine stands still is no failure of an example
     settings.register_profile("busy", deadline=None)
     settings.load_profile("busy")

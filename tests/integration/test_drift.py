@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 from tests.simulated_gaze import gaze
 
-import foveacam_server
 from foveacam_bench.calibration.truth import EYES, CalibrationModel, random_poses
 from foveacam_hardware.contract import Cancelled, Role
 from foveacam_hardware.rig import Rig
@@ -25,12 +24,11 @@ from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.loop import fixate
 from foveacam_pipeline.verge.values import PixelTarget
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 from .marker_room import bench_with, expose_briefly, make_grey
 
-CERTIFICATE = load_calibration(
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+CERTIFICATE = load_calibration(SHIPPED / "sim-rig120.json")
 RELOCATED = {
     Role.LEFT: tuple(np.deg2rad([0.257, 0.154, -0.1]).tolist()),
     Role.RIGHT: tuple(np.deg2rad([0.095, -0.285, -0.1]).tolist()),

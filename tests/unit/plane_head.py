@@ -15,17 +15,10 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, VirtualClock
 from foveacam_pipeline.models import Calibration, Intrinsics, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 CALIBRATION = load_calibration(Path(__file__).parents[1] / "data" / "rig120-calibration.json")
-MEASURED = load_calibration(
-    Path(__file__).parents[2]
-    / "server"
-    / "foveacam_server"
-    / "resources"
-    / "calibrations"
-    / "shipped"
-    / "sim-rig120.json"
-)
+MEASURED = load_calibration(SHIPPED / "sim-rig120.json")
 """As the procedures measured it; it is written anew when they or the simulated rig change."""
 TEXEL_M = 0.4e-3
 TILE = 2048

@@ -2,20 +2,18 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import foveacam_server
 from foveacam_hardware.contract import PARKED, InvalidInput, NotCalibrated, OutOfRange, Role
 from foveacam_pipeline.geometry import homography_apply, point_from_direction
 from foveacam_pipeline.models import load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
-FOLDER = Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped"
-RIG120 = load_calibration(FOLDER / "sim-rig120.json")
+RIG120 = load_calibration(SHIPPED / "sim-rig120.json")
 
 
 def test_the_own_rig_is_accepted_and_another_named() -> None:
@@ -27,7 +25,7 @@ def test_the_own_rig_is_accepted_and_another_named() -> None:
 
 
 def test_each_simulated_rig_has_its_own_certificate() -> None:
-    paper = load_calibration(FOLDER / "sim-paper.json")
+    paper = load_calibration(SHIPPED / "sim-paper.json")
     paper.check_rig("sim-paper")
     assert paper.id != RIG120.id
     assert paper.origin == RIG120.origin == "measured"

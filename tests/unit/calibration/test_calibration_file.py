@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, NotCalibrated
 from foveacam_pipeline.models import Calibration, load_calibration, save_calibration
 from foveacam_pipeline.models.calibration_file import calibration_from
 from foveacam_pipeline.models.content import Plain, content_id
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
-CERTIFICATE = (
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+CERTIFICATE = SHIPPED / "sim-rig120.json"
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.records.compare import compare, comparison_picture
 from foveacam_pipeline.models import Calibration, EyeCalibration, load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
-FOLDER = Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped"
 A = load_calibration(Path(__file__).parents[2] / "data" / "rig120-calibration.json")
 NODES = 5
 
@@ -73,7 +72,7 @@ def test_wide_cameras_and_baselines_are_compared() -> None:
 
 def test_only_calibrations_of_one_rig_compare() -> None:
     with pytest.raises(InvalidInput, match=r"rig 'sim-rig120' and .* of rig 'sim-paper' differ"):
-        compare(A, load_calibration(FOLDER / "sim-paper.json"))
+        compare(A, load_calibration(SHIPPED / "sim-paper.json"))
 
 
 def away(calibration: Calibration, *, ax_rad: float) -> Calibration:

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import InvalidInput, NotCalibrated
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.models import Calibration, load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
-FOLDER = Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped"
-CERTIFICATE = load_calibration(FOLDER / "sim-rig120.json")
-OTHER_RIG = load_calibration(FOLDER / "sim-paper.json")
+CERTIFICATE = load_calibration(SHIPPED / "sim-rig120.json")
+OTHER_RIG = load_calibration(SHIPPED / "sim-paper.json")
 CORRECTED = replace(
     CERTIFICATE,
     origin="corrected",

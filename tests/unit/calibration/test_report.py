@@ -3,11 +3,9 @@
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.report import (
     PICTURES,
@@ -18,12 +16,11 @@ from foveacam_pipeline.calibrate.report import (
     table2,
 )
 from foveacam_pipeline.models import load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 from .report_session import FOVEA_LENS, drift_document, node, picture, session_document
 
-CALIBRATION = load_calibration(
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+CALIBRATION = load_calibration(SHIPPED / "sim-rig120.json")
 SESSION = session_facts(session_document())
 EMPTY = ("meta", "img", "link", "br", "rect", "line", "circle", "path", "polygon")
 

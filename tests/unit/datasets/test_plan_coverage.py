@@ -1,18 +1,14 @@
 """Which part of its field a plan covers, and its picture."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import OutOfRange, Role
 from foveacam_pipeline.capture.plan import PlanCoverage, RasterPlan, coverage_of, plan_from
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
-RIG120 = load_calibration(
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+RIG120 = load_calibration(SHIPPED / "sim-rig120.json")
 
 
 def grid(columns: int, rows: int, *, half_width_deg: float = 4.0, half_height_deg: float = 3.0) -> RasterPlan:

@@ -1,12 +1,10 @@
 """Plans against a rig: filled in from its calibration, refused where it cannot look or stand."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import InvalidInput, OutOfRange, RailLimits
 from foveacam_pipeline.capture.plan import (
     GridPoints,
@@ -27,12 +25,11 @@ from foveacam_pipeline.capture.plan import (
 from foveacam_pipeline.capture.plan.plan_field import beyond_hull_rad
 from foveacam_pipeline.geometry import point_from_direction
 from foveacam_pipeline.models import load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 PAPER_RAIL_MM = (-300.0, -100.0, 0.0, 100.0, 300.0)
 
-RIG120 = load_calibration(
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+RIG120 = load_calibration(SHIPPED / "sim-rig120.json")
 RAIL = RailLimits(min_m=-0.3, max_m=0.3)
 
 

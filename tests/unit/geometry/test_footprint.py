@@ -1,20 +1,17 @@
 """Where a fovea's field lies in the wide image."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import foveacam_server
 from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role
 from foveacam_pipeline.geometry import point_from_direction
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
-RIG120 = load_calibration(
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+RIG120 = load_calibration(SHIPPED / "sim-rig120.json")
 EYES = (Role.LEFT, Role.RIGHT)
 
 

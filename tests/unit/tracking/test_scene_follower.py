@@ -1,14 +1,13 @@
 import math
 import threading
 from itertools import count
-from pathlib import Path
 
 import pytest
 
-import foveacam_server
 from foveacam_hardware.contract import PARKED, MirrorVolts, StereoVolts
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.operating.views.overlay import GazeOverlay
 from foveacam_server.resources.operating.views.scene_follower import (
     MOVING_PERIODS,
@@ -39,9 +38,7 @@ class Recorder(ViewerScene):
 
 @pytest.fixture(scope="module")
 def certificate() -> Calibration:
-    return load_calibration(
-        Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-    )
+    return load_calibration(SHIPPED / "sim-rig120.json")
 
 
 def test_the_rig_is_drawn_with_its_own_fields_of_view(certificate: Calibration) -> None:

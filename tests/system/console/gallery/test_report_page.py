@@ -6,16 +6,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-import foveacam_server
 from foveacam_pipeline.calibrate.report import report_html
 from foveacam_pipeline.models import load_calibration
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from tests.system.console.awaited import expect_to_fit, expect_value
 
 pytestmark = pytest.mark.browser
 
-CERTIFICATE = (
-    Path(foveacam_server.__file__).parent / "resources" / "calibrations" / "shipped" / "sim-rig120.json"
-)
+CERTIFICATE = SHIPPED / "sim-rig120.json"
 
 
 @pytest.fixture(scope="module")
