@@ -11,6 +11,7 @@ from foveacam_hardware.contract import Clock, MonotonicClock
 from foveacam_server import __version__
 from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
+from foveacam_server.assembly.routers import load_routers
 from foveacam_server.assembly.services import registry_of
 from foveacam_server.console import openapi_document, pages, security, viser_relay
 from foveacam_server.console.person_requests import PersonRequests
@@ -34,114 +35,10 @@ from foveacam_server.foundation.http.answers import BODY_BYTES, problems
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.watching.tracing import open_traces
-from foveacam_server.resources.calibrating.calibrations import routes as calibrations
-from foveacam_server.resources.calibrating.drift_checks import routes as drift_checks
-from foveacam_server.resources.calibrating.sessions import routes as calibration_sessions
-from foveacam_server.resources.capturing.archive import routes as archive
-from foveacam_server.resources.capturing.batches import routes as batches
-from foveacam_server.resources.capturing.captures import routes as captures
-from foveacam_server.resources.capturing.mosaics import routes as mosaics
-from foveacam_server.resources.capturing.recordings import moment_routes as recording_moments
-from foveacam_server.resources.capturing.recordings import routes as recordings
-from foveacam_server.resources.capturing.recordings.imports import routes as recording_imports
-from foveacam_server.resources.capturing.references import routes as references
-from foveacam_server.resources.capturing.retention import routes as retention
-from foveacam_server.resources.capturing.stills import routes as stills
-from foveacam_server.resources.devices.cameras import preset_routes as camera_presets
-from foveacam_server.resources.devices.cameras import routes as cameras
-from foveacam_server.resources.devices.displays import routes as displays
-from foveacam_server.resources.devices.faults import routes as faults
-from foveacam_server.resources.devices.mirrors import routes as mirrors
-from foveacam_server.resources.devices.mirrors import steering
-from foveacam_server.resources.devices.positioners import pan_tilt_routes as pan_tilt
-from foveacam_server.resources.devices.positioners import rail_routes as rail
-from foveacam_server.resources.devices.rig_setup import routes as rig_setup
-from foveacam_server.resources.devices.rig_state import binning_routes, health_routes
-from foveacam_server.resources.devices.rig_state import routes as rig_state
-from foveacam_server.resources.devices.settle_time import routes as settle_time
-from foveacam_server.resources.devices.simulation import routes as simulation
-from foveacam_server.resources.devices.stop import routes as stop
-from foveacam_server.resources.looking.clouds import depth_routes as depth
-from foveacam_server.resources.looking.clouds import routes as clouds
-from foveacam_server.resources.looking.depth_backends import routes as depth_backends
-from foveacam_server.resources.looking.fixations import correction_routes as corrections
-from foveacam_server.resources.looking.fixations import routes as fixations
-from foveacam_server.resources.looking.fixations import target_routes as targets
-from foveacam_server.resources.looking.follows import routes as follows
-from foveacam_server.resources.looking.loop import routes as loop
-from foveacam_server.resources.looking.measurements import routes as measurements
-from foveacam_server.resources.looking.reach import routes as reach
-from foveacam_server.resources.looking.suggestions import routes as suggestions
-from foveacam_server.resources.looking.wide_depth import routes as wide_depth
-from foveacam_server.resources.operating.engine import routes as engine
-from foveacam_server.resources.operating.events import routes as events
-from foveacam_server.resources.operating.jobs import routes as jobs
-from foveacam_server.resources.operating.lease import routes as lease
-from foveacam_server.resources.operating.people import audit_routes as audit
-from foveacam_server.resources.operating.people import session_routes as session
-from foveacam_server.resources.operating.people import token_routes as service_tokens
-from foveacam_server.resources.operating.people import user_routes as users
-from foveacam_server.resources.operating.rigs import routes as rigs
-from foveacam_server.resources.operating.views import layout_routes as window_layouts
-from foveacam_server.resources.operating.views import routes as views
-from foveacam_server.resources.studying.planner import routes as planner
+from foveacam_server.resources.devices.rig_state import health_routes
 from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 API = "/api/v1"
-
-_RESOURCES = (
-    rig_state,
-    binning_routes,
-    rig_setup,
-    rigs,
-    camera_presets,
-    cameras,
-    captures,
-    mosaics,
-    references,
-    batches,
-    stills,
-    mirrors,
-    steering,
-    pan_tilt,
-    rail,
-    recording_imports,  # before the routes with an id in their place
-    recordings,
-    recording_moments,
-    views,
-    window_layouts,
-    fixations,
-    follows,
-    loop,
-    corrections,
-    targets,
-    suggestions,
-    reach,
-    clouds,
-    depth,
-    wide_depth,
-    measurements,
-    calibrations,
-    calibration_sessions,
-    depth_backends,
-    displays,
-    drift_checks,
-    settle_time,
-    planner,
-    archive,
-    retention,
-    simulation,
-    jobs,
-    engine,
-    events,
-    faults,
-    lease,
-    session,
-    users,
-    service_tokens,
-    audit,
-    stop,
-)
 
 
 def create_app(
@@ -169,8 +66,8 @@ def create_app(
     error_handlers.install(app)
     _add_middleware(app, settings)
     inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
-    for resource in _RESOURCES:
-        inclusion.add(app, resource.router)
+    for router in load_routers():
+        inclusion.add(app, router)
     for module in (health_routes, viser_relay):
         app.include_router(module.router, max_body_size=BODY_BYTES)
     openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
@@ -195,7 +92,7 @@ async def _lifespan(
         await run_beside(stack.close)
         raise
     app.state.services = services
-    app.state.provided = registry_of(services)
+    app.state.provided = registry_of(services, load_routers())
     app.state.gate.accounts = services.accounts
     app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
     yield

@@ -75,12 +75,17 @@ class GuardedRouter(DeclaringRouter):
         *,
         reading: Right,
         changing: Right,
+        opens: Sequence[type[object]] = (),
         tags: Sequence[str] = (),
         include_in_schema: bool = True,
         route_class: type[APIRoute] = APIRoute,
     ) -> None:
-        """`reading`: the right that GET needs; `changing`: that of all other methods."""
+        """`reading`: the right that GET needs; `changing`: that of all other methods.
+
+        `opens`: services that these routes alone need; each is made of what is open by then.
+        """
         self._reading, self._changing = reading, changing
+        self.opens = tuple(opens)
         super().__init__(
             prefix=prefix, tags=list(tags), include_in_schema=include_in_schema, route_class=route_class
         )

@@ -38,14 +38,8 @@ from foveacam_server.resources.devices.cameras.presets import CameraPreset, Came
 from foveacam_server.resources.devices.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.devices.displays.service import PatternDisplayService
 from foveacam_server.resources.devices.faults.service import FaultService
-from foveacam_server.resources.devices.positioners.pan_tilt import PanTiltService
-from foveacam_server.resources.devices.positioners.rail import RailService
-from foveacam_server.resources.devices.rig_setup.found_devices import DeviceSearch
-from foveacam_server.resources.devices.rig_setup.pictures import CameraPictures
 from foveacam_server.resources.devices.rig_setup.service import RigSetupService
-from foveacam_server.resources.looking.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
-from foveacam_server.resources.looking.suggestions.service import SuggestionService
 from foveacam_server.resources.operating.engine.process_files import ProcessFiles
 from foveacam_server.resources.operating.engine.service import EngineParts, EngineService
 from foveacam_server.resources.operating.rigs.announcements import open_announcements
@@ -86,7 +80,6 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
     groups = _open_groups(foundation, loop=loop)
     shared, collections, observation = groups.shared, groups.collections, groups.observation
     knowledge, displays = shared.knowledge, shared.displays
-    search = DeviceSearch()
     stop, stopping = _stop(shared)
     computing = _open_computing(foundation)
     shared.hardware.start()
@@ -108,14 +101,10 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         stereo=displays.stereo,
         hardware=shared.hardware,
         rig_setup=_rig_setup(foundation, groups.rig),
-        device_search=search,
-        camera_pictures=CameraPictures(displays.hub, search, clock=foundation.clock),
         cameras=knowledge.cameras,
         camera_presets=_camera_presets(shared),
         window_layouts=_window_layouts(foundation),
         trigger_tests=groups.calibration.trigger_tests,
-        pan_tilt=PanTiltService(shared.hardware),
-        rail=RailService(shared.hardware),
         settling=knowledge.settling,
         stop=stop,
         computing=computing,
@@ -129,7 +118,6 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         jobs=shared.jobs,
         clouds=observation.clouds,
         depth_backends=groups.depth_backends,
-        backend_comparisons=BackendComparisons(groups.depth_backends),
         captures=collections.captures,
         stills=collections.stills,
         recordings=collections.recordings,
@@ -144,7 +132,6 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         loop=observation.loop,
         wide_depth=observation.wide_depth,
         measurements=observation.measurements,
-        suggestions=SuggestionService(displays.hub),
         viewer=displays.viewer,
     )
 

@@ -1,11 +1,13 @@
 """All services of a running server, which the lifespan opens; each router names those that it uses."""
 
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import get_type_hints
 
 from foveacam_hardware.contract import Clock
 from foveacam_server.accounts.accounts import Accounts
+from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.http.provided import ServiceRegistry
@@ -34,10 +36,7 @@ from foveacam_server.resources.devices.cameras.trigger_tests import TriggerTests
 from foveacam_server.resources.devices.displays.service import PatternDisplayService
 from foveacam_server.resources.devices.faults.service import FaultService
 from foveacam_server.resources.devices.mirrors.routes import OverlayDistance
-from foveacam_server.resources.devices.positioners.pan_tilt import PanTiltService
-from foveacam_server.resources.devices.positioners.rail import RailService
-from foveacam_server.resources.devices.rig_setup.found_devices import DeviceSearch
-from foveacam_server.resources.devices.rig_setup.pictures import CameraPictures
+from foveacam_server.resources.devices.rig_setup.pictures import NewestPictures
 from foveacam_server.resources.devices.rig_setup.service import RigSetupService
 from foveacam_server.resources.devices.rig_state.routes import (
     CalibrationDescriber,
@@ -48,14 +47,12 @@ from foveacam_server.resources.devices.settle_time.routes import SettleTimeSessi
 from foveacam_server.resources.devices.settle_time.service import SettleTimeService
 from foveacam_server.resources.looking.clouds.collection import CloudCollection
 from foveacam_server.resources.looking.clouds.routes import CloudOwners
-from foveacam_server.resources.looking.depth_backends.comparison import BackendComparisons
 from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 from foveacam_server.resources.looking.fixations.service import FixationService
 from foveacam_server.resources.looking.follows.rounds import FollowRounds
 from foveacam_server.resources.looking.follows.service import FollowService
 from foveacam_server.resources.looking.loop.service import LoopService
 from foveacam_server.resources.looking.measurements.service import MeasurementService
-from foveacam_server.resources.looking.suggestions.service import SuggestionService
 from foveacam_server.resources.looking.wide_depth.service import WideDepthService
 from foveacam_server.resources.operating.engine.service import EngineService
 from foveacam_server.resources.operating.rigs.service import RigDirectory
@@ -89,14 +86,10 @@ class Services:
     """Live anaglyph, difference and depth."""
     hardware: HardwareThread
     rig_setup: RigSetupService
-    device_search: DeviceSearch
-    camera_pictures: CameraPictures
     cameras: CameraSettingsService
     camera_presets: CameraPresets
     window_layouts: NamedDocuments[WindowLayout]
     trigger_tests: TriggerTests
-    pan_tilt: PanTiltService
-    rail: RailService
     settling: SettleTimeService
     stop: StopSwitch
     computing: ComputeQueue
@@ -111,7 +104,6 @@ class Services:
     jobs: JobRunner
     clouds: CloudCollection
     depth_backends: DepthBackendService
-    backend_comparisons: BackendComparisons
     captures: CaptureService
     recordings: RecordingService
     stills: StillService
@@ -127,15 +119,15 @@ class Services:
     wide_depth: WideDepthService
     """Depth of the whole wide view; a `DepthContext` for fixations."""
     measurements: MeasurementService
-    suggestions: SuggestionService
     viewer: SceneViewer | None
     """The 3D pane; None when it is switched off or could not be started."""
 
 
-def registry_of(services: Services) -> ServiceRegistry:
-    """Return the services by their types, and by the Protocols through which resources see each other.
+def registry_of(services: Services, routers: Iterable[GuardedRouter]) -> ServiceRegistry:
+    """Return the services by their types, with those that routers open for their routes alone.
 
-    Raise `DeviceFault` when a route asks for a type that none of them has.
+    Protocols through which resources see each other are types of their own. Raise `DeviceFault` when a route
+    asks for a type that none of them has.
     """
     registry = ServiceRegistry()
     for name, kind in get_type_hints(Services).items():
@@ -149,5 +141,9 @@ def registry_of(services: Services) -> ServiceRegistry:
     registry.add(CloudOwners, services.fixations)
     registry.add(CaptureSource, services.captures)
     registry.add(CaptureProducts, (services.mosaics, services.references))
+    registry.add(NewestPictures, services.hub)
+    for router in routers:
+        for opened in router.opens:
+            registry.open(opened)
     registry.check()
     return registry

@@ -2,7 +2,8 @@
 
 import functools
 from collections.abc import Awaitable, Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, TypeAlias, TypeVar, cast
+from inspect import Parameter, signature
+from typing import TYPE_CHECKING, Annotated, TypeAlias, TypeVar, cast, get_type_hints
 
 from fastapi import Depends
 from starlette.requests import HTTPConnection
@@ -24,6 +25,12 @@ class ServiceRegistry:
     def add(self, kind: type[T], service: T) -> None:
         """Let routes that ask for `kind` find this service."""
         self._services[kind] = service
+
+    def open(self, kind: type[object]) -> None:
+        """Make a service of what its constructor asks for by type; arguments with a default keep it."""
+        kinds = get_type_hints(kind.__init__)
+        asked = [one.name for one in signature(kind).parameters.values() if one.default is Parameter.empty]
+        self._services[kind] = kind(**{name: self._services[kinds[name]] for name in asked})
 
     def get(self, kind: type[T]) -> T:
         """Return the service of a type."""

@@ -20,7 +20,9 @@ from foveacam_server.resources.devices.positioners.schema import (
 )
 from foveacam_server.rig.schema import DeviceInfoDocument
 
-router = GuardedRouter("/pan_tilt", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
+router = GuardedRouter(
+    "/pan_tilt", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE, opens=(PanTiltService,)
+)
 
 
 ABSENT = PanTiltState(connected=False)

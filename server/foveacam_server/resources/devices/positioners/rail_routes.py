@@ -18,7 +18,9 @@ from foveacam_server.resources.devices.positioners.schema import (
 )
 from foveacam_server.rig.schema import DeviceInfoDocument
 
-router = GuardedRouter("/rail", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
+router = GuardedRouter(
+    "/rail", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE, opens=(RailService,)
+)
 
 
 MM_PER_M = 1e3

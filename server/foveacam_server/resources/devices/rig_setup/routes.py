@@ -38,7 +38,16 @@ from foveacam_server.resources.devices.rig_setup.tries import step_mirrors, try_
 from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 
-router = GuardedRouter("/rig/setup", tags=["rig set-up"], reading=Right.VIEW, changing=Right.ADMINISTER)
+router = GuardedRouter(
+    "/rig/setup",
+    tags=["rig set-up"],
+    reading=Right.VIEW,
+    changing=Right.ADMINISTER,
+    opens=(
+        DeviceSearch,
+        CameraPictures,
+    ),
+)
 
 
 KindQuery = Annotated[CameraKind, Query(description="kind of the camera, as found")]

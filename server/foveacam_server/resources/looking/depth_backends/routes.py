@@ -23,7 +23,9 @@ from foveacam_server.resources.looking.depth_backends.schema import (
 )
 from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 
-router = GuardedRouter("/depth", tags=["clouds"], reading=Right.VIEW, changing=Right.OPERATE)
+router = GuardedRouter(
+    "/depth", tags=["clouds"], reading=Right.VIEW, changing=Right.OPERATE, opens=(BackendComparisons,)
+)
 
 
 @router.get("/backends", summary="Backends that compute the depth of looks")

@@ -12,7 +12,13 @@ from foveacam_server.resources.looking.suggestions.schema import SuggestionDocum
 from foveacam_server.resources.looking.suggestions.service import MOST, SuggestionService
 from foveacam_server.rig.ports import CalibrationInForce
 
-router = GuardedRouter("/suggestions", tags=["suggestions"], reading=Right.VIEW, changing=Right.OPERATE)
+router = GuardedRouter(
+    "/suggestions",
+    tags=["suggestions"],
+    reading=Right.VIEW,
+    changing=Right.OPERATE,
+    opens=(SuggestionService,),
+)
 
 
 Count = Annotated[int, Query(ge=1, le=MOST)]
