@@ -27,7 +27,7 @@ from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene
 from foveacam_pipeline.study.tradeoff.streets import StereoScene
 from foveacam_pipeline.study.visibility.observed import REST_NS
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
 from foveacam_server.resources.studying.studies.matching_errors import VERGE, VERGED
 from foveacam_server.resources.studying.studies.recipes import CERTIFICATE

@@ -10,7 +10,7 @@ import locale
 import os
 import sys
 
-from foveacam_server.foundation.collection_pause import collection_paused
+from foveacam_server.foundation.gc_pause import gc_paused
 
 ALGEBRA_THREADS = "OPENBLAS_NUM_THREADS"
 UTF8_MODE = "PYTHONUTF8"
@@ -23,7 +23,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     os.environ.setdefault(ALGEBRA_THREADS, "1")
-    with collection_paused():
+    with gc_paused():
         from foveacam_server.cli import main as run  # loads numpy, which reads the variable once
 
     run()

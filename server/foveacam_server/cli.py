@@ -18,8 +18,8 @@ from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
 from foveacam_server.commands.retention import app as retention_app
 from foveacam_server.commands.users import app as users_app
-from foveacam_server.foundation.collection_pause import collection_paused
 from foveacam_server.foundation.errors import translate_error
+from foveacam_server.foundation.gc_pause import gc_paused
 from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.foundation.watching.log_lines import choose_format, configure_logging
 from foveacam_server.resources.capturing.archive.cli import app as archive_app
@@ -188,7 +188,7 @@ def serve(
     from foveacam_server.rig.hardware_thread.early_kernels import kernels_of
 
     with StartDoor(settings) as door, kernels_of(settings) as kernels:  # both work while the rest is loaded
-        with collection_paused():
+        with gc_paused():
             from foveacam_server.serving import run_server
 
         run_server(settings, console=Console(), door=door, kernels=kernels)

@@ -22,7 +22,7 @@ from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthVerdic
 from foveacam_pipeline.calibrate.drift.values import DriftCheck, DriftSettings
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 

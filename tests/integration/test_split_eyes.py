@@ -9,8 +9,8 @@ import pytest
 from foveacam_hardware.contract import OutOfRange, Role, StereoVolts
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.loop.settings import Gains
-from foveacam_pipeline.loop.split_eyes import MOST_STEP_V, EyeState, SplitEyes, SplitStep
+from foveacam_pipeline.continuous_loop.settings import Gains
+from foveacam_pipeline.continuous_loop.split_eyes import MOST_STEP_V, EyeState, SplitEyes, SplitStep
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED

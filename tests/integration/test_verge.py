@@ -10,7 +10,7 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED

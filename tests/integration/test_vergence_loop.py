@@ -13,10 +13,10 @@ from foveacam_bench.loop.tuned_steps import POSTER_PER_M, POSTER_PX
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.loop.autotune import autotune
-from foveacam_pipeline.loop.fault_gate import LATCH_AFTER
-from foveacam_pipeline.loop.settings import AXES, Axis, Gains, LoopSettings
-from foveacam_pipeline.loop.vergence_loop import LoopStatus
+from foveacam_pipeline.continuous_loop.autotune import autotune
+from foveacam_pipeline.continuous_loop.fault_gate import LATCH_AFTER
+from foveacam_pipeline.continuous_loop.settings import AXES, Axis, Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus
 from foveacam_pipeline.verge.aim import gazes_under
 
 from .marker_room import bench_with, make_grey

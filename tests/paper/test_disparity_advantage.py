@@ -8,7 +8,7 @@ from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_pipeline.geometry.triangulate import depth_sigma_m
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, FixationState
 
 DISTANCES_M = (5.0, 10.0, 15.0)  # of the rail experiment, Fig. 4

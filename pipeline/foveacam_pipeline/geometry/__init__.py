@@ -7,7 +7,7 @@ from foveacam_pipeline.geometry.angles import (
     rays_from_angles,
     tan_from_angles,
 )
-from foveacam_pipeline.geometry.pinhole import (
+from foveacam_pipeline.geometry.plane_window import (
     PinholeWindow,
     homography_apply,
 )

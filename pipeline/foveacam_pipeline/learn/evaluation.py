@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from torch.nn import functional
 
 from foveacam_hardware.contract import Cancelled
-from foveacam_pipeline.batches.pool import HereAndNow, WorkPool, results_in_order
 from foveacam_pipeline.learn.device import one_thread
 from foveacam_pipeline.learn.losses import laplace_scale, photometric_error, warped
 from foveacam_pipeline.learn.network.correlation import consistent
@@ -31,6 +30,7 @@ from foveacam_pipeline.learn.truth_figures import (
 )
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.workers.pool import HereAndNow, WorkPool, results_in_order
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_pipeline.geometry.angles import angles_from_rays
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.geometry.verging import points_on_rays
 from foveacam_pipeline.models.calibration import Calibration
 

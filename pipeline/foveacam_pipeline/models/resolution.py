@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 
 _PER_DEG = math.radians(1.0)

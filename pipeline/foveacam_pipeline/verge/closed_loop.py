@@ -283,10 +283,8 @@ class ClosedLoop:
             gazes: Gazes | None = self._measured(observation, measurement).moved(lag, -lag)
         else:
             gazes = self._search.recover(observation, found, tracker.motion)
-        target_offset = measurement.quality(self._limits) < 0.0
-        if gazes is not None and (
-            tracker.motion.moves or target_offset
-        ):  # else it is for the wide view to say
+        doubtful = measurement.quality(self._limits) < 0.0
+        if gazes is not None and (tracker.motion.moves or doubtful):  # else it is for the wide view to say
             tracker.motion.sees((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
         return gazes
 

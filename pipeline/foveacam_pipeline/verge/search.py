@@ -22,7 +22,7 @@ from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.register import MOVING_SLACK_PX, SLACK_PX, MatchCandidate, candidates
 from foveacam_pipeline.verge.matching.survey import epipolar_looks
-from foveacam_pipeline.verge.matching.target_offset import TargetOffset, find_astray, stands_alone
+from foveacam_pipeline.verge.matching.target_offset import TargetOffset, find_target_offset, stands_alone
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.measure import point_sigma_px
 from foveacam_pipeline.verge.settings import VergeSettings
@@ -114,7 +114,7 @@ class TargetSearch:
     def recover(self, observation: Observation, found: FoundTarget, motion: TargetMotion) -> Gazes | None:
         """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""
         outcome = self._examine(observation, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
-        if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.astray_score:
+        if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.offset_score:
             return None
         return self._found(observation, outcome, found.templates).gazes
 
@@ -124,7 +124,7 @@ class TargetSearch:
             look = observation.reduced(self._calibration, f_px=templates[0].f_px)
             target = motion.at(observation.sighting.left.t_ns)
             for template in templates:
-                target_offset = find_astray(
+                target_offset = find_target_offset(
                     look,
                     template,
                     target,

@@ -46,7 +46,7 @@ class VergeSettings:
     """Least correlation of each fovea with the wide patch for a place to be considered."""
     register_joint: float = 0.55
     """Least mean correlation of a place on which left and right could not agree at once, to look there."""
-    astray_score: float = 0.6
+    offset_score: float = 0.6
     """Least correlation of each fovea with the wide patch for a target that left its place."""
     candidates_tried: int = 4
     """After so many places of one look were tried left against right no further patches are."""

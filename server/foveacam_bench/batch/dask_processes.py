@@ -12,7 +12,7 @@ from typing import Self
 
 from foveacam_bench.servers import free_port
 from foveacam_hardware.contract import DeviceFault, NotConnected
-from foveacam_pipeline.batches.cluster import cluster_client
+from foveacam_pipeline.workers.cluster import cluster_client
 
 START_S = 60.0
 

@@ -27,10 +27,6 @@ from foveacam_bench.capture.mosaic import CERTIFICATE, SCENE, capture_raster, gl
 from foveacam_bench.figures import Figures, Report
 from foveacam_hardware.contract import MonotonicClock, Role
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import HereAndNow, WorkPool
-from foveacam_pipeline.batches.processes import local_workers
-from foveacam_pipeline.batches.retries import run_tasks
 from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetHeader, DatasetWriter, Shot
 from foveacam_pipeline.capture.progress_steps import SILENT
 from foveacam_pipeline.models import load_calibration
@@ -40,6 +36,10 @@ from foveacam_pipeline.products.results import ProductFolder
 from foveacam_pipeline.products.summary import write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings
 from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import HereAndNow, WorkPool
+from foveacam_pipeline.workers.processes import local_workers
+from foveacam_pipeline.workers.retries import run_tasks
 
 SIDE = 2
 SEED = 4

@@ -30,7 +30,7 @@ from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.depth import depth_map
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import rectify
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 

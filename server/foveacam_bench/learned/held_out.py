@@ -12,8 +12,8 @@ from pathlib import Path
 from foveacam_bench.learned import looks, scenes
 from foveacam_bench.learned.pairs import PairOrder, make_pairs, pair_plan
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn.pair_folder import PairSample, Split, StoredPairs
+from foveacam_pipeline.workers.processes import local_workers
 
 SEED = 5
 PAIRS, QUICK_PAIRS = 200, 24

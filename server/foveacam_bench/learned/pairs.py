@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from foveacam_bench.learned.looks import PRESET, own_calibration, render_look, scale_of
 from foveacam_bench.learned.scenes import draw_scene, scene_seed
-from foveacam_pipeline.batches.pool import WorkersLost, WorkPool, results_in_order
 from foveacam_pipeline.learn.pair_folder import (
     PairDocument,
     PairEntry,
@@ -24,6 +23,7 @@ from foveacam_pipeline.learn.pair_folder import (
     arrays_sha256,
     pair_arrays,
 )
+from foveacam_pipeline.workers.pool import WorkersLost, WorkPool, results_in_order
 
 MadePair: TypeAlias = tuple[PairEntry, dict[str, NDArray[np.generic]]]
 

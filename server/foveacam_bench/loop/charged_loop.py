@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from foveacam_bench.track.following import COMPUTE_S
 from foveacam_hardware.contract import Frame, Head, Sighting, StereoVolts
 from foveacam_hardware.rig import Rig
-from foveacam_pipeline.loop.settings import AXES, LoopSettings
-from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.settings import AXES, LoopSettings
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 

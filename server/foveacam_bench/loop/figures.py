@@ -6,7 +6,7 @@ from foveacam_bench.loop.tuned_steps import TunedRig, settle_ms, tune_rig
 from foveacam_bench.loop.walker_lag import lag_mrad
 from foveacam_bench.track.following import COMPUTE_S
 from foveacam_hardware.sim.presets import PRESETS
-from foveacam_pipeline.loop.settings import AXES
+from foveacam_pipeline.continuous_loop.settings import AXES
 
 POLISHED = "rig120"
 CANDIDATES, QUICK_CANDIDATES = 40, 10

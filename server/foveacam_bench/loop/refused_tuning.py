@@ -13,10 +13,10 @@ from foveacam_bench.track.following import click_chest
 from foveacam_bench.track.square import Walker, write_square
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.simulated_faults import MirrorAxis
-from foveacam_pipeline.loop.autotune import autotune
-from foveacam_pipeline.loop.relay import TuneRefused
-from foveacam_pipeline.loop.settings import Axis, LoopSettings
-from foveacam_pipeline.loop.step_experiment import settle
+from foveacam_pipeline.continuous_loop.autotune import autotune
+from foveacam_pipeline.continuous_loop.relay import TuneRefused
+from foveacam_pipeline.continuous_loop.settings import Axis, LoopSettings
+from foveacam_pipeline.continuous_loop.step_experiment import settle
 
 STANDING = Walker(x_m=0.0, z_m=11.0, radius_m=0.1, speed_m_per_s=0.1, start_s=1e6)
 PASSING = Walker(x_m=0.0, z_m=9.0, radius_m=1.1, speed_m_per_s=1.4)

@@ -6,10 +6,10 @@ from statistics import median
 
 from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.loop.autotune import TuneResult, autotune
-from foveacam_pipeline.loop.settings import AXES, Axis, LoopSettings
-from foveacam_pipeline.loop.step_experiment import measure_steps, settle
-from foveacam_pipeline.loop.step_response import StepResponse
+from foveacam_pipeline.continuous_loop.autotune import TuneResult, autotune
+from foveacam_pipeline.continuous_loop.settings import AXES, Axis, LoopSettings
+from foveacam_pipeline.continuous_loop.step_experiment import measure_steps, settle
+from foveacam_pipeline.continuous_loop.step_response import StepResponse
 
 POSTER_PX = (850.0, 400.0)
 """On the poster of the scene `bench`, 8 m away: texture on all sides, and both eyes can turn a degree on."""

@@ -11,7 +11,7 @@ from foveacam_bench.track.following import click_chest
 from foveacam_bench.track.square import Walker, write_square
 from foveacam_bench.verge.click_truth import beside_centres, clicked_point_at
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.loop.settings import Axis, LoopSettings
+from foveacam_pipeline.continuous_loop.settings import Axis, LoopSettings
 
 WALKER = Walker(x_m=0.0, z_m=10.0, radius_m=1.0, speed_m_per_s=0.5)
 BEGIN_LOOKS = 15

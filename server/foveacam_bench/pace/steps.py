@@ -24,7 +24,7 @@ from foveacam_hardware.contract import Binning, Frame, Head, Sighting, StereoVol
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 
 CLICKS, QUICK_CLICKS = 30, 6

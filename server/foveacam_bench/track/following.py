@@ -28,7 +28,7 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track.follow import Follower, FollowStep
 from foveacam_pipeline.track.image_tracker import TrackerKind
 from foveacam_pipeline.track.target import FollowedTarget, FollowState
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, PixelTarget
 
 COMPUTE_S = 0.04

@@ -25,12 +25,12 @@ from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
-from foveacam_pipeline.context.looks import fuse_fixation
-from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
+from foveacam_pipeline.wide_depth.looks import fuse_fixation
+from foveacam_pipeline.wide_depth.wide_context import WideContext
 
 CLICKS, QUICK_CLICKS = 400, 12
 """Clicks on each scene."""

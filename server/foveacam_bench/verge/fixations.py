@@ -24,7 +24,7 @@ from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 

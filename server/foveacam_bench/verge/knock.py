@@ -20,7 +20,7 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.simulated_faults import MountKnock, SimulatedFaults
 from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthVerdict
 from foveacam_pipeline.models import Calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import FixationState, PixelTarget
 
 KNOCKS, QUICK_KNOCKS = 3, 1

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.values import Fixation
 from foveacam_server.assembly.first_services import SharedServices
-from foveacam_server.datasets.collection import CaptureCollection
+from foveacam_server.datasets.collection import DatasetCollection
 from foveacam_server.resources.capturing.retention.rules import Sources, look_sources
 from foveacam_server.resources.looking.clouds.collection import CLOUDS, CloudCollection
 from foveacam_server.resources.looking.clouds.shapes import ShapeWorker
@@ -36,7 +36,7 @@ class ObservationServices:
 
 
 def open_observation(
-    shared: SharedServices, *, captures: CaptureCollection, matcher: DepthBackendService
+    shared: SharedServices, *, captures: DatasetCollection, matcher: DepthBackendService
 ) -> ObservationServices:
     """Open them and start their threads and that of the jobs, whose handlers are registered by now."""
     clouds = CloudCollection(shared.foundation.store)
@@ -145,7 +145,7 @@ def _open_following(
     *,
     fixations: FixationService,
     context: WideDepthService,
-    captures: CaptureCollection,
+    captures: DatasetCollection,
 ) -> tuple[FollowService, FollowRounds, LoopService]:
     """Open what follows targets, one or many, and let the wide view mark them."""
     follows = FollowService(

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from foveacam_pipeline.capture.dataset.lock import is_being_written
-from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
+from foveacam_server.datasets.collection import CAPTURES, DatasetCollection
 from foveacam_server.foundation.store import DATABASE, Store, StoreReader
 from foveacam_server.resources.capturing.captures.schema import CaptureDocument
 from foveacam_server.resources.capturing.recordings.collection import RECORDINGS, RecordingCollection
@@ -41,7 +41,7 @@ def remove_due_items(folder: Path) -> RetentionApplied:
 
 
 def _sources(data: Path) -> Sources:
-    captures = CaptureCollection(data / CAPTURES)
+    captures = DatasetCollection(data / CAPTURES)
     recordings = RecordingCollection(data / RECORDINGS)
     stills = StillCollection(data / STILLS)
     return {

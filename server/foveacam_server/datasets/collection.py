@@ -40,7 +40,7 @@ class StoredCapture:
         return self.folder.name
 
 
-class CaptureCollection:
+class DatasetCollection:
     """Lists, removes and restores captures; the folders are the only record of them."""
 
     def __init__(self, folder: Path, *, noun: str = "capture", url: str = CAPTURES_URL) -> None:

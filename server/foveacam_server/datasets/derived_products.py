@@ -7,7 +7,7 @@ from typing import Protocol
 
 from foveacam_hardware.contract import Busy, Clock
 from foveacam_pipeline.capture.dataset import Dataset
-from foveacam_server.datasets.collection import CaptureCollection, StoredCapture, readable_dataset
+from foveacam_server.datasets.collection import DatasetCollection, StoredCapture, readable_dataset
 from foveacam_server.foundation.child_process import run_child
 from foveacam_server.foundation.child_work import ChildProgress
 from foveacam_server.foundation.events import EventLog
@@ -31,7 +31,7 @@ class Captures(Protocol):
     """The captures whose products are computed."""
 
     @property
-    def collection(self) -> CaptureCollection:
+    def collection(self) -> DatasetCollection:
         """The captures on the disk."""
         ...
 

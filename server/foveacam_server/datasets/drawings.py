@@ -18,7 +18,7 @@ from foveacam_pipeline.capture.dataset.pictures import (
 from foveacam_pipeline.stereo.depth import rgb
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.storage.disk import disk_errors, write_file
-from foveacam_server.datasets.collection import CaptureCollection, StoredCapture, point_of, readable_dataset
+from foveacam_server.datasets.collection import DatasetCollection, StoredCapture, point_of, readable_dataset
 from foveacam_server.rig.encoder import encode_jpeg
 
 SHEET_QUALITY = 85
@@ -30,14 +30,14 @@ _KINDS: dict[str, Callable[[Dataset], NDArray[np.uint8]]] = {
 }
 
 
-def capture_picture(collection: CaptureCollection, stored: StoredCapture, name: str, *, form: str) -> Path:
+def capture_picture(collection: DatasetCollection, stored: StoredCapture, name: str, *, form: str) -> Path:
     """Return the path of a capture's thumbnail, contact sheet or coverage; `form`: jpg or png."""
     dataset = readable_dataset(stored)
     return _file(collection, stored, name, form=form, draw=lambda: _KINDS[name](dataset))
 
 
 def anaglyph_picture(
-    collection: CaptureCollection, stored: StoredCapture, *, index: int, bracket: int, form: str
+    collection: DatasetCollection, stored: StoredCapture, *, index: int, bracket: int, form: str
 ) -> Path:
     """Return the path of one point's red and cyan picture; `index`: its number in the plan."""
     point = point_of(stored, index)
@@ -52,7 +52,7 @@ def frame_picture(frame: Frame, *, form: str) -> bytes:
 
 
 def _file(
-    collection: CaptureCollection,
+    collection: DatasetCollection,
     stored: StoredCapture,
     name: str,
     *,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.loop.fault_gate import LATCH_AFTER
+from foveacam_pipeline.continuous_loop.fault_gate import LATCH_AFTER
 from foveacam_server.foundation.store import Document
 from tests.system import server_state
 from tests.system.conftest import API, CENTRE, Running

@@ -12,10 +12,10 @@ import cv2
 import pytest
 
 from foveacam_hardware.contract import InvalidInput, NotConnected
-from foveacam_pipeline.batches import cluster
-from foveacam_pipeline.batches.cluster import check_workers, cluster_client, cluster_workers
-from foveacam_pipeline.batches.pool import HereAndNow, WorkersLost, WorkPool, results_in_order
-from foveacam_pipeline.batches.processes import local_workers
+from foveacam_pipeline.workers import cluster
+from foveacam_pipeline.workers.cluster import check_workers, cluster_client, cluster_workers
+from foveacam_pipeline.workers.pool import HereAndNow, WorkersLost, WorkPool, results_in_order
+from foveacam_pipeline.workers.processes import local_workers
 
 PARTS = [(number,) for number in range(12)]
 

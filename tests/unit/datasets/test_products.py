@@ -14,9 +14,6 @@ from tests.unit.learning_pairs import stored, varied_sample
 from tests.unit.mosaic_scenes import scan
 
 from foveacam_hardware.contract import Busy, InvalidInput, MonotonicClock, NotCalibrated
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import HereAndNow, WorkPool
-from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.capture.dataset import change_labels
 from foveacam_pipeline.capture.dataset.lock import FolderLock
 from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
@@ -29,6 +26,9 @@ from foveacam_pipeline.products.task import ProductKind, ProductSettings, plan_p
 from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.values import DepthMap
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import HereAndNow, WorkPool
+from foveacam_pipeline.workers.processes import local_workers
 from foveacam_server.resources.capturing.batches.run import BatchOrder, glb_of, make_batch
 
 DEPTH = ProductSettings(kind=ProductKind.DEPTH)

@@ -12,10 +12,10 @@ from typing import ParamSpec, TypeVar
 import pytest
 
 from foveacam_hardware.contract import MonotonicClock, VirtualClock
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import Part, PartLost, WorkersLost, WorkPool
-from foveacam_pipeline.batches.processes import local_workers
-from foveacam_pipeline.batches.retries import LATE_S, TaskEnd, run_tasks
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import Part, PartLost, WorkersLost, WorkPool
+from foveacam_pipeline.workers.processes import local_workers
+from foveacam_pipeline.workers.retries import LATE_S, TaskEnd, run_tasks
 
 T = TypeVar("T")
 P = ParamSpec("P")

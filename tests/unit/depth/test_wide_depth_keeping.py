@@ -8,9 +8,9 @@ import pytest
 from tests.unit.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState, RailState
-from foveacam_pipeline.context.values import DepthSource
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.wide_depth.values import DepthSource
 from foveacam_server.resources.looking.wide_depth.context_keeper import ContextKeeper
 from foveacam_server.rig.status import PanTiltStatus, RigStatus
 

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_pipeline.storage.archive import read_record
 from foveacam_server.foundation.named_documents import NamedDocument, NamedDocuments
 from foveacam_server.resources.capturing.recordings.notes import notes_path, read_notes

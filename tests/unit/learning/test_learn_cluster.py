@@ -10,12 +10,12 @@ from tests.unit.learning_pairs import scene
 from typer.testing import CliRunner
 
 from foveacam_bench.learned.pairs import PairOrder, make_pairs
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import HereAndNow
 from foveacam_pipeline.learn.evaluation import evaluate
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.pair_folder import Split, StoredPairs
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import HereAndNow
 from foveacam_server.cli import app
 
 pytestmark = pytest.mark.slow

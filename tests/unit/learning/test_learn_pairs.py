@@ -17,11 +17,11 @@ from foveacam_bench.learned.pairs import MadePairs, PairOrder, make_pair, make_p
 from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
-from foveacam_pipeline.batches.pool import HereAndNow, Part, WorkersLost, WorkPool
 from foveacam_pipeline.learn import pair_folder
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, PairTruth, Split, StoredPairs
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_pipeline.workers.pool import HereAndNow, Part, WorkersLost, WorkPool
 from foveacam_server.cli import app
 
 T = TypeVar("T")

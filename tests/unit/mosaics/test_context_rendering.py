@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from foveacam_pipeline.context.rendering import (
+from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.wide_depth.rendering import (
     BEHIND,
     context_cloud,
     context_mesh,
     context_picture,
     without_specks,
 )
-from foveacam_pipeline.context.values import ContextMap
-from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.wide_depth.values import ContextMap
 
 WIDE = Intrinsics(width=80, height=64, fx_px=200.0, fy_px=200.0, cx_px=39.5, cy_px=31.5)
 PICTURE = np.random.default_rng(2).integers(0, 255, (64, 80, 3), dtype=np.uint8)

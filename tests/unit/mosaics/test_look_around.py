@@ -5,13 +5,13 @@ import pytest
 from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.context.look_around import field_directions, look_around
-from foveacam_pipeline.context.looks import fuse_look, overlap_samples
-from foveacam_pipeline.context.values import DepthSource
-from foveacam_pipeline.context.wide_context import WideContext
-from foveacam_pipeline.context.wide_matches import contradicted, eye_matches, wide_matches
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.wide_depth.look_around import field_directions, look_around
+from foveacam_pipeline.wide_depth.looks import fuse_look, overlap_samples
+from foveacam_pipeline.wide_depth.values import DepthSource
+from foveacam_pipeline.wide_depth.wide_context import WideContext
+from foveacam_pipeline.wide_depth.wide_matches import contradicted, eye_matches, wide_matches
 
 PLANE_M = 5.0
 

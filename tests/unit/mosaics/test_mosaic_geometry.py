@@ -18,7 +18,7 @@ from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
 from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, halve, paint_tiles
 from foveacam_pipeline.capture.mosaic.register import register
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 
 VOLTS = StereoVolts(left=MirrorVolts(x_v=90.0, y_v=-60.0), right=MirrorVolts(x_v=70.0, y_v=-60.0))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.context_file import ContextIdentity, load_context, save_context
-from foveacam_pipeline.context.values import AgeingModel, DepthSource
-from foveacam_pipeline.context.wide_context import FORGET_AFTER_S, WideContext
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.wide_depth.context_file import ContextIdentity, load_context, save_context
+from foveacam_pipeline.wide_depth.values import AgeingModel, DepthSource
+from foveacam_pipeline.wide_depth.wide_context import FORGET_AFTER_S, WideContext
 
 WIDE = Intrinsics(width=200, height=161, fx_px=500.0, fy_px=500.0, cx_px=99.5, cy_px=80.0)
 CENTRE = np.array([0.0, 0.0])

@@ -16,7 +16,7 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.recorder import Recorder, RecordingOptions
 from foveacam_pipeline.capture.recording.session import RigDescription, read_wide_lens
 from foveacam_pipeline.capture.recording.values import RawFrame, StreamFormat, TrackedBox
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.models.footprint import fovea_corners_px, fovea_footprint_px
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.geometry.pinhole import PinholeWindow
+from foveacam_pipeline.geometry.plane_window import PinholeWindow
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.study.localisation.estimator import (
     LensPlane,

@@ -8,14 +8,14 @@ import pytest
 from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Cancelled, DeviceFault, InvalidInput, Timeout
-from foveacam_pipeline.loop.autotune import autotune
-from foveacam_pipeline.loop.fault_gate import LATCH_AFTER, FaultGate
-from foveacam_pipeline.loop.guide_match import LoopErrors
-from foveacam_pipeline.loop.pid import LONGEST_STEP, Pid, loop_time
-from foveacam_pipeline.loop.relay import AMPLITUDES_RAD, TuneRefused, relay
-from foveacam_pipeline.loop.settings import AXES, BOUNDS, MOST_GAIN, Axis, Gains, LoopSettings
-from foveacam_pipeline.loop.step_response import step_response
-from foveacam_pipeline.loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.autotune import autotune
+from foveacam_pipeline.continuous_loop.fault_gate import LATCH_AFTER, FaultGate
+from foveacam_pipeline.continuous_loop.guide_match import LoopErrors
+from foveacam_pipeline.continuous_loop.pid import LONGEST_STEP, Pid, loop_time
+from foveacam_pipeline.continuous_loop.relay import AMPLITUDES_RAD, TuneRefused, relay
+from foveacam_pipeline.continuous_loop.settings import AXES, BOUNDS, MOST_GAIN, Axis, Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.step_response import step_response
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
 
 LOOK_NS = 60_000_000
 DT = loop_time(LOOK_NS / 1e9, LoopSettings().sensitivity)

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from tests.unit.plane_head import PlaneHead, noise_texture, plain_texture
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
-from foveacam_pipeline.loop.guide_match import GuideMatch, match_guide
-from foveacam_pipeline.loop.pictures import CAPTION_PX, GAP_PX, match_picture
-from foveacam_pipeline.loop.settings import AXES, Axis, LoopSettings
-from foveacam_pipeline.loop.target_guide import LOST_MISSES, GuideState, TargetGuide
-from foveacam_pipeline.loop.vergence_loop import LoopStatus, VergenceLoop
+from foveacam_pipeline.continuous_loop.guide_match import GuideMatch, match_guide
+from foveacam_pipeline.continuous_loop.pictures import CAPTION_PX, GAP_PX, match_picture
+from foveacam_pipeline.continuous_loop.settings import AXES, Axis, LoopSettings
+from foveacam_pipeline.continuous_loop.target_guide import LOST_MISSES, GuideState, TargetGuide
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, VergenceLoop
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.distance import place_on_ray
 

@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.loop.settings import Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.settings import Gains, LoopSettings
 from foveacam_pipeline.track.image_tracker import TrackerKind
 from foveacam_server.resources.looking.loop.schema import LoopGains, LoopSettingsGroup, LoopSettingsPatch
 from foveacam_server.resources.looking.loop.settings_file import (

@@ -14,24 +14,24 @@ from foveacam_hardware.contract import Head, InvalidInput, Role, Sighting
 from foveacam_pipeline.calibrate.drift.patches import DistinctnessMap, select_patches
 from foveacam_pipeline.calibrate.drift.place_finder import DriftExpectation, DriftPlaceFinder
 from foveacam_pipeline.calibrate.drift.values import DriftSettings
-from foveacam_pipeline.context.rendering import context_cloud
-from foveacam_pipeline.context.values import DepthSource
-from foveacam_pipeline.context.wide_context import WideContext
-from foveacam_pipeline.context.wide_matches import wide_matches
-from foveacam_pipeline.loop.guide_match import errors_of, match_guide
-from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.guide_match import errors_of, match_guide
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_pipeline.stereo.match import gray, match
 from foveacam_pipeline.stereo.rectify import rectify, to_uint8
 from foveacam_pipeline.track.follow import Follower
 from foveacam_pipeline.track.target import FollowedTarget, FollowState
 from foveacam_pipeline.verge.aim import Gazes, aim_at, gazes_under, volts_for
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.survey import reduce_eye
 from foveacam_pipeline.verge.matching.wide_patch import cut_view, survey_f_px
 from foveacam_pipeline.verge.single_eye.eye_match import register_eye, view_half_px
 from foveacam_pipeline.verge.suggest import suggest_targets
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
+from foveacam_pipeline.wide_depth.rendering import context_cloud
+from foveacam_pipeline.wide_depth.values import DepthSource
+from foveacam_pipeline.wide_depth.wide_context import WideContext
+from foveacam_pipeline.wide_depth.wide_matches import wide_matches
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ from tests.unit.plane_head import CALIBRATION, MEASURED, TILE, PlaneHead, noise_
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import (

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import Busy, NotConnected
 from foveacam_pipeline.calibrate.wide.boards import Checkerboard
 from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_server import cli
-from foveacam_server.datasets.collection import CaptureCollection
+from foveacam_server.datasets.collection import DatasetCollection
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
 from foveacam_server.resources.capturing.stills.collection import HELD, StillCollection
@@ -136,7 +136,7 @@ def test_one_step_at_a_time_writes_into_a_session(
 
 
 def test_what_another_program_is_writing_is_neither_removed_nor_cleared_away(tmp_path: Path) -> None:
-    captures = CaptureCollection(tmp_path / "captures")
+    captures = DatasetCollection(tmp_path / "captures")
     with DatasetWriter.create(captures.new_folder("running"), header(2)) as writer:
         writer.add(noise_point(0))
         (running,) = captures.every()

@@ -24,7 +24,7 @@ from foveacam_pipeline.calibrate.exchange.record import ExchangeRecord
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
 from foveacam_pipeline.geometry.angles import ray
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 AHEAD = PanTiltPose(pan_rad=0.0, tilt_rad=0.0)

@@ -13,7 +13,7 @@ from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily, Mir
 from foveacam_pipeline.calibrate.fit.samples import S_PER_MIN, DriftRun, MountDrift
 from foveacam_pipeline.calibrate.fit.session_fit import FitResult
 from foveacam_pipeline.diagrams import new_figure
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, SweepPose
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 
 _FEWEST_CORNERS = 4
 

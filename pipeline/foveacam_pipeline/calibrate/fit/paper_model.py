@@ -17,7 +17,7 @@ from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role, StereoVolt
 from foveacam_pipeline.calibrate.fit.fit import FitChoice, RigFit, fit_rig
 from foveacam_pipeline.calibrate.fit.measured import DistanceSource, NominalRig, reduce_sweeps
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.geometry.polynomial import PolynomialFit, fit_polynomial
 from foveacam_pipeline.geometry.verging import vergence_angles
 from foveacam_pipeline.models.calibration import Calibration, eye_volts

@@ -18,7 +18,7 @@ from foveacam_pipeline.calibrate.fit.mirror_models import MirrorModelFamily
 from foveacam_pipeline.calibrate.fit.paper_model import PAPER_CHOICE
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.calibrate.sweep.sweep_checks import EYES
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 
 FOLDS = 4

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role, StereoVolts
 from foveacam_pipeline.diagrams import new_figure
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.geometry.verging import eye_angles, point_from_direction
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.models.footprint import fovea_points_rays

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.report.facts import AxisFacts, SessionFacts
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_pipeline.models.resolution import ahead_rad, px_per_deg

@@ -29,7 +29,7 @@ from foveacam_pipeline.capture.run.shots import planned_shots, stored_shots
 from foveacam_pipeline.capture.run.shutter import ShotTaker
 from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, FoveaPair, RunSettings, ShotPlan
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget
 
 DEFAULT = RunSettings()

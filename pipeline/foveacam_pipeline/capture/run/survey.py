@@ -11,7 +11,7 @@ from foveacam_pipeline.capture.plan import (
 from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess
 from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, InvalidInput, Sighting
 from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
-from foveacam_pipeline.geometry.pinhole import PinholeWindow
+from foveacam_pipeline.geometry.plane_window import PinholeWindow
 from foveacam_pipeline.geometry.triangulate import depth_from_disparity_m, points_from_plane
 from foveacam_pipeline.matching.picture import doubled
 from foveacam_pipeline.matching.point import PositionPrior

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, Clock, DeviceFault, Frame, Head, Rail, Role, Sighting
 from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
@@ -31,7 +31,7 @@ from foveacam_pipeline.study.localisation.estimator import (
 from foveacam_pipeline.study.localisation.rail import CENTRE, RailPosition, slots
 from foveacam_pipeline.study.tradeoff.depth_error import RAIL_M
 from foveacam_pipeline.study.visibility.observed import REST_NS
-from foveacam_pipeline.verge.loop import fixate
+from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation, FixationState
 
 CLICK_SIGMA_PX = 1.0

@@ -20,7 +20,7 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import gazes_under
 from foveacam_pipeline.verge.matching.contrast import even
-from foveacam_pipeline.verge.matching.least_squares import SubpixelPosition, least_squares
+from foveacam_pipeline.verge.matching.match_in_rows import SubpixelPosition, match_in_rows
 from foveacam_pipeline.verge.matching.wide_patch import peak
 
 WIDER = MatchWindow(half_px=64, weight_sigma_px=28.0)
@@ -229,6 +229,6 @@ def _placed(pair: _Pair, of_sensor: MatchWindow, *, across: float = 0.0) -> Subp
     x, y, _ = peak(scores)
     down_px = y - reach_px[1]
     start = WindowPlacement(x_px=x - reach_px[0] + across * down_px, y_px=down_px, xy=across)
-    return least_squares(
+    return match_in_rows(
         pair.left, pair.right, start, window=window, expected_px=pair.expected_px, binning=pair.binning
     )

@@ -45,7 +45,7 @@ class TargetOffset:
     sigma_px: float
 
 
-def find_astray(
+def find_target_offset(
     look: ReducedLook, template: WidePatch, target: NDArray[np.float64], *, f_px: float, rows_apart_px: float
 ) -> TargetOffset | None:
     """Return how far off a target is; None where it is not seen for sure, or where a search would find it.

@@ -16,7 +16,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge.matching.least_squares import SubpixelPosition, least_squares
+from foveacam_pipeline.verge.matching.match_in_rows import SubpixelPosition, match_in_rows
 from foveacam_pipeline.verge.matching.register import LEAST_SEEN, UNSEEN
 from foveacam_pipeline.verge.matching.survey import ReducedEye
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
@@ -171,7 +171,7 @@ def _registered(
     middle_y, middle_x = ((side - 1) // 2 for side in wide_view.shape)
     part = wide_view[middle_y - half : middle_y + half + 1, middle_x - half : middle_x + half + 1]
     away = np.array([x - column, y - row])
-    placed = least_squares(
+    placed = match_in_rows(
         InterpolatedPicture.of(np.ascontiguousarray(part)),
         InterpolatedPicture.of(np.ascontiguousarray(eye.image[np.ix_(rows, columns)])),
         WindowPlacement(x_px=float(away[0]), y_px=float(away[1])),

@@ -11,8 +11,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.surfaces import cell_surfaces
-from foveacam_pipeline.context.wide_matches import eye_matches
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
@@ -23,6 +21,8 @@ from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.surroundings.divisions import SAME_SHARE
 from foveacam_pipeline.verge.surroundings.infer import OWN_CHANCE
+from foveacam_pipeline.wide_depth.surfaces import cell_surfaces
+from foveacam_pipeline.wide_depth.wide_matches import eye_matches
 
 REACH_TAN = 0.06
 """So far about a target earlier measurements count: 3.4 degrees."""

@@ -14,7 +14,7 @@ from typing import Protocol
 from foveacam_hardware.contract import Cancelled, FoveaError
 from foveacam_server.foundation.child_process import OnProgress, run_child
 from foveacam_server.foundation.child_work import ChildProgress
-from foveacam_server.foundation.collection_pause import collection_paused
+from foveacam_server.foundation.gc_pause import gc_paused
 
 _log = logging.getLogger(__name__)
 
@@ -84,7 +84,7 @@ class ChildRunner(Protocol):
 
 def kernels_stored() -> bool:
     """Return whether the kernels of the simulated rig were compiled before and need only be loaded."""
-    with collection_paused(keep=False):  # other servers of this process may exist
+    with gc_paused(keep=False):  # other servers of this process may exist
         from foveacam_hardware.simulation_kernels import are_stored
 
     return are_stored()

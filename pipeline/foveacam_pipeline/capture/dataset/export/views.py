@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role, StereoVolts
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 from foveacam_pipeline.geometry.binning import sensor_from_picture
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud, depth_map
 from foveacam_pipeline.stereo.match import match

@@ -6,9 +6,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from foveacam_hardware.contract import MonotonicClock
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import WorkersLost, WorkPool
-from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.capture.dataset.lock import FolderLock
 from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.products.batch import BatchCounts, BatchPlan, plan_batch, run_batch
@@ -17,6 +14,9 @@ from foveacam_pipeline.products.summary import BatchSummary, write_summary
 from foveacam_pipeline.products.task import ProductSettings
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import WorkersLost, WorkPool
+from foveacam_pipeline.workers.processes import local_workers
 from foveacam_web.glb import write_glb
 
 

@@ -18,7 +18,7 @@ from foveacam_server.commands.calibration_data import open_data
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
 from foveacam_server.datasets.capture_tools import rig_facts
-from foveacam_server.datasets.collection import CAPTURES, CaptureCollection
+from foveacam_server.datasets.collection import CAPTURES, DatasetCollection
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 from foveacam_server.foundation.settings import Settings, default_data_dir
 from foveacam_server.resources.capturing.captures.begin import (
@@ -119,7 +119,7 @@ def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
     """Capture and print the result; Ctrl-C ends with status 130."""
     choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
     with open_data(choice, lock=False) as data:
-        captures = CaptureCollection(choice.settings.data / CAPTURES)
+        captures = DatasetCollection(choice.settings.data / CAPTURES)
         folder = _folder(captures, order)
         calibration = data.calibration.require()
         with (
@@ -142,7 +142,7 @@ def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
         _print_capture(captures, folder, as_json=rig_options.as_json)
 
 
-def _folder(captures: CaptureCollection, order: CaptureOrder) -> Path:
+def _folder(captures: DatasetCollection, order: CaptureOrder) -> Path:
     """Return the capture's folder; refuse what cannot be captured before a device is opened."""
     if order.plan is not None:
         return captures.new_folder(order.name)
@@ -198,7 +198,7 @@ def codec_of(text: str) -> ImageCodec:
         raise InvalidInput(f"--codec {text}: images are kept as tiff or png; choose one") from error
 
 
-def _print_capture(captures: CaptureCollection, folder: Path, *, as_json: bool) -> None:
+def _print_capture(captures: DatasetCollection, folder: Path, *, as_json: bool) -> None:
     if not (folder / "dataset.json").exists():
         return  # it ended before its first point
     found = CaptureDocument.of(captures.named(folder.name)).model_copy(update={"folder": str(folder)})

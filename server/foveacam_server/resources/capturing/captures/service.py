@@ -10,7 +10,7 @@ from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
 from foveacam_pipeline.capture.run import run_capture
 from foveacam_server.datasets.capture_tools import CaptureRigFacts, CaptureTools, rig_facts
-from foveacam_server.datasets.collection import CAPTURES_URL, CaptureCollection, StoredCapture
+from foveacam_server.datasets.collection import CAPTURES_URL, DatasetCollection, StoredCapture
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.resources.capturing.captures.begin import (
@@ -47,7 +47,7 @@ class CaptureService:
     """All that REST offers of the captures of this data directory."""
 
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
-        self.collection = CaptureCollection(folder)
+        self.collection = DatasetCollection(folder)
         self._tools = tools
         self._lock = threading.Lock()
         self._live: LiveCapture | None = None

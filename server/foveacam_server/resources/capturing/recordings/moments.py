@@ -10,7 +10,7 @@ from foveacam_pipeline.capture.recording.movie import rgb_picture
 from foveacam_pipeline.capture.recording.observations import EYES, calibration_of, stream_of
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.values import FramePose, RecordedFrame, RecordedStream, nearest_index
-from foveacam_pipeline.geometry.pinhole import homography_apply
+from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.footprint import fovea_footprint_px
 from foveacam_pipeline.stereo import pictures

@@ -17,7 +17,7 @@ from foveacam_pipeline.capture.dataset.images import encode
 from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.storage.archive import read_stored
 from foveacam_pipeline.storage.disk import disk_errors, sync_folder, write_file
-from foveacam_server.datasets.collection import TRASH, CaptureCollection, StoredCapture, point_of
+from foveacam_server.datasets.collection import TRASH, DatasetCollection, StoredCapture, point_of
 from foveacam_server.datasets.drawings import frame_picture
 from foveacam_server.foundation.errors import NotFound
 
@@ -54,8 +54,8 @@ class StillCollection:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._kept = CaptureCollection(folder, noun="still", url=URL)
-        self._held = CaptureCollection(folder / HELD, noun="still", url=URL)
+        self._kept = DatasetCollection(folder, noun="still", url=URL)
+        self._held = DatasetCollection(folder / HELD, noun="still", url=URL)
         self._clear_leftovers()
 
     def every(self, state: StillState) -> list[StoredStill]:
@@ -143,7 +143,7 @@ class StillCollection:
         return self._kept.pictures(still_id)
 
     @property
-    def drawn(self) -> CaptureCollection:
+    def drawn(self) -> DatasetCollection:
         """The collection of the kept stills, with the folders of drawn pictures."""
         return self._kept
 

@@ -7,7 +7,7 @@ from foveacam_hardware.contract import Clock, Frame
 from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.resolved_target import resolve
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext

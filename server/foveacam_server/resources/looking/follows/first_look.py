@@ -8,7 +8,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.track.acquire import AcquiredTarget, ClickTrack, acquire
 from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.verge.distance import LocatedPoint
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, DirectionTarget, PixelTarget, RectangleTarget, Target
 from foveacam_server.rig.live_views import RecentFrames

@@ -11,7 +11,7 @@ from foveacam_hardware.contract import InvalidInput, Timeout
 from foveacam_pipeline.capture.dataset import DatasetHeader
 from foveacam_pipeline.capture.run.describe import conditions_document, rig_document
 from foveacam_pipeline.track.round_writer import SeenTarget, target_conditions, write_round
-from foveacam_server.datasets.collection import CAPTURES_URL, CaptureCollection
+from foveacam_server.datasets.collection import CAPTURES_URL, DatasetCollection
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
@@ -31,7 +31,7 @@ class RoundTools:
     """Services that rounds need. `take`: asks for one look at each followed target."""
 
     take: Callable[[], "Future[list[SeenTarget]]"]
-    collection: CaptureCollection
+    collection: DatasetCollection
     hardware: HardwareThread
     calibration: CalibrationInForce
     jobs: JobRunner

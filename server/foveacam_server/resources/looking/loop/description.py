@@ -4,7 +4,7 @@ import numpy as np
 
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.capture.recording.values import STREAM_OF_ROLE, TrackedBox
-from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.looking.loop.documents import (
     DETAILS,

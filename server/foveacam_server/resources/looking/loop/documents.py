@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.loop.autotune import TuneResult
-from foveacam_pipeline.loop.settings import AXES
-from foveacam_pipeline.loop.split_eyes import SplitStep
-from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.autotune import TuneResult
+from foveacam_pipeline.continuous_loop.settings import AXES
+from foveacam_pipeline.continuous_loop.split_eyes import SplitStep
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.looking.loop.schema import (
     LoopAxisDocument,

@@ -8,10 +8,10 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import Cancelled, Clock, FoveaError, Head
-from foveacam_pipeline.loop.autotune import TuneResult, autotune
-from foveacam_pipeline.loop.relay import TuneRefused
-from foveacam_pipeline.loop.split_eyes import SplitEyes, SplitStep
-from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.autotune import TuneResult, autotune
+from foveacam_pipeline.continuous_loop.relay import TuneRefused
+from foveacam_pipeline.continuous_loop.split_eyes import SplitEyes, SplitStep
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.resources.looking.loop.documents import sample_of
 from foveacam_server.resources.looking.loop.schema import LoopSample, LoopStatusName, LoopTuneRequest

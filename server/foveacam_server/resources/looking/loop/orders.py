@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, Head, Role
-from foveacam_pipeline.loop.settings import Axis, LoopSettings
-from foveacam_pipeline.loop.split_eyes import SplitEyes
-from foveacam_pipeline.loop.vergence_loop import VergenceLoop
+from foveacam_pipeline.continuous_loop.settings import Axis, LoopSettings
+from foveacam_pipeline.continuous_loop.split_eyes import SplitEyes
+from foveacam_pipeline.continuous_loop.vergence_loop import VergenceLoop
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.track.watching_head import WatchingHead
-from foveacam_pipeline.verge.loop import PriorKnowledge, fixate
+from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.values import Basis, Target
 from foveacam_server.resources.looking.loop.loop_run import LoopRun

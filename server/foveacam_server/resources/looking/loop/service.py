@@ -13,10 +13,10 @@ from foveacam_hardware.contract import Busy, Clock, FoveaError, Frame, OutOfRang
 from foveacam_hardware.contract.spans import untraced
 from foveacam_pipeline.capture.dataset.pictures import png_bytes
 from foveacam_pipeline.capture.recording.values import TrackedBox
-from foveacam_pipeline.loop.pictures import match_picture
-from foveacam_pipeline.loop.settings import LoopSettings
-from foveacam_pipeline.loop.split_eyes import SplitEyes
-from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.pictures import match_picture
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.split_eyes import SplitEyes
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_server.foundation.errors import NotFound

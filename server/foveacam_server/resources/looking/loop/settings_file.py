@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from foveacam_pipeline.loop.settings import Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.settings import Gains, LoopSettings
 from foveacam_pipeline.storage.disk import disk_errors, write_file
 from foveacam_pipeline.track.image_tracker import TrackerKind
 from foveacam_server.resources.looking.loop.schema import (

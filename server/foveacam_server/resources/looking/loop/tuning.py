@@ -4,9 +4,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from foveacam_hardware.contract import Busy
-from foveacam_pipeline.loop.autotune import TuneResult
-from foveacam_pipeline.loop.pictures import tune_picture
-from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.autotune import TuneResult
+from foveacam_pipeline.continuous_loop.pictures import tune_picture
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job

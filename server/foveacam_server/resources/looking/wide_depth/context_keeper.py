@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from foveacam_pipeline.context.context_file import ContextIdentity, load_context, save_context
-from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.wide_depth.context_file import ContextIdentity, load_context, save_context
+from foveacam_pipeline.wide_depth.wide_context import WideContext
 from foveacam_server.rig.status import RigStatus
 
 FILE = "context.npz"

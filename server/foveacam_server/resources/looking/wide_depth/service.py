@@ -15,21 +15,21 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_hardware.contract.spans import span
-from foveacam_pipeline.context.look_around import LookedAround, look_around
-from foveacam_pipeline.context.looks import fuse_fixation
-from foveacam_pipeline.context.rendering import (
-    context_cloud,
-    context_mesh,
-    context_picture,
-    without_specks,
-)
-from foveacam_pipeline.context.values import ContextMap, DepthSource
-from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.ply import ply_bytes
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Fixation
+from foveacam_pipeline.wide_depth.look_around import LookedAround, look_around
+from foveacam_pipeline.wide_depth.looks import fuse_fixation
+from foveacam_pipeline.wide_depth.rendering import (
+    context_cloud,
+    context_mesh,
+    context_picture,
+    without_specks,
+)
+from foveacam_pipeline.wide_depth.values import ContextMap, DepthSource
+from foveacam_pipeline.wide_depth.wide_context import WideContext
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job

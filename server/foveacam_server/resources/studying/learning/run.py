@@ -13,9 +13,9 @@ import typer
 from rich.console import Console
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import WorkPool
-from foveacam_pipeline.batches.processes import local_workers
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import WorkPool
+from foveacam_pipeline.workers.processes import local_workers
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
 
 if TYPE_CHECKING:

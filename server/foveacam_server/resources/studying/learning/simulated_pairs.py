@@ -9,10 +9,10 @@ import typer
 from rich.console import Console
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.batches.cluster import cluster_workers
-from foveacam_pipeline.batches.pool import WorkPool
-from foveacam_pipeline.batches.processes import local_workers
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split
+from foveacam_pipeline.workers.cluster import cluster_workers
+from foveacam_pipeline.workers.pool import WorkPool
+from foveacam_pipeline.workers.processes import local_workers
 from foveacam_server.foundation.bench_package import bench_module
 from foveacam_server.foundation.progress_bar import progress_bar
 

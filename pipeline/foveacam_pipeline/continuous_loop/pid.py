@@ -1,6 +1,6 @@
 """The controller of one axis: parallel PID whose integral is the command itself."""
 
-from foveacam_pipeline.loop.settings import Gains
+from foveacam_pipeline.continuous_loop.settings import Gains
 
 LONGEST_STEP = 10.0
 """A longer pause between two looks counts as so much loop time."""

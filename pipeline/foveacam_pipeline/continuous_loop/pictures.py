@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.continuous_loop.autotune import TuneResult
+from foveacam_pipeline.continuous_loop.guide_match import EyeInStrip, GuideMatch
+from foveacam_pipeline.continuous_loop.settings import Axis
+from foveacam_pipeline.continuous_loop.step_response import SETTLED_SHARE, StepResponse
 from foveacam_pipeline.diagrams import new_figure
-from foveacam_pipeline.loop.autotune import TuneResult
-from foveacam_pipeline.loop.guide_match import EyeInStrip, GuideMatch
-from foveacam_pipeline.loop.settings import Axis
-from foveacam_pipeline.loop.step_response import SETTLED_SHARE, StepResponse
 
 LEFT_RGB, RIGHT_RGB, TARGET_RGB = (255, 120, 90), (80, 170, 255), (255, 225, 80)
 GAP_PX = 6

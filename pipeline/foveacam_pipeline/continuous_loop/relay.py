@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_hardware.contract import OutOfRange
-from foveacam_pipeline.loop.pid import loop_time
-from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, Axis, Gains
-from foveacam_pipeline.loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.pid import loop_time
+from foveacam_pipeline.continuous_loop.settings import AXES, MOST_GAIN, Axis, Gains
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
 
 AMPLITUDES_RAD = tuple(math.radians(deg) for deg in (0.1, 0.2, 0.4))
 """Half of the jump; the next one is tried where the eyes do not answer the last."""

@@ -12,7 +12,7 @@ from typing import ParamSpec, TypeVar
 
 import cv2
 
-from foveacam_pipeline.batches.pool import AHEAD, HereAndNow, Part, PartLost, WorkPool
+from foveacam_pipeline.workers.pool import AHEAD, HereAndNow, Part, PartLost, WorkPool
 
 T = TypeVar("T")
 P = ParamSpec("P")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from foveacam_pipeline.context.values import ContextMap
-from foveacam_pipeline.context.wide_context import WideContext
 from foveacam_pipeline.storage.disk import write_file
+from foveacam_pipeline.wide_depth.values import ContextMap
+from foveacam_pipeline.wide_depth.wide_context import WideContext
 
 FORMAT = "foveacam-wide-context"
 VERSION = 1

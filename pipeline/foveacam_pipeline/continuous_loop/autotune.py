@@ -3,18 +3,18 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from foveacam_pipeline.loop.polish import search_gains
-from foveacam_pipeline.loop.relay import MISSED_LOOKS, RelayResult, TuneRefused, relay
-from foveacam_pipeline.loop.settings import AXES, Axis, Gains, LoopSettings
-from foveacam_pipeline.loop.step_experiment import (
+from foveacam_pipeline.continuous_loop.polish import search_gains
+from foveacam_pipeline.continuous_loop.relay import MISSED_LOOKS, RelayResult, TuneRefused, relay
+from foveacam_pipeline.continuous_loop.settings import AXES, Axis, Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.step_experiment import (
     StepFunction,
     cost_of,
     measure_steps,
     set_commands,
     settle,
 )
-from foveacam_pipeline.loop.step_response import StepResponse
-from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.step_response import StepResponse
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 
 CANDIDATES = 48
 OTHER_SHARE, OTHER_SIGMAS = 0.05, 5.0

@@ -12,7 +12,7 @@ from statistics import median
 from typing import Generic, TypeVar
 
 from foveacam_hardware.contract import Clock
-from foveacam_pipeline.batches.pool import Part, PartLost, WorkPool
+from foveacam_pipeline.workers.pool import Part, PartLost, WorkPool
 
 Task = TypeVar("Task")
 T = TypeVar("T")

@@ -10,16 +10,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.loop.relay import TuneRefused
-from foveacam_pipeline.loop.settings import AXES, MOST_GAIN, GainGroup, Gains, LoopSettings
-from foveacam_pipeline.loop.step_experiment import (
+from foveacam_pipeline.continuous_loop.relay import TuneRefused
+from foveacam_pipeline.continuous_loop.settings import AXES, MOST_GAIN, GainGroup, Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.step_experiment import (
     StepFunction,
     cost_of,
     measure_steps,
     set_commands,
     settle,
 )
-from foveacam_pipeline.loop.vergence_loop import VergenceLoop
+from foveacam_pipeline.continuous_loop.vergence_loop import VergenceLoop
 
 LEAST_GAIN = 1e-4
 """A gain of 0 is searched from here."""

@@ -5,14 +5,14 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.mosaic.pair_depth import NEAREST_M, match_pair, triangulate_pair
-from foveacam_pipeline.context.values import DepthSource
-from foveacam_pipeline.context.wide_context import WideContext
-from foveacam_pipeline.context.wide_matches import BLOCK_PX, contradicted, wide_matches
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import crossing_z_m, halved, rectify, to_uint8
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Basis, Fixation
+from foveacam_pipeline.wide_depth.values import DepthSource
+from foveacam_pipeline.wide_depth.wide_context import WideContext
+from foveacam_pipeline.wide_depth.wide_matches import BLOCK_PX, contradicted, wide_matches
 
 LEAST_OVERLAP = 0.5
 """Least overlap of the foveae for their dense depth to be used; below it a mismatch is hardly detected."""

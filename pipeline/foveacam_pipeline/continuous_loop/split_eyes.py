@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Frame, Head, MirrorVolts, Role, Sighting, StereoVolts
-from foveacam_pipeline.loop.pid import Pid, loop_time
-from foveacam_pipeline.loop.settings import Gains
+from foveacam_pipeline.continuous_loop.pid import Pid, loop_time
+from foveacam_pipeline.continuous_loop.settings import Gains
 from foveacam_pipeline.models.calibration import Calibration, eye_volts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.values import CellSurfaces
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.wide_depth.values import CellSurfaces
 
 EDGE_RELATIVE = 0.02
 """Neighbouring points of a cell whose 1/Z differs by this share lie on different surfaces. A plane seen under

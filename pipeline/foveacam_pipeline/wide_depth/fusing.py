@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.surfaces import EDGE_RELATIVE
-from foveacam_pipeline.context.values import AgeingModel, CellSurfaces, ContextMap, DepthSource
+from foveacam_pipeline.wide_depth.surfaces import EDGE_RELATIVE
+from foveacam_pipeline.wide_depth.values import AgeingModel, CellSurfaces, ContextMap, DepthSource
 
 SAME_SIGMAS = 3.0
 """Two depths are of one surface when they differ by less than this many standard errors, or by less than half

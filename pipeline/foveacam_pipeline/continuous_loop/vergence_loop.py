@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError, Frame, Head, Sighting
-from foveacam_pipeline.loop.fault_gate import FaultGate
-from foveacam_pipeline.loop.guide_match import GuideMatch, LoopErrors, errors_of, match_guide
-from foveacam_pipeline.loop.pid import Pid, loop_time
-from foveacam_pipeline.loop.settings import AXES, GROUP_OF, Axis, LoopSettings
-from foveacam_pipeline.loop.target_guide import GuideState, TargetGuide
+from foveacam_pipeline.continuous_loop.fault_gate import FaultGate
+from foveacam_pipeline.continuous_loop.guide_match import GuideMatch, LoopErrors, errors_of, match_guide
+from foveacam_pipeline.continuous_loop.pid import Pid, loop_time
+from foveacam_pipeline.continuous_loop.settings import AXES, GROUP_OF, Axis, LoopSettings
+from foveacam_pipeline.continuous_loop.target_guide import GuideState, TargetGuide
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reaches, volts_for
 

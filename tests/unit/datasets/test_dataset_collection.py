@@ -11,7 +11,7 @@ from tests.unit.dataset_scenes import written
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import DatasetState, labels
 from foveacam_pipeline.capture.dataset.document import read_document, write_document
-from foveacam_server.datasets.collection import CaptureCollection, point_of
+from foveacam_server.datasets.collection import DatasetCollection, point_of
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.capturing.captures.cli_run import plan_of
@@ -19,20 +19,20 @@ from foveacam_server.resources.capturing.captures.schema import CaptureDocument,
 
 
 @pytest.fixture
-def shelf(tmp_path: Path) -> CaptureCollection:
-    found = CaptureCollection(tmp_path / "captures")
+def shelf(tmp_path: Path) -> DatasetCollection:
+    found = DatasetCollection(tmp_path / "captures")
     written(found.folder / "one", 2)
     return found
 
 
-def test_a_name_is_taken_once_whatever_its_case(shelf: CaptureCollection) -> None:
+def test_a_name_is_taken_once_whatever_its_case(shelf: DatasetCollection) -> None:
     with pytest.raises(InvalidInput, match="already"):
         shelf.new_folder("ONE")
     assert shelf.new_folder("two").name == "two"
 
 
 def test_a_name_that_the_file_system_cannot_hold_is_refused_before_anything_is_made(
-    shelf: CaptureCollection, monkeypatch: pytest.MonkeyPatch
+    shelf: DatasetCollection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(labels, "LONGEST_NAME", 1000)
     monkeypatch.setattr(labels, "LONGEST_NAME_BYTES", 1000)
@@ -44,7 +44,7 @@ def test_a_name_that_the_file_system_cannot_hold_is_refused_before_anything_is_m
     assert [path.name for path in shelf.folder.iterdir()] == ["one"]
 
 
-def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureCollection) -> None:
+def test_what_is_removed_can_be_restored_beside_its_successor(shelf: DatasetCollection) -> None:
     shelf.remove("test")
     assert shelf.every() == []
     with pytest.raises(NotFound):
@@ -55,13 +55,13 @@ def test_what_is_removed_can_be_restored_beside_its_successor(shelf: CaptureColl
     assert shelf.trash() == []
 
 
-def test_an_emptied_trash_is_gone(shelf: CaptureCollection) -> None:
+def test_an_emptied_trash_is_gone(shelf: DatasetCollection) -> None:
     shelf.remove("test")
     assert shelf.empty_trash() == 1
     assert shelf.trash() == []
 
 
-def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: CaptureCollection) -> None:
+def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: DatasetCollection) -> None:
     folder = shelf.folder / "one"
     write_document(folder, read_document(folder).with_state(DatasetState.RUNNING))
 
@@ -71,7 +71,7 @@ def test_a_capture_whose_program_was_killed_is_partial_and_can_go_on(shelf: Capt
     assert "interrupted" in found.why
 
 
-def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureCollection) -> None:
+def test_a_damaged_capture_is_listed_with_the_reason(shelf: DatasetCollection) -> None:
     (shelf.folder / "one" / "dataset.json").write_text('{"format": "foveacam-dataset", "version": 99}')
 
     found = CaptureDocument.of(shelf.every()[0])
@@ -80,7 +80,7 @@ def test_a_damaged_capture_is_listed_with_the_reason(shelf: CaptureCollection) -
     assert "newer" in found.why
 
 
-def test_a_download_holds_every_file_but_the_lock(shelf: CaptureCollection) -> None:
+def test_a_download_holds_every_file_but_the_lock(shelf: DatasetCollection) -> None:
     folder = shelf.folder / "one"
     archive = zipfile.ZipFile(io.BytesIO(b"".join(zip_stream(folder))))
 
@@ -109,7 +109,7 @@ def test_a_plan_of_the_command_line_is_a_file_or_options_or_none(tmp_path: Path)
             plan_of(path, options, begun=begun)
 
 
-def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: CaptureCollection) -> None:
+def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: DatasetCollection) -> None:
     dataset = written(shelf.folder / "three", 3)
 
     found = PointsDocument.of(dataset)
@@ -120,13 +120,13 @@ def test_the_points_of_a_capture_stand_on_the_sheet_where_they_are_drawn(shelf: 
     assert found.points[0].aim_ax_deg == pytest.approx(5.7296, abs=1e-3)
 
 
-def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: CaptureCollection) -> None:
+def test_a_point_that_was_not_taken_is_refused_with_what_there_is(shelf: DatasetCollection) -> None:
     with pytest.raises(InvalidInput, match="point 7 was asked for, it has 2 points of 2"):
         point_of(shelf.get("test"), 7)
 
 
 def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(
-    shelf: CaptureCollection,
+    shelf: DatasetCollection,
 ) -> None:
     shutil.copytree(shelf.folder / "one", shelf.folder / "one #2")
     assert [(kept.id, kept.name) for kept in shelf.every()] == [("test", "one"), ("one #2", "one #2")]
@@ -139,7 +139,7 @@ def test_a_copy_of_a_folder_is_another_capture_that_can_be_removed_and_restored(
     assert shelf.restore("one #2").name == "one #2"
 
 
-def test_a_damaged_capture_is_restored_beside_its_successor(shelf: CaptureCollection) -> None:
+def test_a_damaged_capture_is_restored_beside_its_successor(shelf: DatasetCollection) -> None:
     (shelf.folder / "one" / "dataset.json").write_text("{}")
     shelf.remove("one")
     (shelf.folder / "one").mkdir()

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame
-from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8

@@ -41,7 +41,7 @@ class SubpixelPosition:
     score: float
 
 
-def least_squares(
+def match_in_rows(
     left: InterpolatedPicture,
     right: InterpolatedPicture,
     start: WindowPlacement,

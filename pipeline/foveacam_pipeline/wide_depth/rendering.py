@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.context.values import ContextMap
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh
+from foveacam_pipeline.wide_depth.values import ContextMap
 
 TEAR_RELATIVE = 0.05
 """Neighbouring cells whose 1/Z differs by a larger share are not joined."""

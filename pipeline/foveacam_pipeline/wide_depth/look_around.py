@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, Clock, Head, OutOfRange
-from foveacam_pipeline.context.looks import fuse_look, overlap_share
-from foveacam_pipeline.context.wide_context import WideContext
-from foveacam_pipeline.context.wide_matches import NEAREST_M
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import aim_at, reach_span, volts_for
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.wide_depth.looks import fuse_look, overlap_share
+from foveacam_pipeline.wide_depth.wide_context import WideContext
+from foveacam_pipeline.wide_depth.wide_matches import NEAREST_M
 
 SPACING = 0.85
 """Distance of neighbouring directions as a share of a fovea's field."""

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Binning
-from foveacam_pipeline.context.fusing import fuse_surfaces
-from foveacam_pipeline.context.surfaces import cell_surfaces
-from foveacam_pipeline.context.values import AgeingModel, ContextMap, DepthSource
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.matching.texture import LEAST_VARIANCE, noise_level
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.wide_depth.fusing import fuse_surfaces
+from foveacam_pipeline.wide_depth.surfaces import cell_surfaces
+from foveacam_pipeline.wide_depth.values import AgeingModel, ContextMap, DepthSource
 
 CELL_PX = 8
 FORGET_AFTER_S = 5.0

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def collection_paused(*, keep: bool = True) -> Iterator[None]:
+def gc_paused(*, keep: bool = True) -> Iterator[None]:
     """Collect no garbage: what modules make stays, and searching it takes a quarter of a server's start.
 
     `keep`: all that exists at the end is never searched again, nor freed where it is part of a cycle; not for

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.loop.relay import TuneRefused, seen
-from foveacam_pipeline.loop.settings import AXES, Axis
-from foveacam_pipeline.loop.step_response import StepResponse, step_response
-from foveacam_pipeline.loop.vergence_loop import LoopStep, VergenceLoop
+from foveacam_pipeline.continuous_loop.relay import TuneRefused, seen
+from foveacam_pipeline.continuous_loop.settings import AXES, Axis
+from foveacam_pipeline.continuous_loop.step_response import StepResponse, step_response
+from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 
 STEP_RAD = math.radians(0.3)
 WINDOW_LOOKS = 10

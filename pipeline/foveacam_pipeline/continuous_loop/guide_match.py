@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Sighting
-from foveacam_pipeline.loop.settings import LoopSettings
+from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8

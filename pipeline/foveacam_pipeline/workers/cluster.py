@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import cv2
 
 from foveacam_hardware.contract import InvalidInput, NotConnected, install_command
-from foveacam_pipeline.batches.pool import AHEAD, Part, PartLost, WorkersLost, WorkPool
+from foveacam_pipeline.workers.pool import AHEAD, Part, PartLost, WorkersLost, WorkPool
 
 if TYPE_CHECKING:
     from distributed import Client
