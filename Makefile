@@ -5,11 +5,10 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
 WORKERS ?= 3
-# One thread for linear algebra and for PyTorch a worker: on two cores more of them only wait for each other.
 # Bytecode is kept whatever the environment says: a hundred Pythons are started, each would compile a thousand
 # files anew.
 # Two arenas of the C library's allocator, as the server takes: with one a thread a worker grows by 100 MB a server.
-PYTEST := PYTHONDONTWRITEBYTECODE= MALLOC_ARENA_MAX=2 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest
+PYTEST := PYTHONDONTWRITEBYTECODE= MALLOC_ARENA_MAX=2 $(BIN)/python -m pytest
 PORT ?= 8000
 NAME ?= render
 TESTS ?=
