@@ -12,8 +12,9 @@ PYTEST := PYTHONDONTWRITEBYTECODE= MALLOC_ARENA_MAX=2 $(BIN)/python -m pytest
 PORT ?= 8000
 NAME ?= render
 TESTS ?=
+BASE ?= HEAD
 
-.PHONY: setup update packages kernels run test test-fast test-kernels coverage lint lint-python lint-page bench clean
+.PHONY: setup update packages kernels run test test-fast test-changed test-kernels coverage lint lint-python lint-page bench clean
 
 setup: $(DEV)
 
@@ -67,6 +68,10 @@ test: $(DEV) packages kernels
 # Unit and wire tests, which open no simulated rig, without those marked slow: at most 90 s on two quiet cores.
 test-fast: $(DEV)
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile -m "not slow" tests/unit tests/wire
+
+# The tests that what differs from BASE reaches by imports; the whole application's own are left to make test.
+test-changed: $(DEV)
+	@PYTHONDONTWRITEBYTECODE= $(BIN)/python .ci/changed_tests.py --base $(BASE) --numprocesses $(WORKERS) --dist loadfile
 
 # Unit and paper tests, or those that TESTS names, once under every kernel of linear algebra that this processor runs.
 test-kernels: $(DEV)
