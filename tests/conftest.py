@@ -9,7 +9,7 @@ from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
 
-from tests.cpu_seconds import CpuSeconds
+from tests.support.cpu_seconds import CpuSeconds
 
 CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""

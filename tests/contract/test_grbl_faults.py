@@ -1,11 +1,10 @@
 """What only a Grbl board does when it, its settings or people do not do what they should; on virtual time."""
 
 import pytest
+from tests.support.devices.pan_tilt_boards import Bench, bearing, grbl_bench
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput, PanTiltState
 from foveacam_hardware.drivers.positioners.grbl import GrblPanTilt
-
-from .pan_tilt_boards import Bench, bearing, grbl_bench
 
 
 @pytest.fixture

@@ -5,6 +5,8 @@ import threading
 from collections.abc import Callable
 
 import pytest
+from tests.support.devices.controllers import PATIENT, Controllers
+from tests.support.devices.mirror_benches import Bench, Make, bench, controllers, make
 
 from foveacam_hardware.contract import (
     PARKED,
@@ -22,9 +24,6 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
-
-from .controllers import PATIENT, Controllers
-from .mirror_benches import Bench, Make, bench, controllers, make
 
 __all__ = ["bench", "controllers", "make"]
 

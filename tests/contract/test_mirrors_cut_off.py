@@ -4,14 +4,13 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from tests.support.devices.controllers import Controllers, started
 
 from foveacam_hardware.contract import MirrorVolts, MonotonicClock, NotConnected, StereoVolts, Timeout
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.wire.link import Backlog, PortLink
 from foveacam_hardware.wire.usb_ports import PortIdentity
-
-from .controllers import Controllers, started
 
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
 

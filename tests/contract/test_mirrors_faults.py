@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from tests.support.devices.controllers import PATIENT, Controllers, started
 
 from foveacam_hardware.contract import (
     PARKED,
@@ -24,8 +25,6 @@ from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController, LoopbackLink
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-
-from .controllers import PATIENT, Controllers, started
 
 REST = (29490,) * 8
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))

@@ -6,11 +6,10 @@ Every kind of board; what only one of them does is in `test_grbl_faults` and `te
 from collections.abc import Iterator
 
 import pytest
+from tests.support.devices.pan_tilt_boards import KINDS, Bench, Kind, bearing
 
 from foveacam_hardware.contract import Busy, DeviceFault, NotConnected, PanTiltState
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
-
-from .pan_tilt_boards import KINDS, Bench, Kind, bearing
 
 
 @pytest.fixture(params=KINDS)

@@ -4,6 +4,7 @@ Any sequence of them is tried in `test_positioner_sequences`.
 """
 
 import pytest
+from tests.support.devices.pan_tilt_boards import Bench, bearing, grbl_bench, ptu_bench
 
 from foveacam_hardware.contract import Busy, DeviceFault, PanTiltState, RailLimits, VirtualClock
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting
@@ -12,8 +13,6 @@ from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
 from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.sim.pan_tilt import TurningHistory
-
-from .pan_tilt_boards import Bench, bearing, grbl_bench, ptu_bench
 
 WITHOUT_SWITCHES = {20: 0.0, 22: 0.0}
 

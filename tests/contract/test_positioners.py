@@ -4,17 +4,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-
-from foveacam_hardware.contract import Clock, MonotonicClock, NotConnected, OutOfRange, VirtualClock
-from foveacam_hardware.rail_config import PAPER_PLACES
-from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
-from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
-from foveacam_hardware.sim.far_ends.board_process import BoardProcess
-from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
-from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
-from foveacam_hardware.sim.pan_tilt import TurningHistory
-
-from .positioner_benches import (
+from tests.support.devices.positioner_benches import (
     Board,
     Position,
     PositionerBench,
@@ -27,6 +17,15 @@ from .positioner_benches import (
     ptu_pan_tilt,
     reported_position,
 )
+
+from foveacam_hardware.contract import Clock, MonotonicClock, NotConnected, OutOfRange, VirtualClock
+from foveacam_hardware.rail_config import PAPER_PLACES
+from foveacam_hardware.sim.far_ends.board_far_end import BoardKind
+from foveacam_hardware.sim.far_ends.board_loopback import BoardLoopback
+from foveacam_hardware.sim.far_ends.board_process import BoardProcess
+from foveacam_hardware.sim.far_ends.grbl_far_end import GrblFarEnd
+from foveacam_hardware.sim.far_ends.ptu_far_end import PtuFarEnd
+from foveacam_hardware.sim.pan_tilt import TurningHistory
 
 SharedProcess = tuple[BoardProcess, SharedShafts]
 MANUAL: dict[str, Callable[[Clock, TurningHistory], PositionerBench]] = {

@@ -3,12 +3,11 @@
 import math
 
 import pytest
+from tests.support.devices.pan_tilt_boards import PTU_STEP_DEG, Bench, bearing, ptu_bench, reach
 
 from foveacam_hardware.contract import DeviceFault, NotConnected, VirtualClock
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
 from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
-
-from .pan_tilt_boards import PTU_STEP_DEG, Bench, bearing, ptu_bench, reach
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.support.scenes.marker_room import make_grey
 
 from foveacam_hardware.contract import PARKED, InvalidInput
 from foveacam_hardware.rig import Rig
@@ -15,8 +16,6 @@ from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-from .marker_room import make_grey
 
 QUICK = CheckSettings(columns=4, rows=3)
 LOWERED_PX = 3.0

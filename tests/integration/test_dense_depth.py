@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import noise_texture
-from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
+from tests.support.scenes.plane_head import noise_texture
+from tests.support.scenes.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_bench.depth.rendered_looks import RenderedLook, true_looks
 from foveacam_hardware.contract import InvalidInput

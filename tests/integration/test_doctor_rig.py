@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_machine import FakeMachine
+from tests.support.devices.fake_machine import FakeMachine
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig

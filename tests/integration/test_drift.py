@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.simulated_gaze import gaze
+from tests.support.scenes.marker_room import bench_with, expose_briefly, make_grey
+from tests.support.scenes.simulated_gaze import gaze
 
 from foveacam_bench.calibration.truth import EYES, CalibrationModel, random_poses
 from foveacam_hardware.contract import Cancelled, Role
@@ -25,8 +26,6 @@ from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-from .marker_room import bench_with, expose_briefly, make_grey
 
 CERTIFICATE = load_calibration(SHIPPED / "sim-rig120.json")
 RELOCATED = {

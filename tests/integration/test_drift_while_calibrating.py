@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.support.scenes.marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
@@ -27,8 +28,6 @@ from foveacam_server.resources.calibrating.sessions.sessions import (
     SessionCollection,
 )
 from foveacam_server.resources.calibrating.sessions.step_environment import environment_of
-
-from .marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+from tests.support.scenes.marker_room import expose_briefly, make_grey
 
 from foveacam_bench.track.following import FAST, follow_walkers
 from foveacam_hardware.rig import Rig
-
-from .marker_room import expose_briefly, make_grey
 
 CLICKED_STANDING = (replace(FAST[0], start_s=0.7),)
 """It walks from before the first look on; a place that rests while it is verged on is drawn once a look."""

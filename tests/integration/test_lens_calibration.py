@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.support.scenes.marker_room import changed_room, make_grey
 
 from foveacam_hardware.contract import PARKED, Role
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX
@@ -12,8 +13,6 @@ from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.calibrate.wide.fit_fovea import fit_fovea
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 from foveacam_server.resources.calibrating.sessions.lens_step import BOARD
-
-from .marker_room import changed_room, make_grey
 
 VIEWS = 6
 EVERY_S = 0.5

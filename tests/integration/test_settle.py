@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.support.scenes.marker_room import make_grey
 
 from foveacam_hardware.contract import CameraSettings, Role
 from foveacam_hardware.rig import Rig
@@ -15,8 +16,6 @@ from foveacam_pipeline.calibrate.settle.settle import characterise_settling
 from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, SettleSettings
 from foveacam_pipeline.verge.aim import EYES
-
-from .marker_room import make_grey
 
 pytestmark = pytest.mark.timeout(300)
 

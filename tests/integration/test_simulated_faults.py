@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from tests.simulated_gaze import gaze
+from tests.support.scenes.simulated_gaze import gaze
 from tests.unit.simulation.test_mirror_dynamics import codes, pair_at_rest
 
 from foveacam_hardware.contract import MirrorVolts, Role, VirtualClock

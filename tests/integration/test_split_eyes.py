@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.support.scenes.marker_room import make_grey
 
 from foveacam_hardware.contract import OutOfRange, Role, StereoVolts
 from foveacam_hardware.rig import Rig
@@ -14,8 +15,6 @@ from foveacam_pipeline.continuous_loop.split_eyes import MOST_STEP_V, EyeState, 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-from .marker_room import make_grey
 
 GAINS = Gains(kp=0.5, ki=0.02, kd=0.0)
 MIDDLE_PX = (719.5, 539.5)

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.support.scenes.marker_room import EYES, RecordingWatcher, changed_room, gaze_error_px, make_grey
+from tests.support.scenes.small_sweeps import PLAN, SETTINGS, WIDE, station, sweep
 
 from foveacam_hardware.contract import (
     Cancelled,
@@ -23,9 +25,6 @@ from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
-
-from .marker_room import EYES, RecordingWatcher, changed_room, gaze_error_px, make_grey
-from .small_sweeps import PLAN, SETTINGS, WIDE, station, sweep
 
 F_PX = 28_760.0
 KNOCKED_AT = 5

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.support.scenes.marker_room import RecordingWatcher, changed_room, make_grey
+from tests.support.scenes.small_sweeps import PLAN, SETTINGS, sweep
 
 from foveacam_hardware.contract import (
     DeviceFault,
@@ -23,9 +25,6 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
-
-from .marker_room import RecordingWatcher, changed_room, make_grey
-from .small_sweeps import PLAN, SETTINGS, sweep
 
 LEFT_FAR = 'name = "far left"\nshape = "quad"\nmaterial = "marker_left"'
 RIGHT_FAR = 'name = "far right"\nshape = "quad"\nmaterial = "marker_right"'

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.support.scenes.marker_room import make_grey
 
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
@@ -14,8 +15,6 @@ from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-from .marker_room import make_grey
 
 SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
 WHITEBOARD = ((660.0, 300.0), (640.0, 213.0))

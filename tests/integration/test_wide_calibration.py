@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.support.scenes.marker_room import changed_room, make_grey
 
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
@@ -11,8 +12,6 @@ from foveacam_pipeline.calibrate.wide.boards import Checkerboard
 from foveacam_pipeline.calibrate.wide.fit_wide import choose_model
 from foveacam_pipeline.calibrate.wide.lens_accuracy import grid_px
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
-
-from .marker_room import changed_room, make_grey
 
 EVERY_S = 0.5
 """Between looks at a board that is held for 1.6 s and shown elsewhere every 2 s: two looks see it at rest."""

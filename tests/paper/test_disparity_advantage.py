@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_pipeline.geometry.triangulate import depth_sigma_m

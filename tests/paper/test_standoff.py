@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.support.scenes.obstacle_quadrature import success_by_quadrature
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.study.visibility.obstacles import (
@@ -23,8 +24,6 @@ from foveacam_pipeline.study.visibility.standoff import (
     resolving_range_m,
     standoff_ring,
 )
-
-from .obstacle_quadrature import success_by_quadrature
 
 DOMAIN_M2 = 3000.0
 RINGS = (

@@ -14,8 +14,15 @@ import pytest
 from foveacam_hardware.contract import PARKED, PixelFormat, Role, Sighting, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-from .conftest import API, CENTRE, PATIENCE_S, SELDOM_HZ, Running, missing_rig, running
+from tests.support.servers.running_server import (
+    API,
+    CENTRE,
+    PATIENCE_S,
+    SELDOM_HZ,
+    Running,
+    missing_rig,
+    running,
+)
 
 pytestmark = pytest.mark.timeout(300)
 

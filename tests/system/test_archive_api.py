@@ -14,10 +14,9 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.cli import app
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.capturing.stills.collection import HELD
-from tests.unit.dataset_scenes import written
-from tests.unit.recordings import record
-
-from .conftest import API, Running, running
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.recordings import record
+from tests.support.servers.running_server import API, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 

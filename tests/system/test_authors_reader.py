@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.unit.recordings import STREAMS, picture, pose, record
+from tests.support.scenes.recordings import STREAMS, picture, pose, record
 
 READER = os.environ.get("FOVEACAM_PYFCAP")
 

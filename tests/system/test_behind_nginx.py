@@ -12,9 +12,8 @@ from typer.core import TyperGroup
 from typer.testing import CliRunner
 
 from foveacam_server.cli import app
-from tests.nginx_proxy import Nginx, nginx_before
-
-from .conftest import API, Running, gated, running
+from tests.support.servers.nginx_proxy import Nginx, nginx_before
+from tests.support.servers.running_server import API, Running, gated, running
 
 pytestmark = pytest.mark.timeout(300)
 

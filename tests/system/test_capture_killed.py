@@ -19,9 +19,8 @@ from foveacam_bench.faults.kills import RIG, RailCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
-from tests.system.people.guarded_server import HOLD, RIG_ID
-
-from .conftest import API, PATIENCE_S, Program
+from tests.support.servers.guarded_server import HOLD, RIG_ID
+from tests.support.servers.running_server import API, PATIENCE_S, Program
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -138,7 +137,7 @@ def test_the_guardian_rests_the_mirrors_of_a_killed_capture_and_lets_the_next_se
     live: Callable[..., Server], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data, rig, cables = tmp_path / "data", tmp_path / "rig.toml", RailCables()
-    module = "tests.system.people.guarded_server"
+    module = "tests.support.servers.guarded_server"
     with ControllerProcess(cables, strict=True) as controller:
         rig.write_text(RIG.format(port=controller.port).replace("to-be-killed", RIG_ID), encoding="utf-8")
         monkeypatch.setenv(HOLD, "4")

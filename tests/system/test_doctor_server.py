@@ -17,10 +17,9 @@ from foveacam_server.checks.findings import Finding
 from foveacam_server.cli import app
 from foveacam_server.doctor import running_server
 from foveacam_server.doctor.running_server import examine_server
-from tests.certificates import written_certificate
-from tests.local_server import serving
-
-from .conftest import Running, running
+from tests.support.servers.certificates import written_certificate
+from tests.support.servers.local_server import serving
+from tests.support.servers.running_server import Running, running
 
 PASSWORD = "correct horse battery"  # noqa: S105  # a password of this test alone
 

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from foveacam_bench.doors.foreign import foreign_figures
-
-from .conftest import Program, missing_rig
+from tests.support.servers.running_server import Program, missing_rig
 
 
 def test_the_server_opens_one_port_and_no_foreigner_is_accepted(

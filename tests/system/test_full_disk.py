@@ -21,10 +21,9 @@ from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.models.calibration_file import calibration_document
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES
 from foveacam_server.foundation.store import Document
-from tests.integration.marker_room import make_grey
-from tests.system.api.captures.capture_plans import URL, begin, plan
-
-from .conftest import API, LIVE_FOVEA_HZ, PATIENCE_S, Running, running
+from tests.support.scenes.marker_room import make_grey
+from tests.support.servers.capture_plans import URL, begin, plan
+from tests.support.servers.running_server import API, LIVE_FOVEA_HZ, PATIENCE_S, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 

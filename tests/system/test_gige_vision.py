@@ -30,7 +30,7 @@ from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis.settings import AravisOptions
 from foveacam_hardware.drivers.cameras.supervised import SupervisedCamera
 from foveacam_hardware.sim.rig import open_simulated
-from tests.contract.cameras.gige_cameras import (
+from tests.support.devices.gige_cameras import (
     LOOPBACK,
     OPTIONS,
     SETTINGS,
@@ -41,7 +41,7 @@ from tests.contract.cameras.gige_cameras import (
     fake_program,
     require_library,
 )
-from tests.contract.cameras.gige_far_end import AcquisitionRequest, GigeCamera
+from tests.support.devices.gige_far_end import AcquisitionRequest, GigeCamera
 
 WHOLE = AravisOptions(width_px=1440, height_px=1080, packet_size_bytes=8900)
 PATIENCE_S = 40.0
@@ -251,7 +251,15 @@ def test_three_cameras_on_three_interfaces_open_as_a_rig(tmp_path: Path) -> None
     """In a network of its own: three cameras need three addresses."""
     require_library()
     unshared = subprocess.run(
-        ["unshare", "--net", "--map-root-user", sys.executable, "-m", "tests.system.gige_rig", str(tmp_path)],
+        [
+            "unshare",
+            "--net",
+            "--map-root-user",
+            sys.executable,
+            "-m",
+            "tests.support.servers.gige_rig",
+            str(tmp_path),
+        ],
         cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,

@@ -18,8 +18,7 @@ from schemathesis.core.result import Ok
 
 from foveacam_server.app import create_app
 from foveacam_server.foundation.settings import Settings
-
-from .conftest import PATIENCE_S, SELDOM_HZ, Running, running
+from tests.support.servers.running_server import PATIENCE_S, SELDOM_HZ, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -25,9 +25,9 @@ from foveacam_server.foundation.http.answers import BODY_BYTES
 from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.studying.planner import routes
 from foveacam_server.resources.studying.planner.maps import MOST_VERTICES
-from tests.local_server import serving
-from tests.paper.obstacle_quadrature import success_by_quadrature
-from tests.persons import install_persons
+from tests.support.scenes.obstacle_quadrature import success_by_quadrature
+from tests.support.servers.local_server import serving
+from tests.support.servers.persons import install_persons
 
 Json = dict[str, Any]  # Any: JSON documents
 

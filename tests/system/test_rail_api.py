@@ -9,8 +9,7 @@ import pytest
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail
 from foveacam_server import cli
 from foveacam_server.foundation.store import Document
-
-from .conftest import API, Running, running
+from tests.support.servers.running_server import API, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 

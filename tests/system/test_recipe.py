@@ -9,7 +9,7 @@ import pytest
 
 from foveacam_server.assembly import routers
 from foveacam_server.resources import looking
-from tests.system.conftest import missing_rig, running
+from tests.support.servers.running_server import missing_rig, running
 
 PAGE = Path(__file__).parents[2] / "CONTRIBUTING.md"
 FILES = ("schema.py", "service.py", "routes.py")

@@ -19,8 +19,8 @@ from foveacam_server.app import create_app
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.rig.replay import open_recording
-from tests.local_server import serving
-from tests.unit.recordings import STREAMS, picture, raw
+from tests.support.scenes.recordings import STREAMS, picture, raw
+from tests.support.servers.local_server import serving
 
 HEIGHT, WIDTH = 96, 128
 TICKS = 20

@@ -11,9 +11,8 @@ from fastapi import FastAPI, Request
 from fastapi.responses import Response
 
 from foveacam_server.foundation.store import Document
-from tests.local_server import serving
-
-from .conftest import SELDOM_HZ, Running, missing_rig, running
+from tests.support.servers.local_server import serving
+from tests.support.servers.running_server import SELDOM_HZ, Running, missing_rig, running
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -15,8 +15,7 @@ from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.capturing.stills.cli_run import take_on_server
 from foveacam_server.resources.capturing.stills.schema import StillRequest
-
-from .conftest import API, Running, running
+from tests.support.servers.running_server import API, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -7,11 +7,10 @@ from contextlib import ExitStack
 import pytest
 from opentelemetry.proto.trace.v1.trace_pb2 import Span
 
-from tests.collector import Collector, collecting
-from tests.integration.marker_room import make_grey
-from tests.system.api.captures.capture_plans import begin, plan
-
-from .conftest import CENTRE, PATIENCE_S, Running, running
+from tests.support.scenes.marker_room import make_grey
+from tests.support.servers.capture_plans import begin, plan
+from tests.support.servers.collector import Collector, collecting
+from tests.support.servers.running_server import CENTRE, PATIENCE_S, Running, running
 
 TRACE, CALLER = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 

@@ -3,8 +3,8 @@
 from typing import cast
 
 import pytest
-from tests.wire.firmware.crc_rig import ASIDE, Rig
-from tests.wire.firmware.firmware_board import REST, FirmwareBoard
+from tests.support.devices.crc_rig import ASIDE, Rig
+from tests.support.devices.firmware_board import REST, FirmwareBoard
 from tests.wire.firmware.test_firmware_driver import differences, told
 
 from foveacam_hardware.contract import PARKED, DeviceFault, NotConnected, Timeout

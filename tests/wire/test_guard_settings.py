@@ -3,8 +3,8 @@
 import threading
 import time
 
-from tests.wire.firmware.firmware_board import Item
-from tests.wire.firmware.firmware_process import FirmwareProcess
+from tests.support.devices.firmware_board import Item
+from tests.support.devices.firmware_process import FirmwareProcess
 from tests.wire.firmware.test_firmware_driver import Loop
 
 from foveacam_hardware.contract import MirrorLimits, MonotonicClock

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from tests.contract.controllers import Controllers, started
+from tests.support.devices.controllers import Controllers, started
 
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_hardware.drivers.controller.guard import LinkSupervision

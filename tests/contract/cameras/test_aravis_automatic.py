@@ -5,13 +5,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.support.devices import genicam_descriptions as genicam
+from tests.support.devices.gige_cameras import (
+    OPTIONS,
+    SETTINGS,
+    await_on_network,
+    fake_program,
+    require_library,
+)
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, MonotonicClock
 from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis.settings import AravisFeatures
-
-from . import genicam_descriptions as genicam
-from .gige_cameras import OPTIONS, SETTINGS, await_on_network, fake_program, require_library
 
 SERIAL = "AUTO-1"
 CONTINUOUS = replace(SETTINGS, exposure_auto=AutoMode.CONTINUOUS)

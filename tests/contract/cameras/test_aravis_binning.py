@@ -5,14 +5,21 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
+from tests.support.devices import genicam_descriptions as genicam
+from tests.support.devices.gige_cameras import (
+    HEIGHT,
+    OPTIONS,
+    SETTINGS,
+    WIDTH,
+    await_on_network,
+    fake_program,
+    require_library,
+)
 
 from foveacam_hardware.contract import MonotonicClock, PixelFormat
 from foveacam_hardware.drivers.cameras.aravis.device import AravisDevice
 from foveacam_hardware.drivers.cameras.aravis.region import REGION
 from foveacam_hardware.drivers.cameras.aravis.settings import AravisFeatures, AravisOptions
-
-from . import genicam_descriptions as genicam
-from .gige_cameras import HEIGHT, OPTIONS, SETTINGS, WIDTH, await_on_network, fake_program, require_library
 
 SERIAL = "BINS-1"
 BINNED = replace(SETTINGS, binning=2)

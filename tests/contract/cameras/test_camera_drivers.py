@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.support.devices.camera_kinds import NewCamera, kinds_of
 
 from foveacam_hardware.contract import (
     AutoMode,
@@ -27,8 +28,6 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-
-from .camera_kinds import NewCamera, kinds_of
 
 PATIENCE_MS = 5000.0
 STRETCHES = 5

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.support.devices.gige_cameras import aravis_camera, fake_program
 
 from foveacam_hardware.contract import InvalidInput, MonotonicClock, NotConnected
 from foveacam_hardware.device_trials import named_camera, take_picture
-
-from .gige_cameras import aravis_camera, fake_program
 
 CLOCK = MonotonicClock()
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from tests.support.devices.mjpeg_server import MjpegServer
 
 from foveacam_hardware.contract import (
     AutoMode,
@@ -23,8 +24,6 @@ from foveacam_hardware.contract import (
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.opencv.device import OpenCvDevice, OpenCvOptions
 from foveacam_hardware.drivers.cameras.opencv.source import Source, SourceKind, kind_of, shown
-
-from .mjpeg_server import MjpegServer
 
 AS_IT_IS = CameraSettings(exposure_ns=0, frame_rate_hz=0.0)
 AUTOMATIC = replace(AS_IT_IS, exposure_auto=AutoMode.CONTINUOUS, frame_rate_auto=True)

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable
 
 import pytest
+from tests.support.devices.mjpeg_server import MjpegServer
 
 from foveacam_hardware.camera_config import OpenCvCameraConfig
 from foveacam_hardware.contract import (
@@ -16,8 +17,6 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_hardware.rig_cameras import build_camera, first_settings
-
-from .mjpeg_server import MjpegServer
 
 
 def wait_until(holds: Callable[[], bool]) -> None:

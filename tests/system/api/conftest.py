@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.integration.marker_room import make_grey
-from tests.system.conftest import PATIENCE_S, Running, running
+from tests.support.scenes.marker_room import make_grey
+from tests.support.servers.running_server import PATIENCE_S, Running, running
 
 LIVE_HZ = 1.0, 0.5
 """Of the live views, at which few look: they cost time while something else is waited for."""

@@ -12,7 +12,7 @@ import yaml
 
 from foveacam_hardware.contract import Role
 from foveacam_server.foundation.schema import ResponseModel
-from tests.system.conftest import CENTRE, Running
+from tests.support.servers.running_server import CENTRE, Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

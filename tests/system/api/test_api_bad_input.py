@@ -8,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.system.conftest import CENTRE, Running
+from tests.support.servers.running_server import CENTRE, Running
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -8,7 +8,7 @@ import pytest
 from foveacam_hardware.contract import CameraSettings, InvalidInput, Role
 from foveacam_pipeline.models.resolution import px_per_deg
 from foveacam_server.resources.looking.clouds.shapes import MAX_POINTS
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("binned")]
 

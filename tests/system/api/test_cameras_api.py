@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from foveacam_hardware.contract import CameraSettings, OutOfRange, Role
-from tests.system.conftest import API, CENTRE, Running
+from tests.support.servers.running_server import API, CENTRE, Running
 
 
 @pytest.fixture(autouse=True)

@@ -9,7 +9,7 @@ import pytest
 from foveacam_pipeline.verge.values import Basis, DistanceBound, EyeView, Fixation, FixationState
 from foveacam_server.resources.looking.fixations import service
 from foveacam_server.resources.looking.fixations.schema import FixationDocument
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

@@ -7,8 +7,8 @@ import pytest
 
 from foveacam_server.foundation.store import Document
 from foveacam_server.resources.looking.depth_backends.networks import NetworkFolder
-from tests.system.conftest import API, Running
-from tests.unit.network_graphs import constant, matcher, write_card
+from tests.support.scenes.network_graphs import constant, matcher, write_card
+from tests.support.servers.running_server import API, Running
 
 pytestmark = [pytest.mark.timeout(120), pytest.mark.usefixtures("grey")]
 

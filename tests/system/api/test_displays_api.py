@@ -3,8 +3,8 @@
 import pytest
 
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running
-from tests.unit.printed_pages import printed_pages
+from tests.support.pages.printed_pages import printed_pages
+from tests.support.servers.running_server import API, Running
 
 pytestmark = pytest.mark.timeout(120)
 

@@ -1,7 +1,7 @@
 """The load of the server's parts by REST."""
 
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 
 def rows(found: Document, part: str, key: str) -> dict[str, Document]:

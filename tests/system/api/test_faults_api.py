@@ -4,7 +4,7 @@ from typing import Any
 
 from foveacam_server.foundation.events import EventLevel
 from foveacam_server.rig.schema import DeviceName, DeviceProblemDocument
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 
 def lose(server: Running, device: str) -> None:

@@ -9,8 +9,8 @@ from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.track.follow import MOST_TARGETS
 from foveacam_server.foundation.store import Document
 from foveacam_server.rig.schema import FollowMark
-from tests.system import server_state
-from tests.system.conftest import API, CENTRE, Running
+from tests.support.servers import server_state
+from tests.support.servers.running_server import API, CENTRE, Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 SHELF = {"pixel": {"x_px": 800.0, "y_px": 610.0}}

@@ -8,8 +8,8 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.continuous_loop.fault_gate import LATCH_AFTER
 from foveacam_server.foundation.store import Document
-from tests.system import server_state
-from tests.system.conftest import API, CENTRE, Running
+from tests.support.servers import server_state
+from tests.support.servers.running_server import API, CENTRE, Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 PNG = b"\x89PNG"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 POSTER_PX = {"pixel": {"x_px": 812.0, "y_px": 420.0}}
 Answer = dict[str, Any]  # Any: a JSON document

@@ -2,7 +2,7 @@
 
 import time
 
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 AHEAD = {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}}
 PATIENCE_S = 20.0

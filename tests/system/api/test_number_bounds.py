@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.system.conftest import API, Running
+from tests.support.servers.running_server import API, Running
 
 pytestmark = pytest.mark.timeout(300)
 

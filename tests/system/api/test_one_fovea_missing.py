@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.conftest import API, Running
+from tests.support.servers.running_server import API, Running
 
 pytestmark = [pytest.mark.timeout(120), pytest.mark.usefixtures("grey")]
 

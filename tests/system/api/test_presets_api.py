@@ -3,7 +3,7 @@
 import pytest
 
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running
+from tests.support.servers.running_server import API, Running
 
 pytestmark = pytest.mark.timeout(120)
 

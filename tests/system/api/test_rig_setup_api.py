@@ -7,7 +7,7 @@ import pytest
 
 from foveacam_hardware.rig_config import load_rig_config
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, CENTRE, Running
+from tests.support.servers.running_server import API, CENTRE, Running
 
 pytestmark = pytest.mark.timeout(180)
 

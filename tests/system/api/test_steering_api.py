@@ -18,8 +18,8 @@ from websockets.typing import Origin
 from foveacam_hardware.contract import PARKED, NotCalibrated
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.rig import hand_steering
-from tests.system import server_state
-from tests.system.conftest import API, PATIENCE_S, Running
+from tests.support.servers import server_state
+from tests.support.servers.running_server import API, PATIENCE_S, Running
 
 STEP_V = 0.01
 FREE = {"left": {"x_v": 30.0, "y_v": -12.0}, "right": {"x_v": -5.0, "y_v": 8.0}}

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from foveacam_hardware.contract import PARKED
-from tests.system.conftest import API, CENTRE, PATIENCE_S, POLL_S, Running
+from tests.support.servers.running_server import API, CENTRE, PATIENCE_S, POLL_S, Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

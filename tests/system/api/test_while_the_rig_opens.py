@@ -17,7 +17,7 @@ from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.refusals import not_open
 from foveacam_server.rig.schema import DeviceProblemDocument
 from foveacam_server.rig.status import RigStatus
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 Schema = Mapping[str, Any]  # Any: JSON
 

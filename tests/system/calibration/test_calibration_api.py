@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 
 from foveacam_server.foundation.store import Document
-from tests.integration.marker_room import changed_room
-from tests.system.conftest import API, Running, running
-
-from .stored_session import store_session, store_settle
+from tests.support.scenes.marker_room import changed_room
+from tests.support.servers.running_server import API, Running, running
+from tests.support.servers.stored_session import store_session, store_settle
 
 pytestmark = pytest.mark.timeout(300)
 

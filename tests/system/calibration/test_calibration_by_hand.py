@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from .calibration_server import CalibrationServer, calibration_server
-from .stored_session import store_session
+from tests.support.servers.calibration_server import CalibrationServer, calibration_server
+from tests.support.servers.stored_session import store_session
 
 MEASURED = 8
 """Poses of the nine that were measured before."""

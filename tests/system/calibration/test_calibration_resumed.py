@@ -10,10 +10,9 @@ from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_server.resources.calibrating.sessions import fit_step
 from foveacam_server.rig.settle_times import SettleTime
-from tests.system.conftest import API
-
-from .calibration_server import CalibrationServer, calibration_server
-from .stored_session import RIG, store_session
+from tests.support.servers.calibration_server import CalibrationServer, calibration_server
+from tests.support.servers.running_server import API
+from tests.support.servers.stored_session import RIG, store_session
 
 pytestmark = pytest.mark.timeout(300)
 

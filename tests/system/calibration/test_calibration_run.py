@@ -6,10 +6,9 @@ from typing import Any
 import pytest
 
 from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
-from tests.system.conftest import API, Running
-
-from .calibration_server import CalibrationServer, calibration_server
-from .stored_session import store_sweep
+from tests.support.servers.calibration_server import CalibrationServer, calibration_server
+from tests.support.servers.running_server import API, Running
+from tests.support.servers.stored_session import store_sweep
 
 pytestmark = pytest.mark.timeout(300)
 

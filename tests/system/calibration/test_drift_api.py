@@ -7,8 +7,8 @@ import pytest
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.content import content_id
-from tests.integration.marker_room import bench_with, make_grey
-from tests.system.conftest import PATIENCE_S, Running, running
+from tests.support.scenes.marker_room import bench_with, make_grey
+from tests.support.servers.running_server import PATIENCE_S, Running, running
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -8,10 +8,8 @@ import pytest
 from playwright.sync_api import Browser, Error, Page, Playwright, sync_playwright
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
-from tests.system.conftest import Running, running
-from tests.system.console.calibration import calibration_documents
-
-from .console_page import (
+from tests.support.pages import calibration_documents
+from tests.support.pages.console_page import (
     BROWSER,
     DESKTOP,
     EMPTY,
@@ -23,8 +21,9 @@ from .console_page import (
     SharedPages,
     Tabs,
 )
-from .server_process import Server, server_of
-from .stub_server import StubServer, serving_stub
+from tests.support.pages.stub_server import StubServer, serving_stub
+from tests.support.servers.running_server import Running, running
+from tests.support.servers.server_process import Server, server_of
 
 SNAPSHOT_MS = 5000.0
 _BROWSER = pytest.StashKey[Browser]()

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import expect
 
-from .answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
-from .awaited import box_of, expect_to_fit, let_run
-from .console_page import PHONE, Console, OpenConsole, posted
-from .stub_server import StubServer
+from tests.support.pages.answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
+from tests.support.pages.awaited import box_of, expect_to_fit, let_run
+from tests.support.pages.console_page import PHONE, Console, OpenConsole, posted
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -6,9 +6,8 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Page, Request, Route, WebSocket, expect
 
-from tests.system.conftest import Running, running
-
-from .console_page import Console, OpenConsole
+from tests.support.pages.console_page import Console, OpenConsole
+from tests.support.servers.running_server import Running, running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

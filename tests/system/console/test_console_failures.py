@@ -7,12 +7,11 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from foveacam_bench.servers import free_port
-from tests.system.conftest import running
-
-from .awaited import settled
-from .console_page import OpenConsole, console_of
-from .server_process import Server, server_of
-from .stub_server import StubServer
+from tests.support.pages.awaited import settled
+from tests.support.pages.console_page import OpenConsole, console_of
+from tests.support.pages.stub_server import StubServer
+from tests.support.servers.running_server import running
+from tests.support.servers.server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

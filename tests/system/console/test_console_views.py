@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import CDPSession, WebSocket, expect
 
-from .awaited import box_of, expect_to_fit, expect_value
-from .console_page import TOUCH, Console, OpenConsole, OpenShared, is_fixation, posted
-from .server_process import PATIENCE_S, Server
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared, is_fixation, posted
+from tests.support.servers.server_process import PATIENCE_S, Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -7,10 +7,8 @@ import pytest
 from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
-from tests.system.conftest import running
-
-from .awaited import box_of, expect_to_fit, match_of, settled
-from .console_page import (
+from tests.support.pages.awaited import box_of, expect_to_fit, match_of, settled
+from tests.support.pages.console_page import (
     BROWSER,
     DESKTOP,
     PHONE,
@@ -21,8 +19,9 @@ from .console_page import (
     console_of,
     contexts,
 )
-from .server_process import Server, server_of
-from .stub_server import StubServer
+from tests.support.pages.stub_server import StubServer
+from tests.support.servers.running_server import running
+from tests.support.servers.server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -9,11 +9,10 @@ import pytest
 from playwright.sync_api import expect
 
 from foveacam_server.resources.looking.depth_backends.networks import NetworkFolder
-from tests.unit.network_graphs import constant, matcher, write_card
-
-from .awaited import expect_to_fit
-from .console_page import Console, OpenShared
-from .server_process import Server
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.console_page import Console, OpenShared
+from tests.support.scenes.network_graphs import constant, matcher, write_card
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 LIST = "What computes the depth of a look"

@@ -3,9 +3,8 @@
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.system.conftest import Running
-
-from .console_page import PATIENCE_MS
+from tests.support.pages.console_page import PATIENCE_MS
+from tests.support.servers.running_server import Running
 
 pytestmark = pytest.mark.browser
 

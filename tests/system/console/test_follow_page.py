@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Download, Locator, Page, Request, Response, expect
 
-from tests.system.console.calibration.calibration_documents import Document
-
-from .awaited import box_of, expect_to_fit, expect_value
-from .console_page import PHONE, Console, OpenConsole, OpenShared, posted
-from .server_process import Server
-from .stub_server import StubServer, problem
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.calibration_documents import Document
+from tests.support.pages.console_page import PHONE, Console, OpenConsole, OpenShared, posted
+from tests.support.pages.stub_server import StubServer, problem
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -3,12 +3,11 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.system.console.calibration import calibration_documents as documents
-from tests.system.console.calibration.calibration_documents import SESSION_ID
-
-from .awaited import expect_to_fit
-from .console_page import TOUCH, OpenConsole, OpenWizard
-from .stub_server import StubServer
+from tests.support.pages import calibration_documents as documents
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.calibration_documents import SESSION_ID
+from tests.support.pages.console_page import TOUCH, OpenConsole, OpenWizard
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

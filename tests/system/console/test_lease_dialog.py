@@ -3,9 +3,9 @@
 import pytest
 from playwright.sync_api import expect
 
-from .awaited import box_of, expect_to_fit
-from .console_page import PHONE, OpenConsole
-from .stub_server import StubServer
+from tests.support.pages.awaited import box_of, expect_to_fit
+from tests.support.pages.console_page import PHONE, OpenConsole
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

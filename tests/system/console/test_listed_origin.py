@@ -14,7 +14,7 @@ from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import needs
 from foveacam_server.console import security
 from foveacam_server.foundation.settings import Settings
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 pytestmark = pytest.mark.browser
 TOKEN = "correct horse"  # noqa: S105  # a token of this test alone

@@ -7,12 +7,11 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Locator, Page, Request, Response, expect
 
-from tests.system.console.calibration.calibration_documents import Document, job
-
-from .awaited import expect_to_fit, expect_value, settled, wait_for
-from .console_page import PHONE, Console, OpenConsole, OpenShared, posted
-from .server_process import Server
-from .stub_server import StubServer, problem
+from tests.support.pages.awaited import expect_to_fit, expect_value, settled, wait_for
+from tests.support.pages.calibration_documents import Document, job
+from tests.support.pages.console_page import PHONE, Console, OpenConsole, OpenShared, posted
+from tests.support.pages.stub_server import StubServer, problem
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -3,9 +3,9 @@
 import pytest
 from playwright.sync_api import expect
 
-from .awaited import box_of, match_of
-from .console_page import OpenConsole
-from .server_process import Server
+from tests.support.pages.awaited import box_of, match_of
+from tests.support.pages.console_page import OpenConsole
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

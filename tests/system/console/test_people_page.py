@@ -3,10 +3,10 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from .awaited import expect_to_fit, let_run
-from .console_page import TOUCH, Console, OpenConsole, posted
-from .stub_people import PRESENT, SECRET, TOKEN, entry, problem, session, user
-from .stub_server import StubServer
+from tests.support.pages.awaited import expect_to_fit, let_run
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, posted
+from tests.support.pages.stub_people import PRESENT, SECRET, TOKEN, entry, problem, session, user
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -19,11 +19,10 @@ from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import RigShape
-from tests.local_server import serving
-from tests.viewer import viewer_of
-
-from .awaited import let_run, wait_for
-from .console_page import PATIENCE_MS
+from tests.support.pages.awaited import let_run, wait_for
+from tests.support.pages.console_page import PATIENCE_MS
+from tests.support.servers.local_server import serving
+from tests.support.servers.viewer import viewer_of
 
 pytestmark = pytest.mark.browser
 

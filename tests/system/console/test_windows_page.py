@@ -6,10 +6,10 @@ from typing import Literal
 import pytest
 from playwright.sync_api import FloatRect, Locator, Page, expect
 
-from .awaited import box_of, expect_to_fit, expect_value, settled
-from .console_page import PHONE, TOUCH, Console, OpenConsole
-from .server_process import Server
-from .stub_server import StubServer
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, settled
+from tests.support.pages.console_page import PHONE, TOUCH, Console, OpenConsole
+from tests.support.pages.stub_server import StubServer
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -17,9 +17,8 @@ from foveacam_server.accounts.route_rights import needs
 from foveacam_server.console import openid, security
 from foveacam_server.foundation.settings import OpenIdSettings, Settings, checked_settings
 from foveacam_server.foundation.store import Store
-from tests.local_server import serving
-
-from .openid_provider import CLIENT_ID, CLIENT_SECRET, Provider, serving_provider
+from tests.support.servers.local_server import serving
+from tests.support.servers.openid_provider import CLIENT_ID, CLIENT_SECRET, Provider, serving_provider
 
 ANNA = {"email": "Anna@Lab.example", "email_verified": True}
 PASSWORD = "correct horse battery"  # noqa: S105  # a password of this test alone

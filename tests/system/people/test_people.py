@@ -21,9 +21,17 @@ import foveacam_client
 from foveacam_bench.access.ended_sign_ins import ended_figures
 from foveacam_hardware.rig_config import AccessConfig, SimulatedRigConfig
 from foveacam_server.rig.chosen_rig import ChosenRig
-from tests.certificates import written_certificate
-from tests.system.conftest import API, CENTRE, PATIENCE_S, Running, missing_rig, read_until, running
-from tests.unit.dataset_scenes import written
+from tests.support.scenes.dataset_scenes import written
+from tests.support.servers.certificates import written_certificate
+from tests.support.servers.running_server import (
+    API,
+    CENTRE,
+    PATIENCE_S,
+    Running,
+    missing_rig,
+    read_until,
+    running,
+)
 
 PASSWORD = "correct horse battery"  # noqa: S105  # a password of these tests alone
 JOB = f"{API}/captures/test/archive"

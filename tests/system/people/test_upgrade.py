@@ -11,7 +11,7 @@ import pytest
 from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher
 from foveacam_server.foundation.backup.restore import restore
 from foveacam_server.foundation.store import DATABASE
-from tests.system.conftest import API, CENTRE, SELDOM_HZ, Running, running
+from tests.support.servers.running_server import API, CENTRE, SELDOM_HZ, Running, running
 
 BACKUP = Path(__file__).parents[2] / "data" / "backup-0.1-before-people.tar.xz"
 """Of a simulated rig: a fixation with its cloud, a measurement, camera settings, a preset, a layout."""

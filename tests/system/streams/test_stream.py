@@ -29,8 +29,8 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.schema import Direction, OverlayDocument
 from foveacam_server.rig.stream import LiveStreams
 from foveacam_server.rig.stream_messages import HEADER
-from tests.local_server import serving
-from tests.persons import PERSON_HEADER, install_persons
+from tests.support.servers.local_server import serving
+from tests.support.servers.persons import PERSON_HEADER, install_persons
 
 PATIENCE_S = 10.0
 SOCKET = "/api/v1/views/ws"

@@ -22,9 +22,9 @@ from foveacam_server.resources.operating.views import routes
 from foveacam_server.rig.frame_hub import FrameHub
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.stream import MJPEG_EACH, LiveStreams
-from tests.local_server import serving
-from tests.nginx_proxy import nginx_before
-from tests.persons import PERSON_HEADER, install_persons
+from tests.support.servers.local_server import serving
+from tests.support.servers.nginx_proxy import nginx_before
+from tests.support.servers.persons import PERSON_HEADER, install_persons
 
 PATIENCE_S = 10.0
 

@@ -24,7 +24,7 @@ from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
 from foveacam_web.viser_page import viser_subprotocol
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 PATIENCE_S = 10.0
 

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import pytest
 from argon2 import PasswordHasher
+from tests.support.servers.account_setup import PASSWORD, FillableStore
 
 from foveacam_server.accounts import passwords
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.foundation.store import DATABASE, Store
-
-from .account_setup import PASSWORD, FillableStore
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,7 @@ import time
 from datetime import timedelta
 
 import pytest
+from tests.support.servers.account_setup import PASSWORD
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.accounts import sign_ins, users
@@ -18,8 +19,6 @@ from foveacam_server.accounts.signing_key import KEY_FILE
 from foveacam_server.accounts.tables import ServiceTokenRow, UserRow
 from foveacam_server.foundation.errors import NotFound, WrongCredentials
 from foveacam_server.foundation.store import Store
-
-from .account_setup import PASSWORD
 
 
 def entries(accounts: Accounts, *, text: str = "", who: str = "", outcome: str = "") -> list[AuditEntry]:

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable
 
 import pytest
+from tests.support.servers.account_setup import PASSWORD, signed_in
 
 from foveacam_hardware.contract import Busy, FoveaError
 from foveacam_server.accounts.accounts import Accounts
@@ -12,8 +13,6 @@ from foveacam_server.accounts.first_admin import LIFE_S, LINK_FILE, FirstAdminLi
 from foveacam_server.accounts.rights import UserRole
 from foveacam_server.foundation.errors import WrongCredentials
 from foveacam_server.foundation.store import Store
-
-from .account_setup import PASSWORD, signed_in
 
 ANOTHER = "another password"
 THREADS = 6

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import httpx
 import pytest
 from fastapi import FastAPI
+from tests.support.servers.account_setup import PASSWORD, unwritable
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.attempts import GUESSED_WRONG, MOST_WRONG
@@ -16,8 +17,6 @@ from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.operating.people import session_routes, token_routes, user_routes
-
-from .account_setup import PASSWORD, unwritable
 
 API = "/api/v1"
 

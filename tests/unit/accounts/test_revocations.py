@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.support.servers.account_setup import PASSWORD, FillableStore, signed_in, unwritable
 
 from foveacam_bench.small_disk import small_disk
 from foveacam_hardware.contract import InvalidInput, StorageFull
@@ -13,8 +14,6 @@ from foveacam_server.accounts.rights import LOCAL, Right, UserRole
 from foveacam_server.accounts.signing_key import KEY_FILE
 from foveacam_server.foundation.errors import WrongCredentials
 from foveacam_server.foundation.store import DATABASE, Store
-
-from .account_setup import PASSWORD, FillableStore, signed_in, unwritable
 
 ANOTHER = "another password"
 CHANGES: dict[str, Callable[[Accounts], object]] = {

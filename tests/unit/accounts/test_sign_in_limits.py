@@ -1,6 +1,7 @@
 """Who is slowed by wrong passwords and tokens, and who is not."""
 
 import pytest
+from tests.support.servers.account_setup import PASSWORD, signed_in
 
 from foveacam_server.accounts import passwords
 from foveacam_server.accounts.accounts import Accounts
@@ -17,8 +18,6 @@ from foveacam_server.accounts.attempts import (
 )
 from foveacam_server.accounts.known_browsers import MOST_USERS, KnownBrowsers
 from foveacam_server.foundation.errors import TooManyAttempts, WrongCredentials, problem_of
-
-from .account_setup import PASSWORD, signed_in
 
 
 class Watch:

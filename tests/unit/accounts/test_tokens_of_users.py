@@ -1,6 +1,7 @@
 """Tokens of services never may more than the user on whose authority they exist, and end with that user."""
 
 import pytest
+from tests.support.servers.account_setup import PASSWORD
 
 from foveacam_hardware.contract import Busy, InvalidInput
 from foveacam_server.accounts.accounts import Accounts
@@ -8,8 +9,6 @@ from foveacam_server.accounts.rights import LOCAL, Principal, PrincipalKind, Rig
 from foveacam_server.accounts.tables import ServiceTokenRow
 from foveacam_server.foundation.errors import Forbidden
 from foveacam_server.foundation.store import Store
-
-from .account_setup import PASSWORD
 
 ALL = frozenset(Right)
 

@@ -5,14 +5,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.support.scenes.exchange_rig import Bench
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.records.aggregate import collect_sweeps, combine_sessions, sweep_paths
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
-
-from .exchange_rig import Bench
 
 SMALL = SweepPlan(columns=3, rows=3)
 FAR = Bench(plan=SMALL).sweep()

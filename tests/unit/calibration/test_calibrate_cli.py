@@ -6,8 +6,8 @@ from pathlib import Path
 
 import cv2
 import pytest
-from tests.unit.board_scenes import DivisionLens, Pose, board_picture
-from tests.unit.settle_report import REPORT
+from tests.support.scenes.board_scenes import DivisionLens, Pose, board_picture
+from tests.support.scenes.settle_report import REPORT
 
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.calibrate.settle.settle_report import save_settle

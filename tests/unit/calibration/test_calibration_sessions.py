@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.support.scenes.exchange_rig import Bench
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, StorageFull
 from foveacam_pipeline.calibrate.sweep.sweep_file import save_sweep
@@ -19,8 +20,6 @@ from foveacam_server.resources.calibrating.sessions.pictures import (
 from foveacam_server.resources.calibrating.sessions.schema import ClosingDocument, ClosingEyeDocument
 from foveacam_server.resources.calibrating.sessions.sessions import DRIFT, HEAD, VIEWS, SessionCollection
 from foveacam_server.resources.calibrating.sessions.wide_stage import lens_of
-
-from .exchange_rig import Bench
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 import pytest
+from tests.support.scenes.exchange_rig import WIDE, Bench
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.exchange import (
@@ -19,8 +20,6 @@ from foveacam_pipeline.calibrate.exchange import (
     intrinsic_record,
 )
 from foveacam_pipeline.calibrate.exchange.canonical import Json
-
-from .exchange_rig import WIDE, Bench
 
 WHEN = datetime(2026, 3, 1, 12, 30, 15, 250_000, tzinfo=UTC)
 CREATED = "2026-02-01T10:00:00.000Z"

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.support.scenes.exchange_rig import F_PX, GAIN, SIZE, WIDE, Bench
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, Role
 from foveacam_pipeline.calibrate.exchange import (
@@ -23,8 +24,6 @@ from foveacam_pipeline.calibrate.exchange.canonical import Json
 from foveacam_pipeline.calibrate.exchange.intrinsic import typed_array
 from foveacam_pipeline.calibrate.fit.fit import fit_calibration
 from foveacam_pipeline.models import Calibration
-
-from .exchange_rig import F_PX, GAIN, SIZE, WIDE, Bench
 
 CREATED = "2026-02-01T10:00:00+00:00"
 RIG = ImportedRig(rig_id="lab-1", fovea_size=SIZE, distance_m=5.0)

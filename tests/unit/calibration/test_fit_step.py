@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from tests.unit.swept_rig import SweptRig, swept, wide_lens
+from tests.support.scenes.swept_rig import SweptRig, swept, wide_lens
 
 from foveacam_hardware.contract import Cancelled, NotCalibrated
 from foveacam_pipeline.calibrate.fit.fit import FULL_FIT_PARTS

@@ -2,8 +2,8 @@ import math
 
 import numpy as np
 import pytest
-from tests.unit.drift_scenes import STILL, undone
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.drift_scenes import STILL, undone
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import StereoVolts
 from foveacam_pipeline.calibrate.drift.health import (

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.swept_rig import swept
+from tests.support.scenes.swept_rig import swept
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.sweep.sweep import sweep_filename

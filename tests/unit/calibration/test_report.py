@@ -5,6 +5,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
+from tests.support.scenes.report_session import FOVEA_LENS, drift_document, node, picture, session_document
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.report import (
@@ -17,8 +18,6 @@ from foveacam_pipeline.calibrate.report import (
 )
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-from .report_session import FOVEA_LENS, drift_document, node, picture, session_document
 
 CALIBRATION = load_calibration(SHIPPED / "sim-rig120.json")
 SESSION = session_facts(session_document())

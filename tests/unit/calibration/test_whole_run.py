@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
-from tests.unit.settle_report import REPORT
-from tests.unit.swept_rig import SweptRig, swept, wide_lens
+from tests.support.scenes.settle_report import REPORT
+from tests.support.scenes.swept_rig import SweptRig, swept, wide_lens
 
 from foveacam_hardware.contract import Binning, MarkerPrint, VirtualClock
 from foveacam_pipeline.calibrate.settle.settle_report import save_settle

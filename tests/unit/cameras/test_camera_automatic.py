@@ -3,14 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from tests.unit.fake_camera import RANGES, SETTINGS
+from tests.support.devices.fake_camera import RANGES, SETTINGS
+from tests.support.devices.turned_camera import Bench
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, OutOfRange
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
 from foveacam_hardware.drivers.cameras.shared_state import NO_RANGES
 from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogTimeouts
-
-from .turned_camera import Bench
 
 MS = 1_000_000
 CONTINUOUS = replace(SETTINGS, exposure_auto=AutoMode.CONTINUOUS)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.cameras.turned_camera import Bench
-from tests.unit.fake_camera import SETTINGS, SIZE, FakeCamera, supervised
+from tests.support.devices.fake_camera import SETTINGS, SIZE, FakeCamera, supervised
+from tests.support.devices.turned_camera import Bench
 
 from foveacam_hardware.contract import (
     Binning,

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from tests.unit.fake_camera import FakeCamera, supervised
+from tests.support.devices.fake_camera import FakeCamera, supervised
 
 from foveacam_hardware.contract import AutoMode, CameraSettings, OutOfRange, Role, TriggerSource, VirtualClock
 from foveacam_server.resources.devices.cameras.changes import CameraChange, refuse_own_exposure

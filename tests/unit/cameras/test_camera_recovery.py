@@ -5,7 +5,8 @@ from dataclasses import replace
 from typing import TypeVar
 
 import pytest
-from tests.unit.fake_camera import SETTINGS
+from tests.support.devices.fake_camera import SETTINGS
+from tests.support.devices.turned_camera import Bench
 
 from foveacam_hardware.contract import (
     CameraPhase,
@@ -19,8 +20,6 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.drivers.cameras.device import Grab, GrabStatus
 from foveacam_hardware.drivers.cameras.worker import CameraWorker
-
-from .turned_camera import Bench
 
 T = TypeVar("T")
 MS = 1_000_000

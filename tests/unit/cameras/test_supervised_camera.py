@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
-from tests.unit.fake_camera import SETTINGS, FakeCamera, supervised
+from tests.support.devices.fake_camera import SETTINGS, FakeCamera, supervised
 
 from foveacam_hardware.contract import (
     CameraPhase,

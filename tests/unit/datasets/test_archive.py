@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import written
-from tests.unit.recordings import record
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.recordings import record
 
 from foveacam_bench.archive.storage_proxy import StorageProxy, refusal, storage_proxy
 from foveacam_bench.archive.storage_server import (

@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import written
-from tests.unit.mosaic_scenes import scan
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.mosaic_scenes import scan
 
 from foveacam_server import cli
 

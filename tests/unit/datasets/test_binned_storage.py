@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.binned_head import binned_frame, binned_sighting
-from tests.unit.dataset_scenes import CALIBRATION, header, noise_frame, written
-from tests.unit.plane_head import PlaneHead, noise_texture
-from tests.unit.recordings import SESSION
+from tests.support.scenes.binned_head import binned_frame, binned_sighting
+from tests.support.scenes.dataset_scenes import CALIBRATION, header, noise_frame, written
+from tests.support.scenes.plane_head import PlaneHead, noise_texture
+from tests.support.scenes.recordings import SESSION
 
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot

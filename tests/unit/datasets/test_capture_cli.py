@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import pytest
-from tests.unit.dataset_scenes import header, noise_point, written
+from tests.support.scenes.dataset_scenes import header, noise_point, written
 
 from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_server import cli

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import CALIBRATION
+from tests.support.devices.stub_rail import StubRail
+from tests.support.scenes.dataset_scenes import CALIBRATION
 
 from foveacam_bench.capture.stub_rig import READOUT_NS, StubRig
 from foveacam_hardware.contract import (
@@ -40,8 +41,6 @@ from foveacam_pipeline.capture.plan import (
 )
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport, RunSettings, prepare_plan, run_capture
 from foveacam_pipeline.storage.disk import write_part
-
-from .stub_rail import StubRail
 
 SETTLE_US, EXPOSURE_NS = 14_000, 5_000_000
 LINE_MS = 0.004

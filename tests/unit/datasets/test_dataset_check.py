@@ -6,7 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import header, noise_point, noise_texture, painted, plane_point, written
+from tests.support.scenes.dataset_scenes import (
+    header,
+    noise_point,
+    noise_texture,
+    painted,
+    plane_point,
+    written,
+)
 
 from foveacam_hardware.contract import Busy, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import (

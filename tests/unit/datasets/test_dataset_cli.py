@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import noise_texture, painted, plane_point, written
+from tests.support.scenes.dataset_scenes import noise_texture, painted, plane_point, written
 
 from foveacam_server import cli
 

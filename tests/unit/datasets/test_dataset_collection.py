@@ -6,7 +6,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import written
+from tests.support.scenes.dataset_scenes import written
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import DatasetState, labels

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.dataset_scenes import (
+from tests.support.scenes.dataset_scenes import (
     CALIBRATION,
     centroid,
     noise_texture,

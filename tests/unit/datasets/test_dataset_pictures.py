@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import header, noise_frame, painted, plane_point
+from tests.support.scenes.dataset_scenes import header, noise_frame, painted, plane_point
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetWriter, PlanPosition, Shot

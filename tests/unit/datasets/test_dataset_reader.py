@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import (
+from tests.support.scenes.dataset_scenes import (
     CALIBRATION,
     header,
     noise_frame,

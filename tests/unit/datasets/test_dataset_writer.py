@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import header, noise_frame, noise_point, written
+from tests.support.scenes.dataset_scenes import header, noise_frame, noise_point, written
 
 from foveacam_bench.capture.dataset_kills import KillPlan, kill_figures
 from foveacam_hardware.contract import Busy, DeviceFault, FoveaError, InvalidInput, Role, StorageFull

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.dataset_scenes import written
-from tests.unit.learning_pairs import stored, varied_sample
-from tests.unit.mosaic_scenes import scan
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.learning_pairs import stored, varied_sample
+from tests.support.scenes.mosaic_scenes import scan
 
 from foveacam_hardware.contract import Busy, InvalidInput, MonotonicClock, NotCalibrated
 from foveacam_pipeline.capture.dataset import change_labels

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import written
+from tests.support.scenes.dataset_scenes import written
 from tests.unit.depth.test_clouds import shape
 from typer.testing import CliRunner
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import CALIBRATION
+from tests.support.scenes.dataset_scenes import CALIBRATION
 
 from foveacam_bench.capture.stub_rig import StubRig
 from foveacam_hardware.contract import (

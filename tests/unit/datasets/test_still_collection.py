@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import header, written
+from tests.support.scenes.dataset_scenes import header, written
 
 from foveacam_hardware.contract import Busy, InvalidInput, NotConnected, Role
 from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.matching.row_spectra import LookRows

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.network_graphs import matcher, write_card
-from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
+from tests.support.scenes.network_graphs import matcher, write_card
+from tests.support.scenes.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_pipeline.networks.card import load_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator, mean_of_eyes, surer_of_eyes

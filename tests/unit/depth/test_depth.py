@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.unit.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
+from tests.support.scenes.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_pipeline.stereo.depth import depth_map, disparity_px, edge_mask
 from foveacam_pipeline.stereo.values import DisparityMap

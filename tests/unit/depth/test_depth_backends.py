@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.network_graphs import constant, matcher, write_card
+from tests.support.scenes.network_graphs import constant, matcher, write_card
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.fake_rig import Pictures
+from tests.support.devices.fake_rig import Pictures
 
 from foveacam_hardware.contract import Frame, MirrorVolts, MonotonicClock, Role
 from foveacam_pipeline.models.calibration_file import load_calibration

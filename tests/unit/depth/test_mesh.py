@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.unit.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
+from tests.support.scenes.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.depth import depth_map

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from tests.unit.network_graphs import constant, matcher, quarter_size, write_card
+from tests.support.scenes.network_graphs import constant, matcher, quarter_size, write_card
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.networks import session

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
+from tests.support.scenes.stereo_pairs import HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_pipeline.stereo.pictures import HOLE, AnaglyphStyle, anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.pictures import _label as label

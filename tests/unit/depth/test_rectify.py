@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Frame, InvalidInput, Sighting
 from foveacam_pipeline.stereo.match import match

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.fake_rig import Pictures
+from tests.support.devices.fake_rig import Pictures
 
 from foveacam_hardware.contract import Cancelled, Frame, InvalidInput, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import DeviceInfo, PanTiltLimits, PanTiltPose, PanTiltState, RailState
 from foveacam_pipeline.models.calibration import Calibration

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.hardware_setup import PATIENCE_S, POLL_S, HardwareSetup, hardware_setup, never
+from tests.support.devices.hardware_setup import PATIENCE_S, POLL_S, HardwareSetup, hardware_setup, never
 
 from foveacam_hardware.contract import (
     PARKED,

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_rig import FakeRig
+from tests.support.devices.fake_rig import FakeRig
 
 from foveacam_hardware.contract import NotConnected, Stopped, VirtualClock
 from foveacam_server.foundation.events import EventLog

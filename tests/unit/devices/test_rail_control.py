@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from tests.unit.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
+from tests.support.devices.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
 
 from foveacam_hardware.contract import (
     Busy,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_rig import FakeRig
+from tests.support.devices.fake_rig import FakeRig
 
 from foveacam_hardware.contract import NotConnected, RailLimits, VirtualClock
 from foveacam_hardware.drivers.positioners.grbl_rail import GrblRail, GrblRailMounting

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from tests.unit.memory_recording import MemoryRecording
+from tests.support.scenes.memory_recording import MemoryRecording
 
 from foveacam_hardware.contract import (
     PARKED,

@@ -6,7 +6,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_server.console import pages
 from foveacam_server.console.static_files import STATIC, version

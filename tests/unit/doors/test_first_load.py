@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 import httpx
 import pytest
 from fastapi import FastAPI
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_server.console import module_graph, pages
 from foveacam_server.console.static_files import STATIC

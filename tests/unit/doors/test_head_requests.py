@@ -7,7 +7,7 @@ import pytest
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, StreamingResponse
 from sse_starlette import EventSourceResponse
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import HeadRequests

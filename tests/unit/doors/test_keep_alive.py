@@ -9,7 +9,7 @@ from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 from starlette.routing import Route
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 CLIENTS_KEEP_S = 5.0
 """Time for which many clients keep an idle connection; uvicorn's default as well."""

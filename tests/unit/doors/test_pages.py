@@ -8,7 +8,7 @@ from pathlib import Path
 import httpx
 import pytest
 from fastapi import FastAPI
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_server.console import pages, static_files
 

@@ -13,8 +13,8 @@ import httpx
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import StreamingResponse
-from tests.local_server import serving
-from tests.persons import PERSON_HEADER, install_persons
+from tests.support.servers.local_server import serving
+from tests.support.servers.persons import PERSON_HEADER, install_persons
 
 from foveacam_server.accounts.requests import person_of
 from foveacam_server.accounts.rights import LOCAL, NOBODY, Principal, PrincipalKind, Right

@@ -6,7 +6,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.middleware import FrameworkProblems

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import httpx
 import pytest
 from fastapi import FastAPI, WebSocket
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 from websockets.sync.client import connect
 
 from foveacam_hardware.contract import InvalidInput

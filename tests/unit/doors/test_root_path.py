@@ -8,7 +8,7 @@ from fastapi import FastAPI
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response, StreamingResponse
 from starlette.websockets import WebSocket
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 from websockets.sync.client import connect
 
 from foveacam_hardware.contract import InvalidInput

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from tests.certificates import written_certificate
+from tests.support.servers.certificates import written_certificate
 
 from foveacam_hardware.contract import Busy
 from foveacam_server.doors.start_door import StartDoor

@@ -4,7 +4,7 @@ import ssl
 from pathlib import Path
 
 import pytest
-from tests.certificates import written_certificate
+from tests.support.servers.certificates import written_certificate
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.doors.listening_socket import tls_context

@@ -5,7 +5,7 @@ from typing import Protocol
 import httpx
 import pytest
 from fastapi import FastAPI
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_hardware.contract import DeviceFault
 from foveacam_server.foundation.http import provided

@@ -9,8 +9,8 @@ from contextvars import copy_context
 import httpx
 import pytest
 from fastapi import FastAPI
-from tests.collector import Collector, collecting
-from tests.local_server import serving
+from tests.support.servers.collector import Collector, collecting
+from tests.support.servers.local_server import serving
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.contract.spans import CURRENT_SPAN, note_span, span, untraced

@@ -7,16 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-
-from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.measure.length import length_between
-from foveacam_pipeline.measure.look import LookDepth
-from foveacam_pipeline.measure.look_file import load_look, save_look
-from foveacam_pipeline.measure.plane import CORRELATED_PX, fit_plane
-from foveacam_pipeline.measure.point import beside_edge, lone_point, nearest_known, point_at
-from foveacam_pipeline.measure.profile import profile_along
-
-from .looks import (
+from tests.support.scenes.looks import (
     BASELINE_M,
     F_PX,
     HEIGHT,
@@ -30,6 +21,14 @@ from .looks import (
     look_of,
     plane_disparity_px,
 )
+
+from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.measure.length import length_between
+from foveacam_pipeline.measure.look import LookDepth
+from foveacam_pipeline.measure.look_file import load_look, save_look
+from foveacam_pipeline.measure.plane import CORRELATED_PX, fit_plane
+from foveacam_pipeline.measure.point import beside_edge, lone_point, nearest_known, point_at
+from foveacam_pipeline.measure.profile import profile_along
 
 TRIALS = 4000
 SPREAD = 0.08

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from tests.unit.learning_pairs import scene
+from tests.support.scenes.learning_pairs import scene
 from typer.testing import CliRunner
 
 from foveacam_bench.learned.pairs import PairOrder, make_pairs

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from tests.unit.learning_pairs import stored, varied_sample
+from tests.support.scenes.learning_pairs import stored, varied_sample
 
 from foveacam_hardware.contract import Cancelled
 from foveacam_pipeline.learn.comparison import (

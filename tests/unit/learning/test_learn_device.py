@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from tests.unit.learning_pairs import scene
+from tests.support.scenes.learning_pairs import scene
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import load_checkpoint

@@ -2,7 +2,7 @@
 
 import pytest
 import torch
-from tests.unit.learning_pairs import varied_pair
+from tests.support.scenes.learning_pairs import varied_pair
 
 from foveacam_pipeline.learn.losses import (
     LossWeights,

@@ -8,7 +8,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 import torch
 from safetensors.torch import load_file, save_file
-from tests.unit.learning_pairs import scene, watcher
+from tests.support.scenes.learning_pairs import scene, watcher
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.checkpoint import load_checkpoint

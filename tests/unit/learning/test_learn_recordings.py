@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.recorded_looks import Z_M, look
+from tests.support.scenes.recorded_looks import Z_M, look
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import recorded_pairs as recorded

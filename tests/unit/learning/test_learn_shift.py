@@ -2,7 +2,7 @@
 
 import numpy as np
 import torch
-from tests.unit.learning_pairs import scene, varied_sample
+from tests.support.scenes.learning_pairs import scene, varied_sample
 
 from foveacam_pipeline.learn.losses import warped
 from foveacam_pipeline.learn.pairs import picture_planes, shifted_dataset, shifted_pair

@@ -10,7 +10,7 @@ import onnx
 import pytest
 import torch
 from safetensors.torch import load_file, save_file
-from tests.unit.learning_pairs import scene, varied_pair
+from tests.support.scenes.learning_pairs import scene, varied_pair
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import training

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 from safetensors.torch import load_file
-from tests.unit.learning_pairs import scene, stored, varied_sample, watcher
+from tests.support.scenes.learning_pairs import scene, stored, varied_sample, watcher
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import InvalidInput

@@ -7,8 +7,8 @@ from typing import cast
 import numpy as np
 import pytest
 import torch
-from tests.unit.learning_pairs import stored, varied_sample
-from tests.unit.network_graphs import matcher, write_card
+from tests.support.scenes.learning_pairs import stored, varied_sample
+from tests.support.scenes.network_graphs import matcher, write_card
 from typer.testing import CliRunner
 
 from foveacam_bench.learned import held_out, ship

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.drift_scenes import LEFT, RIGHT, STILL, places, pointing_rms_px
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.drift_scenes import LEFT, RIGHT, STILL, places, pointing_rms_px
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.calibrate.drift.check import evaluate_drift

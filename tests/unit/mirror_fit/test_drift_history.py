@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.drift_scenes import LEFT, RIGHT, STILL, places
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.drift_scenes import LEFT, RIGHT, STILL, places
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.drift.check import evaluate_drift

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
 from foveacam_pipeline.calibrate.drift.correction import turn_eye

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.swept_rig import CENTRE_PX, EYES, SweptRig, swept, wide_lens
+from tests.support.scenes.swept_rig import CENTRE_PX, EYES, SweptRig, swept, wide_lens
 
 from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, NotCalibrated, Role
 from foveacam_pipeline.calibrate.fit.measured import (

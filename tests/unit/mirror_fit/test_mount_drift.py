@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.unit.swept_rig import EYES, POSE_S, SweptRig, Turns, swept, visited, wide_lens
+from tests.support.scenes.swept_rig import EYES, POSE_S, SweptRig, Turns, swept, visited, wide_lens
 
 from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import MirrorVolts, Role

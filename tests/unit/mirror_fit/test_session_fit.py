@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.swept_rig import EYES, SweptRig, swept, visited, wide_lens
+from tests.support.scenes.swept_rig import EYES, SweptRig, swept, visited, wide_lens
 
 from foveacam_bench.calibration.truth import CalibrationModel, judge
 from foveacam_hardware.contract import OutOfRange, Role

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.aim import aim_at, volts_for

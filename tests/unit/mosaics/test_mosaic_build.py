@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import written
-from tests.unit.mosaic_scenes import SIDE, TEXEL_M, Z_M, scan, small_calibration, texture
-from tests.unit.network_graphs import constant, matcher, write_card
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.mosaic_scenes import SIDE, TEXEL_M, Z_M, scan, small_calibration, texture
+from tests.support.scenes.network_graphs import constant, matcher, write_card
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.dataset import Dataset

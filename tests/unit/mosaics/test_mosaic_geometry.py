@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.dataset_scenes import CALIBRATION
+from tests.support.scenes.dataset_scenes import CALIBRATION
 
 from foveacam_hardware.contract import InvalidInput, MirrorVolts, Role, StereoVolts
 from foveacam_pipeline.capture.mosaic.adjust import adjust_views

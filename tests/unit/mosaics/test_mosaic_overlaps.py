@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.mosaic_scenes import SIDE, STEP_DEG, Z_M, painted, scan, small_calibration, texture
+from tests.support.scenes.mosaic_scenes import SIDE, STEP_DEG, Z_M, painted, scan, small_calibration, texture
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.mosaic.build import chart_of

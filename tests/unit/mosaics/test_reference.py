@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import noise_texture, painted, plane_point, written
-from tests.unit.mosaic_scenes import Z_M, small_calibration
-from tests.unit.rail_scenes import RISE, rail_scan
+from tests.support.devices.rail_scenes import RISE, rail_scan
+from tests.support.scenes.dataset_scenes import noise_texture, painted, plane_point, written
+from tests.support.scenes.mosaic_scenes import Z_M, small_calibration
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset

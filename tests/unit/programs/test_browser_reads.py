@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-AWAITED = "tests/system/console/awaited.py"
+AWAITED = "tests/support/pages/awaited.py"
 READS = {
     "all",
     "all_inner_texts",

@@ -41,7 +41,8 @@ def test_the_whole_application_is_tested_at_every_route_and_else_left_out(change
 
 def test_a_helper_of_tests_and_the_fixtures_of_a_folder_reach_its_tests(changed_tests: ModuleType) -> None:
     assert (
-        "tests/unit/mirror_fit/test_mount_drift.py" in changed_tests.select(["tests/unit/swept_rig.py"]).run
+        "tests/unit/mirror_fit/test_mount_drift.py"
+        in changed_tests.select(["tests/support/scenes/swept_rig.py"]).run
     )
     fixtures = changed_tests.select(["tests/system/api/conftest.py"]).run
     assert "tests/system/api/test_loop_api.py" in fixtures

@@ -9,8 +9,8 @@ import httpx
 import pytest
 from starlette.responses import JSONResponse
 from starlette.types import Receive, Scope, Send
-from tests.certificates import written_certificate
-from tests.local_server import serving
+from tests.support.servers.certificates import written_certificate
+from tests.support.servers.local_server import serving
 
 import foveacam_client
 from foveacam_client import (

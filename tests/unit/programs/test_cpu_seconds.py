@@ -8,7 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from tests.cpu_seconds import COLLECTION, CpuSeconds, used_s
+from tests.support.cpu_seconds import COLLECTION, CpuSeconds, used_s
 
 FILE = "tests/unit/some/test_file.py"
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
-from tests.unit.fake_machine import FakeMachine
+from tests.support.devices.fake_machine import FakeMachine
 
 from foveacam_hardware.contract import DeviceInfo, NotConnected
 from foveacam_hardware.drivers.cameras.device import FoundCamera

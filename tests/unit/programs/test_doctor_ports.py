@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_machine import FakeMachine
+from tests.support.devices.fake_machine import FakeMachine
 
 from foveacam_server.checks import ports
 from foveacam_server.checks.findings import Severity

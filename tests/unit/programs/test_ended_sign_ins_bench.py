@@ -9,7 +9,7 @@ import pytest
 from argon2 import PasswordHasher
 from fastapi import FastAPI, WebSocket
 from fastapi.responses import StreamingResponse
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 from foveacam_bench.access import ended_sign_ins
 from foveacam_bench.access.ended_sign_ins import API, STREAMS, WEBSOCKETS, ended_figures

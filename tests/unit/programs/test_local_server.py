@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from starlette.types import Receive, Scope, Send
-from tests.local_server import serving
+from tests.support.servers.local_server import serving
 
 REQUEST = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 START = {"type": "http.response.start", "status": 200, "headers": []}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.dataset_scenes import noise_texture, painted, plane_point
+from tests.support.scenes.dataset_scenes import noise_texture, painted, plane_point
 
 from foveacam_bench.catalogue import bench_names
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.memory_recording import MemoryRecording
-from tests.unit.recordings import record
+from tests.support.scenes.memory_recording import MemoryRecording
+from tests.support.scenes.recordings import record
 
 from foveacam_hardware.contract import InvalidInput, OutOfRange, VirtualClock
 from foveacam_hardware.rig_replay import replay_rig

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.recordings import SESSION, STREAMS, SmallDisk, picture, raw
+from tests.support.scenes.recordings import SESSION, STREAMS, SmallDisk, picture, raw
 
 from foveacam_hardware.contract import StorageFull, Timeout
 from foveacam_pipeline.capture.recording.disk import Buffer, FileDisk

@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from tests.unit.recordings import record
+from tests.support.scenes.recordings import record
 
 from foveacam_hardware.contract import Busy, InvalidInput, OutOfRange, StorageFull
 from foveacam_pipeline.storage.free_space import RESERVE_BYTES

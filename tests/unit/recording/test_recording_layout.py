@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tests.unit.recordings import record
+from tests.support.scenes.recordings import record
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.resources.capturing.recordings.collection import RecordingCollection, StoredRecording

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import CALIBRATION
-from tests.unit.recorded_looks import PERIOD_S, Z_M, look
-from tests.unit.recordings import BEGIN_NS, PERIOD_NS, picture, raw, record
+from tests.support.scenes.dataset_scenes import CALIBRATION
+from tests.support.scenes.recorded_looks import PERIOD_S, Z_M, look
+from tests.support.scenes.recordings import BEGIN_NS, PERIOD_NS, picture, raw, record
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.capture.recording.observations import observation_of

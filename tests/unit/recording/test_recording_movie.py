@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.recordings import picture, record
+from tests.support.scenes.recordings import picture, record
 
 from foveacam_hardware.contract import DeviceFault, InvalidInput, StorageFull
 from foveacam_pipeline.capture.recording.formats import (

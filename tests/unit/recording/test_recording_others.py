@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
-from tests.unit.recordings import picture
+from tests.support.scenes.recordings import picture
 
 from foveacam_pipeline.capture.recording.reader import Recording
 

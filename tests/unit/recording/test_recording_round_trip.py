@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
-from tests.unit.recordings import BEGIN_NS, PERIOD_NS, SESSION, STREAMS, picture, pose, raw, record
+from tests.support.scenes.recordings import BEGIN_NS, PERIOD_NS, SESSION, STREAMS, picture, pose, raw, record
 
 from foveacam_hardware.contract import DeviceInfo, Frame, InvalidInput, MirrorVolts, Role
 from foveacam_pipeline.capture.recording.pixels import pack_12p

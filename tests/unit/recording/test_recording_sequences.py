@@ -9,8 +9,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests.unit.dataset_scenes import CALIBRATION
-from tests.unit.recordings import SESSION, picture, raw, record
+from tests.support.scenes.dataset_scenes import CALIBRATION
+from tests.support.scenes.recordings import SESSION, picture, raw, record
 
 from foveacam_hardware.contract import Image, InvalidInput
 from foveacam_pipeline.capture.recording.movie import MovieSpec, export_movie

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.fake_rig import FakeRig, Pictures
-from tests.unit.recordings import SmallDisk, record
+from tests.support.devices.fake_rig import FakeRig, Pictures
+from tests.support.scenes.recordings import SmallDisk, record
 
 from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock, OutOfRange, Role
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, RecordingBounds

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.recordings import BEGIN_NS, PERIOD_NS, SESSION, picture, raw, record
+from tests.support.scenes.recordings import BEGIN_NS, PERIOD_NS, SESSION, picture, raw, record
 
 from foveacam_pipeline.capture.recording import index
 from foveacam_pipeline.capture.recording.reader import Recording

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.recordings import STREAMS, picture, record
+from tests.support.scenes.recordings import STREAMS, picture, record
 
 from foveacam_hardware.contract import FoveaError
 from foveacam_pipeline.capture.recording.reader import Recording

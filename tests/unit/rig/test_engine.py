@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.fake_machine import FakeMachine
-from tests.unit.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup
+from tests.support.devices.fake_machine import FakeMachine
+from tests.support.devices.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup
 
 from foveacam_hardware.contract import CameraCounters, Frame, Role, VirtualClock
 from foveacam_server.checks.machine import Machine

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_rig import FakeProblem, FakeRig, Pictures
-from tests.unit.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
+from tests.support.devices.fake_rig import FakeProblem, FakeRig, Pictures
+from tests.support.devices.hardware_setup import PATIENCE_S, HardwareSetup, hardware_setup, never
 
 from foveacam_hardware.contract import (
     PARKED,

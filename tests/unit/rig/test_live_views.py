@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from tests.unit.fake_rig import FakeRig, Pictures
+from tests.support.devices.fake_rig import FakeRig, Pictures
 
 from foveacam_hardware.contract import PARKED, VirtualClock
 from foveacam_server.rig.live_views import (

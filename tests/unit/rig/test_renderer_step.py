@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_rig import FakeRig, Pictures
+from tests.support.devices.fake_rig import FakeRig, Pictures
 
 from foveacam_hardware.contract import Cancelled, MonotonicClock
 from foveacam_server.foundation.events import EventLog

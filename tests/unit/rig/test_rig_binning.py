@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_rig import FakeCamera
-from tests.unit.hardware_setup import PATIENCE_S, POLL_S, HardwareSetup, hardware_setup, never
+from tests.support.devices.fake_rig import FakeCamera
+from tests.support.devices.hardware_setup import PATIENCE_S, POLL_S, HardwareSetup, hardware_setup, never
 
 from foveacam_hardware.contract import Busy, CameraSettings, InvalidInput, MonotonicClock, Role
 from foveacam_server.foundation.settings import Settings

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.fake_machine import FakeMachine
-from tests.unit.hardware_setup import HardwareSetup, hardware_setup
+from tests.support.devices.fake_machine import FakeMachine
+from tests.support.devices.hardware_setup import HardwareSetup, hardware_setup
 
 import foveacam_hardware
 from foveacam_hardware.contract import Busy, DeviceInfo, InvalidInput, MonotonicClock, NotConnected

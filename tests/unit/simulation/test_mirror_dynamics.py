@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.linalg import expm
-from tests.simulated_gaze import gaze
+from tests.support.scenes.simulated_gaze import gaze
 
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.low_pass import DriveHistory, ResonantMode, bessel_polynomial

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.simulated_gaze import gaze
+from tests.support.scenes.simulated_gaze import gaze
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.optics import (

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.support.scenes.localisation_scenes import BASELINE_M, CONTRAST, texture, view_of
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.plane_window import PinholeWindow
@@ -15,8 +16,6 @@ from foveacam_pipeline.study.localisation.estimator import (
     mark_target,
     window_at,
 )
-
-from .localisation_scenes import BASELINE_M, CONTRAST, texture, view_of
 
 F_PX, STANDOFF_M = 3150.0, 5.0
 LENS = Intrinsics(

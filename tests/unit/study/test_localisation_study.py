@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.support.scenes.localisation_scenes import record_of
 
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.localisation.experiment import ExperimentPlan, Pair
@@ -16,8 +17,6 @@ from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_pipeline.study.report.page import ReportedStudy, report_html
 from foveacam_server.resources.studying.studies.output import write_report
 from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
-
-from .localisation_scenes import record_of
 
 PLAN = ExperimentPlan(slots=8, trials=2, seed=5)
 ERRORS_M = {Pair.WIDE: 0.05, Pair.FOVEA: 0.005}

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.support.scenes.marker_images import draw_marker, homography, true_corners
 
 from foveacam_pipeline.calibrate.sweep.marker_code import CELLS
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerView
@@ -14,8 +15,6 @@ from foveacam_pipeline.calibrate.sweep.markers import (
     middle_px,
     refind_marker,
 )
-
-from .marker_images import draw_marker, homography, true_corners
 
 WIDE_SIZE, FOVEA_SIZE = (140, 120), (1440, 1080)
 WIDE_BLUR_PX, FOVEA_BLUR_PX = 0.6, 1.4  # the simulated lenses; diffraction in the fovea

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.board_scenes import draw_board
+from tests.support.scenes.board_scenes import draw_board
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.pattern import (

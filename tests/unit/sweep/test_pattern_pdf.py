@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.printed_pages import PX_PER_MM, PrintedPage, printed_pages
+from tests.support.pages.printed_pages import PX_PER_MM, PrintedPage, printed_pages
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.pattern import Pattern, board_pattern, marker_pattern, target_pattern

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import noise_texture
+from tests.support.scenes.plane_head import noise_texture
 
 from foveacam_hardware.contract import (
     Binning,

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from tests.unit.settle_report import AXIS, LARGEST_DEG, MEASURED_US, REPORT, STEP_DEG, STEP_V
+from tests.support.scenes.settle_report import AXIS, LARGEST_DEG, MEASURED_US, REPORT, STEP_DEG, STEP_V
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.settle.settle_resonance import largest_move_us, settle_wait_us

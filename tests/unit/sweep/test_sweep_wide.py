@@ -5,14 +5,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.unit.binned_head import BinnedHead
+from tests.support.scenes.binned_head import BinnedHead
+from tests.support.scenes.marker_images import draw_marker, homography
 
 from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Timeout, VirtualClock
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import middle_px
 from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest, next_wide_frame
-
-from .marker_images import draw_marker, homography
 
 PERIOD_NS = 33_000_000
 EXPOSURE_NS = 8_000_000

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.swept_rig import PLACES_M, SweptRig, markers_in_rig, swept, target_turn, wide_lens
+from tests.support.scenes.swept_rig import PLACES_M, SweptRig, markers_in_rig, swept, target_turn, wide_lens
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.fit.target_poses import TurningBase, constrain_to_base

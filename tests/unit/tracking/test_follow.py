@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import PlaneHead, noise_texture
+from tests.support.scenes.plane_head import PlaneHead, noise_texture
 
 from foveacam_hardware.contract import OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.stereo.match import gray

@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import PlaneHead
+from tests.support.scenes.plane_head import PlaneHead
 from tests.unit.tracking.test_follow import begin, head_with, walking
 
 from foveacam_hardware.contract import AheadHead, Frame, PendingLook, Sighting, StereoVolts, Timeout

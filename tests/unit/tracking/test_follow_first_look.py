@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import PlaneHead, noise_texture
+from tests.support.scenes.plane_head import PlaneHead, noise_texture
 
 from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.track.acquire import ClickTrack, acquire

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import PlaneHead, noise_texture
+from tests.support.scenes.plane_head import PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Sighting, StereoVolts
 from foveacam_pipeline.stereo.match import gray

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Cancelled, DeviceFault, InvalidInput, Timeout
 from foveacam_pipeline.continuous_loop.autotune import autotune

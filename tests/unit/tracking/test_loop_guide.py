@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import PlaneHead, noise_texture, plain_texture
+from tests.support.scenes.plane_head import PlaneHead, noise_texture, plain_texture
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
 from foveacam_pipeline.continuous_loop.guide_match import GuideMatch, match_guide

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.binned_head import BinnedHead, binned_frame, binned_sighting
-from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
+from tests.support.scenes.binned_head import BinnedHead, binned_frame, binned_sighting
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Head, InvalidInput, Role, Sighting
 from foveacam_pipeline.calibrate.drift.patches import DistinctnessMap, select_patches

@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_pipeline.verge.matching.centre_match import shows_another
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION
 
 from foveacam_pipeline.verge.matching.wide_patch import cut_template
 from foveacam_pipeline.verge.surroundings.blank_region import blank_region

@@ -1,7 +1,7 @@
 """What one look shows of a target at a depth."""
 
 import pytest
-from tests.unit.plane_head import CALIBRATION, PlaneHead, noise_texture
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_pipeline.verge.closed_loop import ClosedLoop
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead

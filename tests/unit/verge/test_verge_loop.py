@@ -6,7 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.plane_head import CALIBRATION, MEASURED, TILE, PlaneHead, noise_texture, plain_texture
+from tests.support.scenes.plane_head import (
+    CALIBRATION,
+    MEASURED,
+    TILE,
+    PlaneHead,
+    noise_texture,
+    plain_texture,
+)
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.viewer import viewer_of
+from tests.support.servers.viewer import viewer_of
 from viser import LineSegmentsHandle
 
 from foveacam_hardware.contract import NotConnected

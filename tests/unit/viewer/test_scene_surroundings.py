@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.viewer import viewer_of
+from tests.support.servers.viewer import viewer_of
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene import ViewerScene

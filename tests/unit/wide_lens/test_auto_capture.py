@@ -1,7 +1,7 @@
 """When a view is taken by itself."""
 
 import numpy as np
-from tests.unit.board_scenes import Pose, board_view
+from tests.support.scenes.board_scenes import Pose, board_view
 
 from foveacam_pipeline.calibrate.wide.auto_capture import AutoCapture, AutoCaptureVerdict
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView

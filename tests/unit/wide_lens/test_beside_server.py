@@ -7,8 +7,8 @@ from typing import NoReturn
 
 import cv2
 import pytest
-from tests.unit.board_scenes import SMALL, Pose, board_picture
-from tests.unit.dataset_scenes import header, noise_point, written
+from tests.support.scenes.board_scenes import SMALL, Pose, board_picture
+from tests.support.scenes.dataset_scenes import header, noise_point, written
 
 from foveacam_hardware.contract import Busy, NotConnected
 from foveacam_pipeline.calibrate.wide.boards import Checkerboard

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.unit.printed_pages import PX_PER_MM, printed_pages
+from tests.support.pages.printed_pages import PX_PER_MM, printed_pages
 
 import foveacam_hardware
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board

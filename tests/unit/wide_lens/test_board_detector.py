@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.board_scenes import SMALL, DivisionLens, Pose, board_picture, board_points_m
+from tests.support.scenes.board_scenes import SMALL, DivisionLens, Pose, board_picture, board_points_m
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board, explain_absence

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.unit.board_scenes import draw_board
+from tests.support.scenes.board_scenes import draw_board
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard, board_from

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from tests.unit.board_scenes import Pose, board_view
+from tests.support.scenes.board_scenes import Pose, board_view
 
 from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.boards import Charuco

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.unit.board_scenes import DivisionLens, Pose, board_samples
+from tests.support.scenes.board_scenes import DivisionLens, Pose, board_samples
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.wide.boards import Charuco

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.board_scenes import DivisionLens, Pose, board_samples, many_poses
+from tests.support.scenes.board_scenes import DivisionLens, Pose, board_samples, many_poses
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests.unit.board_scenes import SMALL, Pose, board_picture
+from tests.support.scenes.board_scenes import SMALL, Pose, board_picture
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.boards import Checkerboard

@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from tests.unit.board_scenes import board_samples, many_poses
+from tests.support.scenes.board_scenes import board_samples, many_poses
 
 from foveacam_pipeline.calibrate.wide.boards import Charuco
 from foveacam_pipeline.calibrate.wide.fit_wide import fit_wide

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.unit.board_scenes import SMALL, Pose, board_picture
+from tests.support.scenes.board_scenes import SMALL, Pose, board_picture
 
 from foveacam_hardware.contract import (
     Cancelled,

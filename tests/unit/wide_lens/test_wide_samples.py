@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests.unit.board_scenes import SMALL, board_samples, board_view, many_poses
+from tests.support.scenes.board_scenes import SMALL, board_samples, board_view, many_poses
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.boards import Charuco, Checkerboard

@@ -1,6 +1,8 @@
 """The CRC on packets: asked for where the compiled firmware offers it, not mentioned to others."""
 
 import pytest
+from tests.support.devices.crc_rig import ASIDE, DamagedBoard, Rig
+from tests.support.devices.firmware_board import GUARD, REST, START_US, Item, stuffed
 
 from foveacam_hardware.contract import (
     DeviceFault,
@@ -16,9 +18,6 @@ from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackControlle
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.wire.cobs import cobs_decode
 from foveacam_hardware.wire.controller import BadPacket, Packet, PacketMethod, PacketProperty, decode_packet
-
-from .crc_rig import ASIDE, DamagedBoard, Rig
-from .firmware_board import GUARD, REST, START_US, Item, stuffed
 
 GET_ENABLE = bytes.fromhex("04 16 14 02 01 00")
 

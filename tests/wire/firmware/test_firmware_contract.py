@@ -6,15 +6,14 @@ from typing import cast
 
 import pytest
 from tests.contract import test_mirrors as contract
-from tests.contract.mirror_benches import Bench, Make
+from tests.support.devices.firmware_board import FirmwareBoard, Item, Kind
+from tests.support.devices.mirror_benches import Bench, Make
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import CAMERA_ROLES, RecordingCables, TriggerEdge
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController, LoopbackLink
 from foveacam_hardware.sim.far_ends.side_channel import ControllerStatus
-
-from .firmware_board import FirmwareBoard, Item, Kind
 
 START_NS = 1_000_000_000
 

@@ -4,6 +4,7 @@ import random
 from collections.abc import Callable
 
 import pytest
+from tests.support.devices.firmware_board import START_US, FirmwareBoard
 
 from foveacam_hardware.contract import VirtualClock
 from foveacam_hardware.sim.cables import RecordingCables
@@ -25,8 +26,6 @@ from foveacam_hardware.wire.controller_payloads import (
     pack_u32,
     pack_u64,
 )
-
-from .firmware_board import START_US, FirmwareBoard
 
 BIAS: MirrorCodes = (29490, 29490, 29490, 29490)
 TURNED: MirrorCodes = (31128, 27851, 27851, 31128)

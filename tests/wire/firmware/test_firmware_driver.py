@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from typing import cast
 
 import pytest
+from tests.support.devices.firmware_board import REST, START_US, FirmwareBoard, Item
+from tests.support.devices.firmware_build import built
+from tests.support.devices.firmware_process import FirmwareProcess
 
 from foveacam_hardware.contract import (
     PARKED,
@@ -24,10 +27,6 @@ from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.far_ends.controller_far_end import ControllerFarEnd
 from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackLink
 from foveacam_hardware.wire.link import SerialLink
-
-from .firmware_board import REST, START_US, FirmwareBoard, Item
-from .firmware_build import built
-from .firmware_process import FirmwareProcess
 
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-170.0, y_v=5.0))
 STEP_V = 200 / 65_535

@@ -5,6 +5,7 @@ import functools
 from operator import xor
 
 import pytest
+from tests.support.devices.firmware_board import REST, START_US, FirmwareBoard, Item
 
 from foveacam_hardware.wire.cobs import CobsDecoder, cobs_encode
 from foveacam_hardware.wire.controller import (
@@ -15,8 +16,6 @@ from foveacam_hardware.wire.controller import (
     encode_packet,
 )
 from foveacam_hardware.wire.controller_payloads import ActuateCommand, FrameRequest, StreamCommand, pack_u32
-
-from .firmware_board import REST, START_US, FirmwareBoard, Item
 
 ASIDE = (57_343, 1638, 20_000, 39_000)
 """170 V on x, less on y."""

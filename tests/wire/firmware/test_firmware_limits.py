@@ -6,6 +6,7 @@ import random
 import struct
 
 import pytest
+from tests.support.devices.firmware_board import REST, VOLTS, FirmwareBoard, Item
 
 from foveacam_hardware.contract import MirrorVolts
 from foveacam_hardware.drivers.controller.volts import mirror_codes
@@ -18,8 +19,6 @@ from foveacam_hardware.wire.controller_payloads import (
     StreamCommand,
     pack_u16,
 )
-
-from .firmware_board import REST, VOLTS, FirmwareBoard, Item
 
 BIAS: MirrorCodes = (29490, 29490, 29490, 29490)
 VOLTAGE, SLEW = "Outside the voltage limits", "Outside the slew limits"

@@ -1,6 +1,7 @@
 """Trigger and strobe lines of the compiled firmware: a raised line always falls, reports tell the truth."""
 
 import pytest
+from tests.support.devices.firmware_board import FirmwareBoard, Item
 
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.wire.controller import Packet, PacketMethod, PacketProperty
@@ -12,8 +13,6 @@ from foveacam_hardware.wire.controller_payloads import (
     pack_u32,
     pack_u64,
 )
-
-from .firmware_board import FirmwareBoard, Item
 
 BIAS: MirrorCodes = (29490, 29490, 29490, 29490)
 TURNED: MirrorCodes = (31128, 27851, 27851, 31128)

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.support.devices.firmware_board import GUARD, VOLTS, FirmwareBoard, Item, stuffed
+from tests.support.devices.firmware_build import built
 
 from foveacam_hardware.wire.controller import Packet, PacketMethod, PacketProperty, encode_packet
 from foveacam_hardware.wire.controller_payloads import (
@@ -18,9 +20,6 @@ from foveacam_hardware.wire.controller_payloads import (
     pack_u16,
     pack_u32,
 )
-
-from .firmware_board import GUARD, VOLTS, FirmwareBoard, Item, stuffed
-from .firmware_build import built
 
 GET_VERSION = bytes.fromhex("04 13 12 01 01 00")
 VERSION = bytes.fromhex("04 30 32 01 03 02 01 01 00")

@@ -5,8 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-
-from .firmware_build import SOURCES
+from tests.support.devices.firmware_build import SOURCES
 
 CORE = sorted((SOURCES / "core").glob("*.c"))
 STRICT = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", f"-I{SOURCES / 'core'}"]

@@ -8,9 +8,9 @@ import pytest
 
 from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import Running
-from tests.unit.dataset_scenes import header, noise_point
-from tests.unit.mosaic_scenes import scan
+from tests.support.scenes.dataset_scenes import header, noise_point
+from tests.support.scenes.mosaic_scenes import scan
+from tests.support.servers.running_server import Running
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -11,7 +11,7 @@ import pytest
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server import cli
 from foveacam_server.foundation.progress_bar import ProgressBar
-from tests.system.conftest import EVENT_PATIENCE_S, Running
+from tests.support.servers.running_server import EVENT_PATIENCE_S, Running
 
 pytestmark = pytest.mark.usefixtures("grey")
 

@@ -14,9 +14,8 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running, gated
-
-from .capture_plans import URL, begin, plan
+from tests.support.servers.capture_plans import URL, begin, plan
+from tests.support.servers.running_server import API, Running, gated
 
 pytestmark = pytest.mark.timeout(300)
 

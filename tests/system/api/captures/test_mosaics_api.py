@@ -11,9 +11,9 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.dataset import CapturedPoint, DatasetWriter, PlanPosition, Shot
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running
-from tests.unit.dataset_scenes import header, noise_frame
-from tests.unit.mosaic_scenes import Z_M, scan, small_calibration
+from tests.support.scenes.dataset_scenes import header, noise_frame
+from tests.support.scenes.mosaic_scenes import Z_M, scan, small_calibration
+from tests.support.servers.running_server import API, Running
 
 pytestmark = pytest.mark.timeout(300)
 

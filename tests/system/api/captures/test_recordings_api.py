@@ -10,7 +10,7 @@ import pytest
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running
+from tests.support.servers.running_server import API, Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

@@ -7,9 +7,9 @@ import pytest
 
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server.foundation.store import Document
-from tests.system.conftest import API, Running
-from tests.unit.dataset_scenes import written
-from tests.unit.rail_scenes import STOPS_M, rail_scan
+from tests.support.devices.rail_scenes import STOPS_M, rail_scan
+from tests.support.scenes.dataset_scenes import written
+from tests.support.servers.running_server import API, Running
 
 pytestmark = pytest.mark.timeout(300)
 

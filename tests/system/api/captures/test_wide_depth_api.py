@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 LOOKED_AT_LEAST_CELLS = 60

@@ -10,7 +10,7 @@ import pytest
 
 import foveacam_client
 from foveacam_client import InvalidRequest, LeaseLost, NotFound, Rig, TargetOutOfRange, models
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 
 import foveacam_client
 from foveacam_client import Rig, models
-from tests.system.conftest import Running
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

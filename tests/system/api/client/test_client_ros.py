@@ -10,9 +10,8 @@ import pytest
 
 import foveacam_client
 from foveacam_client import Rig
-from tests.system.conftest import Running
-
-from .ros_stand_ins import Goal, Node, modules
+from tests.support.servers.ros_stand_ins import Goal, Node, modules
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.timeout(300), pytest.mark.usefixtures("grey")]
 

@@ -6,12 +6,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.system.console.awaited import expect_to_fit, expect_value
-from tests.system.console.console_page import TOUCH, OpenConsole, OpenWizard
-from tests.system.console.stub_server import StubServer
-
-from . import calibration_documents as documents
-from .calibration_results import drift_check
+from tests.support.pages import calibration_documents as documents
+from tests.support.pages.awaited import expect_to_fit, expect_value
+from tests.support.pages.calibration_results import drift_check
+from tests.support.pages.console_page import TOUCH, OpenConsole, OpenWizard
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.system.conftest import running
-from tests.system.console.console_page import Console, OpenConsole
-from tests.system.console.server_process import Server, server_of
+from tests.support.pages.console_page import Console, OpenConsole
+from tests.support.servers.running_server import running
+from tests.support.servers.server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.system.console.console_page import OpenWizard
-from tests.system.console.stub_server import StubServer, problem
-
-from . import calibration_documents as documents
+from tests.support.pages import calibration_documents as documents
+from tests.support.pages.console_page import OpenWizard
+from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
 

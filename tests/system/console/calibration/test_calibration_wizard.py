@@ -5,11 +5,10 @@ import re
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
-from tests.system.console.awaited import wait_for
-from tests.system.console.console_page import Console, OpenConsole, OpenWizard
-from tests.system.console.stub_server import StubServer, problem
-
-from . import calibration_documents as documents
+from tests.support.pages import calibration_documents as documents
+from tests.support.pages.awaited import wait_for
+from tests.support.pages.console_page import Console, OpenConsole, OpenWizard
+from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
 

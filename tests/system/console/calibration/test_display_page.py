@@ -9,10 +9,10 @@ from playwright.sync_api import Page, expect
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, Checkerboard
-from tests.system.console.awaited import box_of, expect_value, settled
-from tests.system.console.console_page import Console, OpenConsole
-from tests.system.console.server_process import Server
-from tests.unit.printed_pages import printed_pages
+from tests.support.pages.awaited import box_of, expect_value, settled
+from tests.support.pages.console_page import Console, OpenConsole
+from tests.support.pages.printed_pages import printed_pages
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -3,9 +3,9 @@
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.awaited import expect_to_fit
-from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
-from tests.system.console.server_process import Server
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

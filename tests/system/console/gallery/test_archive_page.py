@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.system.conftest import Running, running
-from tests.system.console.console_page import OpenShared
-from tests.unit.dataset_scenes import written
-from tests.unit.recordings import record
+from tests.support.pages.console_page import OpenShared
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.recordings import record
+from tests.support.servers.running_server import Running, running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 FETCH = "Fetch"

@@ -7,12 +7,11 @@ import pytest
 from playwright.sync_api import Locator, Page, Request, Route, expect
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
-from tests.system.conftest import Running
-from tests.system.console.awaited import expect_to_fit
-from tests.system.console.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
-from tests.system.console.stub_server import StubServer, problem
-
-from . import capture_documents as documents
+from tests.support.pages import capture_documents as documents
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
+from tests.support.pages.stub_server import StubServer, problem
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

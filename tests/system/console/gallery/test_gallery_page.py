@@ -9,14 +9,13 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
-from tests.system.console.awaited import box_of, expect_to_fit
-from tests.system.console.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared
-from tests.system.console.server_process import Server
-from tests.system.console.stub_server import Json, StubServer, problem
-from tests.unit.dataset_scenes import header, noise_point
-from tests.unit.mosaic_scenes import scan
-
-from .capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
+from tests.support.pages.awaited import box_of, expect_to_fit
+from tests.support.pages.capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
+from tests.support.pages.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared
+from tests.support.pages.stub_server import Json, StubServer, problem
+from tests.support.scenes.dataset_scenes import header, noise_point
+from tests.support.scenes.mosaic_scenes import scan
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

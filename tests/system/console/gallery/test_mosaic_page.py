@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.system.console.awaited import expect_to_fit, match_of, settled, wait_for
-from tests.system.console.console_page import TOUCH, OpenConsole
-from tests.system.console.server_process import Server
-from tests.unit.dataset_scenes import written
-from tests.unit.mosaic_scenes import Z_M, scan
+from tests.support.pages.awaited import expect_to_fit, match_of, settled, wait_for
+from tests.support.pages.console_page import TOUCH, OpenConsole
+from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.mosaic_scenes import Z_M, scan
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -20,10 +20,10 @@ from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.studying.planner import routes
-from tests.local_server import serving
-from tests.system.console.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
-from tests.system.console.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of
-from tests.system.console.stub_server import StubServer, application
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
+from tests.support.pages.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of
+from tests.support.pages.stub_server import StubServer, application
+from tests.support.servers.local_server import serving
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -6,10 +6,10 @@ import shutil
 import pytest
 from playwright.sync_api import Locator, Route, expect
 
-from tests.system.console.awaited import box_of, expect_to_fit, let_run, settled
-from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
-from tests.system.console.server_process import Server
-from tests.unit.recorded_looks import PERIOD_S, Z_M, look
+from tests.support.pages.awaited import box_of, expect_to_fit, let_run, settled
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared
+from tests.support.scenes.recorded_looks import PERIOD_S, Z_M, look
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

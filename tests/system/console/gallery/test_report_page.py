@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, expect
 from foveacam_pipeline.calibrate.report import report_html
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-from tests.system.console.awaited import expect_to_fit, expect_value
+from tests.support.pages.awaited import expect_to_fit, expect_value
 
 pytestmark = pytest.mark.browser
 

@@ -6,14 +6,13 @@ import pytest
 from playwright.sync_api import expect
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
-from tests.system.conftest import Running
-from tests.system.console.awaited import expect_to_fit
-from tests.system.console.calibration import calibration_documents as documents
-from tests.system.console.calibration.calibration_results import UTC
-from tests.system.console.console_page import TOUCH, OpenConsole
-from tests.system.console.stub_server import StubServer, problem
-
-from .capture_documents import estimate
+from tests.support.pages import calibration_documents as documents
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.calibration_results import UTC
+from tests.support.pages.capture_documents import estimate
+from tests.support.pages.console_page import TOUCH, OpenConsole
+from tests.support.pages.stub_server import StubServer, problem
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

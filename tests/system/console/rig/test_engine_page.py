@@ -6,11 +6,10 @@ import re
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.system.console.awaited import expect_to_fit, let_run, settled
-from tests.system.console.console_page import TOUCH, OpenConsole
-from tests.system.console.stub_server import StubServer
-
-from . import engine_documents as documents
+from tests.support.pages import engine_documents as documents
+from tests.support.pages.awaited import expect_to_fit, let_run, settled
+from tests.support.pages.console_page import TOUCH, OpenConsole
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -3,10 +3,10 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.system.console.awaited import expect_to_fit
-from tests.system.console.calibration.calibration_documents import Document
-from tests.system.console.console_page import TOUCH, OpenConsole, OpenShared
-from tests.system.console.stub_server import StubServer
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.calibration_documents import Document
+from tests.support.pages.console_page import TOUCH, OpenConsole, OpenShared
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -8,11 +8,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.awaited import box_of, expect_to_fit, expect_value
-from tests.system.console.console_page import TOUCH, Console, OpenConsole, OpenShared
-from tests.system.console.stub_server import StubServer, problem
-
-from . import rig_documents as documents
+from tests.support.pages import rig_documents as documents
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared
+from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -6,11 +6,10 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.awaited import expect_value
-from tests.system.console.console_page import Console, OpenShared
-from tests.system.console.stub_server import StubServer, problem
-
-from . import rig_documents as documents
+from tests.support.pages import rig_documents as documents
+from tests.support.pages.awaited import expect_value
+from tests.support.pages.console_page import Console, OpenShared
+from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -5,10 +5,9 @@ import re
 import pytest
 from playwright.sync_api import Locator, expect
 
-from tests.system.console.console_page import OpenShared
-from tests.system.console.stub_server import StubServer
-
-from . import rig_documents as documents
+from tests.support.pages import rig_documents as documents
+from tests.support.pages.console_page import OpenShared
+from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 

@@ -8,9 +8,9 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from foveacam_hardware.contract import AutoMode, Role
-from tests.system.conftest import API, Running
-from tests.system.console.awaited import expect_value
-from tests.system.console.console_page import Console, OpenShared
+from tests.support.pages.awaited import expect_value
+from tests.support.pages.console_page import Console, OpenShared
+from tests.support.servers.running_server import API, Running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -3,10 +3,10 @@
 import pytest
 from playwright.sync_api import expect
 
-from tests.system.console.awaited import expect_to_fit
-from tests.system.console.console_page import PHONE, OpenConsole
-from tests.system.console.server_process import Server
-from tests.system.console.stub_server import StubServer
+from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.console_page import PHONE, OpenConsole
+from tests.support.pages.stub_server import StubServer
+from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

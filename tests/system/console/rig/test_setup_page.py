@@ -12,14 +12,13 @@ from foveacam_hardware.drivers.cameras.device import FoundCamera
 from foveacam_hardware.rig_config import load_rig_config
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
-from tests.contract.cameras.gige_cameras import fake_program
-from tests.system.conftest import running
-from tests.system.console.awaited import expect_to_fit, settled, wait_for
-from tests.system.console.console_page import TOUCH, Console, OpenConsole
-from tests.system.console.server_process import Server, server_of
-from tests.system.console.stub_server import StubServer
-
-from . import rig_documents
+from tests.support.devices.gige_cameras import fake_program
+from tests.support.pages import rig_documents
+from tests.support.pages.awaited import expect_to_fit, settled, wait_for
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole
+from tests.support.pages.stub_server import StubServer
+from tests.support.servers.running_server import running
+from tests.support.servers.server_process import Server, server_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 

@@ -7,12 +7,11 @@ from playwright.sync_api import Locator, Page, expect
 
 from foveacam_hardware.contract import PARKED
 from foveacam_server.rig import hand_steering
-from tests.system.conftest import Running
-from tests.system.console.awaited import box_of, expect_to_fit, expect_value, let_run
-from tests.system.console.console_page import PHONE, Console, OpenConsole, OpenShared
-from tests.system.console.stub_server import StubServer
-
-from .stub_steering import Document
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, let_run
+from tests.support.pages.console_page import PHONE, Console, OpenConsole, OpenShared
+from tests.support.pages.stub_server import StubServer
+from tests.support.pages.stub_steering import Document
+from tests.support.servers.running_server import Running
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 

@@ -1,0 +1,1 @@
+"""Devices and far ends of tests."""

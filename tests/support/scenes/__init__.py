@@ -1,0 +1,1 @@
+"""Rendered and computed data: sweeps, looks, recordings, scenes."""

@@ -1,0 +1,1 @@
+"""Servers of tests, what they hold, and clients of them."""
