@@ -1,5 +1,7 @@
 """Depth meshes: torn at jumps, whole on slopes, facing the rig, textured."""
 
+import functools
+
 import numpy as np
 import pytest
 from tests.support.scenes.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
@@ -7,16 +9,19 @@ from tests.support.scenes.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, f
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.stereo.depth import depth_map
 from foveacam_pipeline.stereo.mesh import depth_mesh
-from foveacam_pipeline.stereo.values import DepthMesh, DisparityMap
+from foveacam_pipeline.stereo.values import DepthMesh, DisparityMap, RectifiedPair
 
-PAIR = pair_of(flat(0.0))
+
+@functools.cache
+def pair() -> RectifiedPair:
+    return pair_of(flat(0.0))
 
 
 def mesh_of(residual_px: np.ndarray, step_px: int = 4) -> DepthMesh:
     found = DisparityMap(
         residual_px=residual_px.astype(np.float32), sigma_px=flat(0.1).astype(np.float32), compute_ms=0.0
     )
-    return depth_mesh(PAIR, depth_map(PAIR, found), step_px=step_px)
+    return depth_mesh(pair(), depth_map(pair(), found), step_px=step_px)
 
 
 def test_a_flat_surface_is_one_sheet() -> None:
@@ -64,9 +69,9 @@ def test_triangles_face_the_rig() -> None:
 def test_the_texture_coordinates_find_the_vertex_in_the_left_window() -> None:
     mesh = mesh_of(flat(0.0))
     columns = (
-        F_PX * (mesh.vertices_rig_m[:, 0] + BASELINE_M / 2) / mesh.vertices_rig_m[:, 2] - PAIR.u0_left_px
+        F_PX * (mesh.vertices_rig_m[:, 0] + BASELINE_M / 2) / mesh.vertices_rig_m[:, 2] - pair().u0_left_px
     )
-    rows = F_PX * mesh.vertices_rig_m[:, 1] / mesh.vertices_rig_m[:, 2] - PAIR.v0_px
+    rows = F_PX * mesh.vertices_rig_m[:, 1] / mesh.vertices_rig_m[:, 2] - pair().v0_px
     np.testing.assert_allclose(mesh.uv[:, 0] * WIDTH - 0.5, columns, atol=0.02)
     np.testing.assert_allclose(mesh.uv[:, 1] * HEIGHT - 0.5, rows, atol=0.02)
     assert mesh.texture.shape == (HEIGHT, WIDTH, 3) and mesh.texture.dtype == np.uint8
