@@ -15,7 +15,7 @@ CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""
 SHARING = ("tests/system/console", "tests/system/api")
 """Folders whose files share a server or a browser: what a whole folder opens, one worker opens."""
-LASTING = ("server", "own_server", "shared_rig", "shared_server")
+LASTING = ("server", "api_server", "page_server", "own_server", "shared_rig", "shared_server")
 """Fixtures with a simulated rig: the files that need none of them come first, while another worker compiles
 the renderer; those come last whose servers run until their folder ends."""
 

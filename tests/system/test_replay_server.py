@@ -66,7 +66,7 @@ def replaying(data: Path, recording: Path) -> Iterator[Replay]:
 
 
 @pytest.fixture(scope="module")
-def server(recorded: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Replay]:
+def replay_server(recorded: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Replay]:
     with replaying(tmp_path_factory.mktemp("data"), recorded) as found:
         yield found
 
@@ -81,8 +81,8 @@ def snapshot(server: Replay, view: str) -> httpx.Response:
 
 
 @pytest.mark.parametrize(("view", "stream"), [("left", "left"), ("right", "right"), ("wide", "center")])
-def test_a_view_shows_the_recorded_frame(server: Replay, view: str, stream: str) -> None:
-    answer = snapshot(server, view)
+def test_a_view_shows_the_recorded_frame(replay_server: Replay, view: str, stream: str) -> None:
+    answer = snapshot(replay_server, view)
     shown = cv2.imdecode(np.frombuffer(answer.content, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
     assert shown is not None
     assert shown.shape == (HEIGHT, WIDTH)
@@ -94,26 +94,26 @@ def test_a_view_shows_the_recorded_frame(server: Replay, view: str, stream: str)
     assert errors[0] < JPEG_LEVELS < errors[1]
 
 
-def test_the_recorded_rig_is_shown_with_its_calibration(server: Replay) -> None:
-    rig = server.http.get("/rig").json()
+def test_the_recorded_rig_is_shown_with_its_calibration(replay_server: Replay) -> None:
+    rig = replay_server.http.get("/rig").json()
 
     assert rig["rig_id"] == "sim-rig120"
     assert rig["name"] == "The rig of Monday (monday.fcap)"
     assert rig["simulated"] is False
     assert {camera["model"] for camera in rig["cameras"]} == {"IMX273"}
-    current = server.http.get("/calibrations/current").json()
-    assert current["id"] == server.calibration_id
+    current = replay_server.http.get("/calibrations/current").json()
+    assert current["id"] == replay_server.calibration_id
 
 
-def test_the_mirrors_stand_where_they_were_recorded_and_refuse_to_move(server: Replay) -> None:
-    mirrors = server.http.get("/mirrors").json()
-    refused = server.http.post("/mirrors/steer", json={"direction": {"ax_deg": 1.0, "ay_deg": 1.0}})
+def test_the_mirrors_stand_where_they_were_recorded_and_refuse_to_move(replay_server: Replay) -> None:
+    mirrors = replay_server.http.get("/mirrors").json()
+    refused = replay_server.http.post("/mirrors/steer", json={"direction": {"ax_deg": 1.0, "ay_deg": 1.0}})
 
     assert mirrors["connected"] is True
     assert refused.status_code == 422
     assert "go where they were recorded" in refused.json()["detail"]
-    assert server.http.post("/stop").status_code == 200
-    assert server.http.delete("/stop").status_code == 200
+    assert replay_server.http.post("/stop").status_code == 200
+    assert replay_server.http.delete("/stop").status_code == 200
 
 
 def test_a_file_that_is_no_recording_ends_the_start_in_a_sentence(tmp_path: Path) -> None:

@@ -18,13 +18,13 @@ BRISK = {24: 12_000.0, 25: 18_000.0, 110: 18_000.0, 111: 18_000.0, 120: 4000.0, 
 
 
 @pytest.fixture
-def rig() -> TurningHistory:
+def turning_rig() -> TurningHistory:
     return TurningHistory()
 
 
 @pytest.fixture
-def board(rig: TurningHistory) -> Iterator[BoardProcess]:
-    with BoardProcess(BoardKind.GRBL, rig) as process:
+def board(turning_rig: TurningHistory) -> Iterator[BoardProcess]:
+    with BoardProcess(BoardKind.GRBL, turning_rig) as process:
         process.open().close()
         yield process
 
@@ -38,7 +38,7 @@ def wait_for(link: ByteLink, wanted: str) -> list[str]:
     return lines
 
 
-def test_it_homes_and_jogs_as_told_through_its_port(board: BoardProcess, rig: TurningHistory) -> None:
+def test_it_homes_and_jogs_as_told_through_its_port(board: BoardProcess, turning_rig: TurningHistory) -> None:
     board.set_faults(settings=BRISK)
     link = board.open()
     link.write(b"$H\n")
@@ -50,7 +50,7 @@ def test_it_homes_and_jogs_as_told_through_its_port(board: BoardProcess, rig: Tu
         assert time.monotonic() < time_up_s
     link.close()
 
-    assert rig.bearing_deg(time.monotonic_ns()) == (-8.0, 2.0)
+    assert turning_rig.bearing_deg(time.monotonic_ns()) == (-8.0, 2.0)
 
 
 def wait_for_report(link: ByteLink) -> list[str]:
@@ -74,8 +74,8 @@ def test_an_unplugged_port_is_gone_and_comes_back(board: BoardProcess) -> None:
     link.close()
 
 
-def test_closing_it_ends_the_process_and_removes_the_port(rig: TurningHistory) -> None:
-    process = BoardProcess(BoardKind.GRBL, rig)
+def test_closing_it_ends_the_process_and_removes_the_port(turning_rig: TurningHistory) -> None:
+    process = BoardProcess(BoardKind.GRBL, turning_rig)
     process.open().close()
     process.close()
     process.close()

@@ -18,19 +18,19 @@ def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]
 
 
 @pytest.fixture(scope="module")
-def server(shared_server: Running) -> Running:
+def api_server(shared_server: Running) -> Running:
     """Return the folder's server in the state in which it starts."""
     shared_server.reset()
     return shared_server
 
 
 @pytest.fixture(scope="module")
-def grey(server: Running) -> Iterator[None]:
+def grey(api_server: Running) -> Iterator[None]:
     """Let all cameras deliver grey values in a file that looks at no colour: colours cost time."""
-    rig = server.rig
+    rig = api_server.rig
     before = [(camera, camera.settings) for camera in rig.cameras]
-    server.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
+    api_server.services.hardware.submit(lambda _: make_grey(rig)).result(PATIENCE_S)
     yield
-    server.services.hardware.submit(
+    api_server.services.hardware.submit(
         lambda _: [camera.configure(settings) for camera, settings in before]
     ).result(PATIENCE_S)

@@ -17,8 +17,8 @@ POSTER = {"pixel": {"x_px": 812.0, "y_px": 420.0}, "depth": False}
 
 
 @pytest.fixture(scope="module")
-def fixation(server: Running) -> dict[str, Any]:
-    return server.fixate({**POSTER, "label": "poster"})
+def fixation(api_server: Running) -> dict[str, Any]:
+    return api_server.fixate({**POSTER, "label": "poster"})
 
 
 def target_of(server: Running, fixation: dict[str, Any]) -> dict[str, Any]:
@@ -26,33 +26,37 @@ def target_of(server: Running, fixation: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_click_that_corrects_gives_its_target_the_new_answer(
-    server: Running, fixation: dict[str, Any]
+    api_server: Running, fixation: dict[str, Any]
 ) -> None:
-    again = server.fixate({**POSTER, "corrects": fixation["id"]})
-    target = target_of(server, fixation)
+    again = api_server.fixate({**POSTER, "corrects": fixation["id"]})
+    target = target_of(api_server, fixation)
     assert again["target_id"] == fixation["target_id"]
     assert (target["label"], target["fixation_id"]) == ("poster", again["id"])
     assert target["corrections"][-1]["kind"] == "click"
     assert target["corrections"][-1]["fixation_id"] == again["id"]
 
 
-def test_a_click_may_name_the_wide_picture_that_it_was_made_on(server: Running) -> None:
+def test_a_click_may_name_the_wide_picture_that_it_was_made_on(api_server: Running) -> None:
     for frame_seq in (2**32 - 1, 0):  # the newest picture; one that is gone, which has no effect
-        found = server.fixate({**POSTER, "frame_seq": frame_seq})
+        found = api_server.fixate({**POSTER, "frame_seq": frame_seq})
         assert found["basis"] == "both_foveae"
         assert found["request"]["frame_seq"] == frame_seq
-    assert server.post("/fixations", {**POSTER, "frame_seq": -1}).status_code == 422
+    assert api_server.post("/fixations", {**POSTER, "frame_seq": -1}).status_code == 422
 
 
-def test_farther_looks_at_the_same_pixel_beyond_the_answer(server: Running, fixation: dict[str, Any]) -> None:
+def test_farther_looks_at_the_same_pixel_beyond_the_answer(
+    api_server: Running, fixation: dict[str, Any]
+) -> None:
     path = f"/fixations/{fixation['id']}/corrections"
-    found = server.post(path, {"direction": "farther"}, Prefer="wait=60").json()
+    found = api_server.post(path, {"direction": "farther"}, Prefer="wait=60").json()
     assert found["request"]["pixel"] == POSTER["pixel"]
     assert found["request"]["within"]["nearest_m"] > fixation["distance_m"]
-    assert "farther" in [each["kind"] for each in target_of(server, fixation)["corrections"]]
+    assert "farther" in [each["kind"] for each in target_of(api_server, fixation)["corrections"]]
 
 
-def test_limits_make_a_target_without_a_distance(server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_limits_make_a_target_without_a_distance(
+    api_server: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
     answer = Fixation(
         state=FixationState.LOST,
         reason="nothing to go by",
@@ -65,45 +69,49 @@ def test_limits_make_a_target_without_a_distance(server: Running, monkeypatch: p
         right_view=EyeView(sees_target=False, reason="beyond the right mirror's reach"),
     )
     monkeypatch.setattr(service, "fixate", lambda *_args, **_options: answer)
-    found = server.fixate({"direction": {"ax_deg": 0.0, "ay_deg": 0.0}, "label": "sky"})
-    target = target_of(server, found)
+    found = api_server.fixate({"direction": {"ax_deg": 0.0, "ay_deg": 0.0}, "label": "sky"})
+    target = target_of(api_server, found)
     assert (target["basis"], target["distance_m"], target["point_rig_m"]) == ("bound", None, None)
     assert target["bound"] == {"nearest_m": 1.3, "farthest_m": None}
     assert target["right_view"]["reason"] == "beyond the right mirror's reach"
-    told = [event["message"] for event in server.get("/events/recent", limit=10).json()]
+    told = [event["message"] for event in api_server.get("/events/recent", limit=10).json()]
     assert "sky: farther than 1.3 m, in 0 steps" in told
 
 
-def test_chosen_alternative_becomes_the_targets_distance(server: Running, fixation: dict[str, Any]) -> None:
-    document = server.services.fixations.table.get(fixation["id"]).as_json()
+def test_chosen_alternative_becomes_the_targets_distance(
+    api_server: Running, fixation: dict[str, Any]
+) -> None:
+    document = api_server.services.fixations.table.get(fixation["id"]).as_json()
     wall = {"basis": "fovea_and_wide", "distance_m": 9.0, "distance_sigma_m": 0.4, "probability": 0.3}
     own = {key: document[key] for key in ("basis", "distance_m", "distance_sigma_m", "point_rig_m")}
     alternatives = [{**own, "probability": 0.7}, {**wall, "point_rig_m": [0.1, 0.2, 8.9]}]
     second = {**document, "id": "fix-two", "alternatives": alternatives}
-    server.services.fixations.table.add(FixationDocument.model_validate(second))
+    api_server.services.fixations.table.add(FixationDocument.model_validate(second))
 
-    chosen = server.post("/fixations/fix-two/choice", {"alternative": 1})
+    chosen = api_server.post("/fixations/fix-two/choice", {"alternative": 1})
     assert chosen.status_code == 200, chosen.text
     assert chosen.json()["chosen_alternative"] == 1
-    target = target_of(server, fixation)
+    target = target_of(api_server, fixation)
     assert (target["distance_m"], target["basis"]) == (9.0, "fovea_and_wide")
     assert target["corrections"][-1]["kind"] == "choice"
     assert target["corrections"][-1]["alternative"] == 1
 
 
-def test_corrections_that_cannot_be_are_refused_in_words(server: Running, fixation: dict[str, Any]) -> None:
+def test_corrections_that_cannot_be_are_refused_in_words(
+    api_server: Running, fixation: dict[str, Any]
+) -> None:
     path = f"/fixations/{fixation['id']}"
-    assert "no alternatives" in server.post(f"{path}/choice", {"alternative": 1}).json()["detail"]
-    assert server.post("/fixations", {**POSTER, "corrects": "fix-nobody"}).status_code == 404
-    nowhere = server.post("/fixations", {**POSTER, "within": {"nearest_m": 3.0, "farthest_m": 2.0}})
+    assert "no alternatives" in api_server.post(f"{path}/choice", {"alternative": 1}).json()["detail"]
+    assert api_server.post("/fixations", {**POSTER, "corrects": "fix-nobody"}).status_code == 404
+    nowhere = api_server.post("/fixations", {**POSTER, "within": {"nearest_m": 3.0, "farthest_m": 2.0}})
     assert nowhere.status_code == 422
     assert "leave no distance" in nowhere.json()["detail"]
 
 
-def test_suggestions_are_in_reach_of_both_eyes(server: Running) -> None:
-    found = server.get("/suggestions").json()
+def test_suggestions_are_in_reach_of_both_eyes(api_server: Running) -> None:
+    found = api_server.get("/suggestions").json()
     assert len(found) == 3
-    reach = server.get("/reach", distance_m=3.0).json()
+    reach = api_server.get("/reach", distance_m=3.0).json()
     for side in ("left_px", "right_px"):
         low, high = np.min(reach[side], axis=0), np.max(reach[side], axis=0)
         for each in found:
@@ -111,7 +119,7 @@ def test_suggestions_are_in_reach_of_both_eyes(server: Running) -> None:
             assert np.all([each["x_px"], each["y_px"]] < high)
 
 
-def test_best_suggestion_is_seen_by_both_foveae(server: Running) -> None:
-    best = server.get("/suggestions").json()[0]
-    found = server.fixate({"pixel": {"x_px": best["x_px"], "y_px": best["y_px"]}, "depth": False})
+def test_best_suggestion_is_seen_by_both_foveae(api_server: Running) -> None:
+    best = api_server.get("/suggestions").json()[0]
+    found = api_server.fixate({"pixel": {"x_px": best["x_px"], "y_px": best["y_px"]}, "depth": False})
     assert found["basis"] == "both_foveae", found["reason"]

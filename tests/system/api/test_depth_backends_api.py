@@ -14,10 +14,10 @@ pytestmark = [pytest.mark.timeout(120), pytest.mark.usefixtures("grey")]
 
 
 @pytest.fixture
-def networks(server: Running) -> Iterator[NetworkFolder]:
-    folder = NetworkFolder(server.services.settings.data / "networks")
+def networks(api_server: Running) -> Iterator[NetworkFolder]:
+    folder = NetworkFolder(api_server.services.settings.data / "networks")
     yield folder
-    choose(server, "sgbm")
+    choose(api_server, "sgbm")
     for name in folder.every():
         folder.remove(name)
 
@@ -43,58 +43,58 @@ def looked(server: Running) -> None:
 
 
 def test_the_chosen_network_computes_the_cloud_of_a_look_which_says_so(
-    server: Running, networks: NetworkFolder, tmp_path: Path
+    api_server: Running, networks: NetworkFolder, tmp_path: Path
 ) -> None:
     network = networks.add(write_card(matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)))
-    listed = server.get("/depth/backends").json()
+    listed = api_server.get("/depth/backends").json()
     assert [backend["name"] for backend in listed["backends"]] == ["sgbm", "live", "foveal", "shifts"]
     assert listed["in_use"] == "sgbm"
-    before = server.last_event
-    assert choose(server, "shifts")["in_use"] == "shifts"
-    assert server.wait_for_event("depth.backend", after=before)["name"] == "shifts"
-    cloud = new_cloud(server)
+    before = api_server.last_event
+    assert choose(api_server, "shifts")["in_use"] == "shifts"
+    assert api_server.wait_for_event("depth.backend", after=before)["name"] == "shifts"
+    cloud = new_cloud(api_server)
     assert (cloud["backend"], cloud["network_sha256"]) == ("shifts", network.card.sha256)
 
 
 def test_a_look_of_a_network_that_fails_is_matched_by_sgbm_and_the_list_says_why(
-    server: Running, networks: NetworkFolder, tmp_path: Path
+    api_server: Running, networks: NetworkFolder, tmp_path: Path
 ) -> None:
     networks.add(write_card(constant(tmp_path / "nan.onnx", float("nan")), name="broken"))
-    choose(server, "broken")
-    before = server.last_event
-    assert new_cloud(server)["backend"] == "sgbm"
-    told = server.wait_for_event("depth.fallback", after=before)
+    choose(api_server, "broken")
+    before = api_server.last_event
+    assert new_cloud(api_server)["backend"] == "sgbm"
+    told = api_server.wait_for_event("depth.fallback", after=before)
     assert told["name"] == "broken" and "no finite number" in told["detail"]
-    assert server.get("/depth/backends").json()["fallback"] == told["detail"]
+    assert api_server.get("/depth/backends").json()["fallback"] == told["detail"]
 
 
 def test_a_check_names_the_key_of_the_card_that_is_wrong(
-    server: Running, networks: NetworkFolder, tmp_path: Path
+    api_server: Running, networks: NetworkFolder, tmp_path: Path
 ) -> None:
     networks.add(write_card(matcher(tmp_path / "a.onnx", sign=-1.0)))
-    found = server.post("/depth/backends/shifts/check").json()
+    found = api_server.post("/depth/backends/shifts/check").json()
     assert not found["passed"]
     assert "output.sign" in found["findings"][-1]["remedy"]
 
 
 def test_what_cannot_be_chosen_is_refused_in_words(
-    server: Running, networks: NetworkFolder, tmp_path: Path
+    api_server: Running, networks: NetworkFolder, tmp_path: Path
 ) -> None:
-    assert choose(server, "nothing")["status"] == 404
+    assert choose(api_server, "nothing")["status"] == 404
     card = write_card(matcher(tmp_path / "a.onnx"), research_only=True, licence="CC BY-NC 4.0")
     networks.add(card)
-    refused = choose(server, "shifts")
+    refused = choose(api_server, "shifts")
     assert refused["status"] == 422 and "research_confirmed" in refused["detail"]
-    assert choose(server, "shifts", research_confirmed=True)["in_use"] == "shifts"
-    assert choose(server, "Shifts!")["status"] == 422
+    assert choose(api_server, "shifts", research_confirmed=True)["in_use"] == "shifts"
+    assert choose(api_server, "Shifts!")["status"] == 422
 
 
 def test_two_backends_are_compared_on_the_newest_look_with_pictures(
-    server: Running, networks: NetworkFolder, tmp_path: Path
+    api_server: Running, networks: NetworkFolder, tmp_path: Path
 ) -> None:
     network = networks.add(write_card(matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)))
-    looked(server)
-    found = server.post("/depth/comparisons", {"first": "sgbm", "second": "shifts"}).json()
+    looked(api_server)
+    found = api_server.post("/depth/comparisons", {"first": "sgbm", "second": "shifts"}).json()
 
     assert (found["first"]["sha256"], found["second"]["sha256"]) == (None, network.card.sha256)
     assert 0.0 < found["known_both"] <= min(found["first"]["known"], found["second"]["known"])
@@ -102,20 +102,20 @@ def test_two_backends_are_compared_on_the_newest_look_with_pictures(
     assert len(found["edges"]) == len(found["shares"]) + 1
     addresses = [found[side]["picture_url"] for side in ("first", "second")]
     for address in (*addresses, found["difference_url"], found["left_url"]):
-        answer = server.http.get(address)
+        answer = api_server.http.get(address)
         assert (answer.status_code, answer.content[:4]) == (200, b"\x89PNG")
 
 
 def test_a_comparison_that_cannot_be_made_is_refused_in_words(
-    server: Running, networks: NetworkFolder, tmp_path: Path
+    api_server: Running, networks: NetworkFolder, tmp_path: Path
 ) -> None:
     networks.add(write_card(matcher(tmp_path / "a.onnx"), research_only=True, licence="CC BY-NC 4.0"))
-    looked(server)
+    looked(api_server)
     for first, second, status, words in (
         ("sgbm", "sgbm", 422, "with itself"),
         ("sgbm", "nothing", 404, "no depth network nothing"),
         ("sgbm", "shifts", 422, "for research only (CC BY-NC 4.0)"),
     ):
-        refused = server.post("/depth/comparisons", {"first": first, "second": second})
+        refused = api_server.post("/depth/comparisons", {"first": first, "second": second})
         assert (refused.status_code, words in refused.json()["detail"]) == (status, True)
-    assert server.http.get(f"{API}/depth/comparisons/cmp-0/first.png").status_code == 404
+    assert api_server.http.get(f"{API}/depth/comparisons/cmp-0/first.png").status_code == 404

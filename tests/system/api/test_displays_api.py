@@ -22,30 +22,30 @@ def show(server: Running, pattern: object, **headers: str) -> Document:
     return shown
 
 
-def test_what_is_shown_is_answered_told_and_drawn_in_millimetres(server: Running) -> None:
-    before = server.last_event
-    shown = show(server, CHECKERBOARD)
+def test_what_is_shown_is_answered_told_and_drawn_in_millimetres(api_server: Running) -> None:
+    before = api_server.last_event
+    shown = show(api_server, CHECKERBOARD)
     assert shown["pattern"] == CHECKERBOARD
     assert (shown["width_mm"], shown["height_mm"]) == (162.0, 126.0)
-    assert server.get("/displays/pattern").json() == shown
-    assert server.wait_for_event("display.pattern", after=before) == shown
-    image = server.get("/displays/pattern.svg")
+    assert api_server.get("/displays/pattern").json() == shown
+    assert api_server.wait_for_event("display.pattern", after=before) == shown
+    image = api_server.get("/displays/pattern.svg")
     assert image.headers["Content-Type"].startswith("image/svg+xml")
     assert 'width="162mm" height="126mm"' in image.text
-    show(server, BLANK)
-    assert server.get("/displays/pattern.svg").status_code == 404
+    show(api_server, BLANK)
+    assert api_server.get("/displays/pattern.svg").status_code == 404
 
 
-def test_a_screen_registers_is_listed_and_leaves(server: Running) -> None:
-    shown = show(server, CHECKERBOARD)
-    registered = server.http.put(f"{API}/displays/{SCREEN_ID}", json=SCREEN)
+def test_a_screen_registers_is_listed_and_leaves(api_server: Running) -> None:
+    shown = show(api_server, CHECKERBOARD)
+    registered = api_server.http.put(f"{API}/displays/{SCREEN_ID}", json=SCREEN)
     assert registered.json() == shown
-    (listed,) = server.get("/displays").json()
+    (listed,) = api_server.get("/displays").json()
     assert listed["id"] == SCREEN_ID
     assert (listed["width_mm"], listed["height_mm"], listed["fits"]) == (200.0, 150.0, True)
-    assert server.http.delete(f"{API}/displays/{SCREEN_ID}").status_code == 204
-    assert server.get("/displays").json() == []
-    show(server, BLANK)
+    assert api_server.http.delete(f"{API}/displays/{SCREEN_ID}").status_code == 204
+    assert api_server.get("/displays").json() == []
+    show(api_server, BLANK)
 
 
 @pytest.mark.parametrize(
@@ -61,32 +61,32 @@ def test_a_screen_registers_is_listed_and_leaves(server: Running) -> None:
     ],
 )
 def test_a_pattern_that_no_detector_knows_is_refused(
-    server: Running, pattern: dict[str, object], words: str
+    api_server: Running, pattern: dict[str, object], words: str
 ) -> None:
-    before = server.get("/displays/pattern").json()
-    refused = server.http.put(PATTERN, json=pattern)
+    before = api_server.get("/displays/pattern").json()
+    refused = api_server.http.put(PATTERN, json=pattern)
     assert refused.status_code == 422
     assert words in refused.json()["detail"]
-    assert server.get("/displays/pattern").json() == before
+    assert api_server.get("/displays/pattern").json() == before
 
 
-def test_a_print_is_a_pdf_of_the_shown_pattern_or_of_the_one_asked_for(server: Running) -> None:
-    show(server, BLANK)
-    refused = server.get("/displays/pattern.pdf")
+def test_a_print_is_a_pdf_of_the_shown_pattern_or_of_the_one_asked_for(api_server: Running) -> None:
+    show(api_server, BLANK)
+    refused = api_server.get("/displays/pattern.pdf")
     assert refused.status_code == 404
     assert "name its kind" in refused.json()["detail"]
-    show(server, CHECKERBOARD)
-    shown = server.get("/displays/pattern.pdf", paper="Letter")
+    show(api_server, CHECKERBOARD)
+    shown = api_server.get("/displays/pattern.pdf", paper="Letter")
     assert shown.headers["Content-Type"] == "application/pdf"
     assert 'filename="checkerboard.pdf"' in shown.headers["Content-Disposition"]
     (page,) = printed_pages(shown.content)
     assert (page.width_mm, page.height_mm) == pytest.approx((279.4, 215.9), abs=1e-3)
-    asked = server.get("/displays/pattern.pdf", kind="markers", side_mm=60, spacing_mm=150.5)
+    asked = api_server.get("/displays/pattern.pdf", kind="markers", side_mm=60, spacing_mm=150.5)
     pages = printed_pages(asked.content)
     assert len(pages) == 2
     assert all("side 60 mm, 150.5 mm apart; print at 100 %; sheet" in page.words[1] for page in pages)
-    assert server.get("/displays/pattern").json()["pattern"] == CHECKERBOARD
-    show(server, BLANK)
+    assert api_server.get("/displays/pattern").json()["pattern"] == CHECKERBOARD
+    show(api_server, BLANK)
 
 
 @pytest.mark.parametrize(
@@ -102,21 +102,21 @@ def test_a_print_is_a_pdf_of_the_shown_pattern_or_of_the_one_asked_for(server: R
         ("kind=marker&id=1&side_mm=60&colour=red", "colour"),
     ],
 )
-def test_a_print_that_cannot_be_is_refused(server: Running, query: str, words: str) -> None:
-    refused = server.http.get(f"{API}/displays/pattern.pdf?{query}")
+def test_a_print_that_cannot_be_is_refused(api_server: Running, query: str, words: str) -> None:
+    refused = api_server.http.get(f"{API}/displays/pattern.pdf?{query}")
     assert refused.status_code == 422
     assert words in refused.json()["detail"]
 
 
-def test_who_holds_the_lease_alone_chooses_the_pattern(server: Running) -> None:
-    token = server.post("/lease", {"holder": "another page"}).json()["token"]
+def test_who_holds_the_lease_alone_chooses_the_pattern(api_server: Running) -> None:
+    token = api_server.post("/lease", {"holder": "another page"}).json()["token"]
     try:
-        refused = server.http.put(PATTERN, json=CHECKERBOARD)
+        refused = api_server.http.put(PATTERN, json=CHECKERBOARD)
         assert refused.status_code == 409
         assert "another page" in refused.json()["detail"]
-        assert show(server, BLANK, **{"X-Lease": token})["description"] == "blank"
-        screen = server.http.put(f"{API}/displays/{SCREEN_ID}", json=SCREEN)
+        assert show(api_server, BLANK, **{"X-Lease": token})["description"] == "blank"
+        screen = api_server.http.put(f"{API}/displays/{SCREEN_ID}", json=SCREEN)
         assert screen.status_code == 200, "a screen registers whoever holds the lease"
     finally:
-        server.http.delete(f"{API}/lease", headers={"X-Lease": token})
-        server.http.delete(f"{API}/displays/{SCREEN_ID}")
+        api_server.http.delete(f"{API}/lease", headers={"X-Lease": token})
+        api_server.http.delete(f"{API}/displays/{SCREEN_ID}")

@@ -8,9 +8,9 @@ def rows(found: Document, part: str, key: str) -> dict[str, Document]:
     return {row[key]: row for row in found[part]}
 
 
-def test_engine_tells_the_load_of_threads_stages_cameras_and_the_start(server: Running) -> None:
-    server.fixate()
-    found = server.poll(
+def test_engine_tells_the_load_of_threads_stages_cameras_and_the_start(api_server: Running) -> None:
+    api_server.fixate()
+    found = api_server.poll(
         "/engine",
         lambda engine: engine["window_s"] is not None and engine["event_loop"]["worst_lag_ms"] is not None,
     )
@@ -29,8 +29,8 @@ def test_engine_tells_the_load_of_threads_stages_cameras_and_the_start(server: R
     assert process["memory_mb"] > 1.0 and process["database_mb"] > 0.0 and process["open_files"] > 0
 
 
-def test_every_step_of_the_start_has_its_duration(server: Running) -> None:
-    start = server.get("/engine").json()["start"]
+def test_every_step_of_the_start_has_its_duration(api_server: Running) -> None:
+    start = api_server.get("/engine").json()["start"]
     assert [step["device"] for step in start[:6]] == [
         "rig",
         "renderer",
@@ -43,14 +43,14 @@ def test_every_step_of_the_start_has_its_duration(server: Running) -> None:
     assert [step["after_s"] for step in start] == sorted(step["after_s"] for step in start)
 
 
-def test_engine_tells_who_feeds_whom(server: Running) -> None:
-    server.fixate()
-    assert server.http.get("/api/v1/views/wide/snapshot.jpg").status_code == 200
+def test_engine_tells_who_feeds_whom(api_server: Running) -> None:
+    api_server.fixate()
+    assert api_server.http.get("/api/v1/views/wide/snapshot.jpg").status_code == 200
 
     def joined(engine: Document) -> set[tuple[str, str, str]]:
         return {(edge["source"], edge["target"], edge["items"]) for edge in engine["edges"]}
 
-    found = server.poll(
+    found = api_server.poll(
         "/engine", lambda engine: ("foveacam-jobs", "foveacam-shapes", "looks") in joined(engine)
     )
     assert joined(found) >= {

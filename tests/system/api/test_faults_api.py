@@ -25,40 +25,40 @@ def newest_id(server: Running) -> int:
     return found
 
 
-def test_faults_are_listed_with_what_to_do_and_dismissed_for_everybody(server: Running) -> None:
-    server.http.delete("/api/v1/faults")
-    lose(server, "gripper")
-    lose(server, "lamp")
-    recover(server, "lamp")
+def test_faults_are_listed_with_what_to_do_and_dismissed_for_everybody(api_server: Running) -> None:
+    api_server.http.delete("/api/v1/faults")
+    lose(api_server, "gripper")
+    lose(api_server, "lamp")
+    recover(api_server, "lamp")
 
-    listed = rows(server)
+    listed = rows(api_server)
     assert listed["gripper"]["present"] and listed["gripper"]["remedy"] == "check its cable"
     assert not listed["lamp"]["present"]
 
-    before = newest_id(server)
-    over = server.http.delete("/api/v1/faults")
+    before = newest_id(api_server)
+    over = api_server.http.delete("/api/v1/faults")
     assert over.json() == {"ids": [listed["lamp"]["id"]]}
-    assert server.wait_for_event("fault.dismissed", after=before) == over.json()
-    assert "lamp" not in rows(server)
+    assert api_server.wait_for_event("fault.dismissed", after=before) == over.json()
+    assert "lamp" not in rows(api_server)
 
-    one = server.http.delete(f"/api/v1/faults/{listed['gripper']['id']}")
-    again = server.http.delete(f"/api/v1/faults/{listed['gripper']['id']}")
+    one = api_server.http.delete(f"/api/v1/faults/{listed['gripper']['id']}")
+    again = api_server.http.delete(f"/api/v1/faults/{listed['gripper']['id']}")
     assert (one.status_code, again.status_code) == (204, 404)
-    assert "gripper" not in rows(server)
+    assert "gripper" not in rows(api_server)
 
 
-def test_a_job_that_fails_is_listed_with_its_reason(server: Running) -> None:
+def test_a_job_that_fails_is_listed_with_its_reason(api_server: Running) -> None:
     def fail(_: object) -> str:
         raise RuntimeError("a mistake")
 
-    server.services.jobs.handle("mistake", fail, parallel=True)
-    before = newest_id(server)
-    server.services.jobs.submit("mistake")
+    api_server.services.jobs.handle("mistake", fail, parallel=True)
+    before = newest_id(api_server)
+    api_server.services.jobs.submit("mistake")
 
-    told = server.wait_for_event("fault.changed", after=before)
-    row = rows(server)["mistake"]
+    told = api_server.wait_for_event("fault.changed", after=before)
+    row = rows(api_server)["mistake"]
     assert row == told
     assert (row["scope"], row["present"], row["count"]) == ("job", False, 1)
     assert "did not foresee" in row["what"]
     assert "log" in row["remedy"]
-    server.http.delete(f"/api/v1/faults/{row['id']}")
+    api_server.http.delete(f"/api/v1/faults/{row['id']}")

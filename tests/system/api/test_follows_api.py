@@ -18,10 +18,10 @@ SHELF = {"pixel": {"x_px": 800.0, "y_px": 610.0}}
 
 
 @pytest.fixture(scope="module", autouse=True)
-def ended(server: Running) -> Iterator[None]:
+def ended(api_server: Running) -> Iterator[None]:
     """Follow nothing afterwards."""
     yield
-    follow_nothing(server)
+    follow_nothing(api_server)
 
 
 def follow_nothing(server: Running) -> None:
@@ -38,45 +38,45 @@ def followed(server: Running, body: object = CENTRE) -> str:
     return follow_id
 
 
-def test_bad_requests_are_told(server: Running) -> None:
-    assert server.post("/follows", {}).status_code == 422
-    both = server.post("/follows", {**CENTRE, "target_id": "tgt-1"})
+def test_bad_requests_are_told(api_server: Running) -> None:
+    assert api_server.post("/follows", {}).status_code == 422
+    both = api_server.post("/follows", {**CENTRE, "target_id": "tgt-1"})
     assert (both.status_code, "found both" in both.json()["detail"]) == (422, True)
-    assert server.post("/follows", {"target_id": "tgt-1"}).status_code == 404
-    assert server.post("/follows", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
-    assert server.get("/follows/fol-1/trail").status_code == 404
-    nothing = server.post("/follows/rounds", {"name": "round"})
+    assert api_server.post("/follows", {"target_id": "tgt-1"}).status_code == 404
+    assert api_server.post("/follows", {"pixel": {"x_px": 5000.0, "y_px": 1.0}}).status_code == 422
+    assert api_server.get("/follows/fol-1/trail").status_code == 404
+    nothing = api_server.post("/follows/rounds", {"name": "round"})
     assert (nothing.status_code, "no target is followed" in nothing.json()["detail"]) == (409, True)
 
 
-def test_a_target_is_followed_marked_changed_and_let_go(server: Running) -> None:
-    follow_id = followed(server)
-    found = server.get(f"/follows/{follow_id}").json()
+def test_a_target_is_followed_marked_changed_and_let_go(api_server: Running) -> None:
+    follow_id = followed(api_server)
+    found = api_server.get(f"/follows/{follow_id}").json()
     assert found["state"] == "followed"
     assert found["label"] == "Followed 1"
     assert (found["x_px"], found["y_px"]) == pytest.approx((720.0, 540.0), abs=3.0)
-    truth = server.truth.depth_at(720.0, 540.0, server.rig.clock.now_ns())
+    truth = api_server.truth.depth_at(720.0, 540.0, api_server.rig.clock.now_ns())
     assert truth is not None
     assert found["distance_m"] == pytest.approx(truth.range_m, rel=0.02)
     assert found["speed_m_s"] < 0.5
-    trail = server.get(f"/follows/{follow_id}/trail").json()
+    trail = api_server.get(f"/follows/{follow_id}/trail").json()
     assert len(trail) >= 2
     assert trail[-1]["z_m"] == pytest.approx(found["point_rig_m"][2], rel=0.02)
 
-    (mark,) = marks(server)
+    (mark,) = marks(api_server)
     assert (mark.id, mark.state) == (follow_id, "followed")
     assert mark.x_px == pytest.approx(720.0, abs=3.0)
 
     change = {"label": "poster", "tracker": "filter", "priority": 2.0}
-    answer = server.http.patch(f"{API}/follows/{follow_id}", json=change).json()
+    answer = api_server.http.patch(f"{API}/follows/{follow_id}", json=change).json()
     assert {name: answer[name] for name in change} == change
-    found = seen_more_often(server, follow_id, than=answer["hits"] + 1)
+    found = seen_more_often(api_server, follow_id, than=answer["hits"] + 1)
     assert (found["state"], found["tracker"], found["label"]) == ("followed", "filter", "poster")
 
-    assert server.http.delete(f"{API}/follows/{follow_id}").status_code == 204
-    assert server.get("/follows").json() == []
-    assert server.get(f"/follows/{follow_id}").status_code == 404
-    assert marks(server) == []
+    assert api_server.http.delete(f"{API}/follows/{follow_id}").status_code == 204
+    assert api_server.get("/follows").json() == []
+    assert api_server.get(f"/follows/{follow_id}").status_code == 404
+    assert marks(api_server) == []
 
 
 def marks(server: Running) -> list[FollowMark]:
@@ -86,31 +86,35 @@ def marks(server: Running) -> list[FollowMark]:
     return overlay.follows
 
 
-def test_what_cannot_be_verged_on_is_let_go_with_the_reason(server: Running) -> None:
-    newest = server.get("/events/recent", limit=1).json()[-1]["id"]
-    assert server.post("/follows", {"pixel": {"x_px": 420.0, "y_px": 300.0}}).status_code == 201  # bare wall
-    ended = server.wait_for_event("follow.ended", after=newest)
+def test_what_cannot_be_verged_on_is_let_go_with_the_reason(api_server: Running) -> None:
+    newest = api_server.get("/events/recent", limit=1).json()[-1]["id"]
+    assert (
+        api_server.post("/follows", {"pixel": {"x_px": 420.0, "y_px": 300.0}}).status_code == 201
+    )  # bare wall
+    ended = api_server.wait_for_event("follow.ended", after=newest)
     assert "both foveae must see a target" in ended["reason"]
 
 
-def test_two_targets_share_the_foveae_with_a_fixation_and_a_round_until_the_stop(server: Running) -> None:
-    target_id = server.fixate({**CENTRE, "depth": False, "label": "the poster"})["target_id"]
-    first, second = followed(server, {"target_id": target_id}), followed(server, SHELF)
-    assert server.get(f"/follows/{first}").json()["label"] == "the poster"
-    before = {follow_id: server.get(f"/follows/{follow_id}").json()["hits"] for follow_id in (first, second)}
-    assert server.fixate({**CENTRE, "depth": False})["state"] == "verged"
+def test_two_targets_share_the_foveae_with_a_fixation_and_a_round_until_the_stop(api_server: Running) -> None:
+    target_id = api_server.fixate({**CENTRE, "depth": False, "label": "the poster"})["target_id"]
+    first, second = followed(api_server, {"target_id": target_id}), followed(api_server, SHELF)
+    assert api_server.get(f"/follows/{first}").json()["label"] == "the poster"
+    before = {
+        follow_id: api_server.get(f"/follows/{follow_id}").json()["hits"] for follow_id in (first, second)
+    }
+    assert api_server.fixate({**CENTRE, "depth": False})["state"] == "verged"
     for follow_id, hits in before.items():
-        seen_more_often(server, follow_id, than=hits)
+        seen_more_often(api_server, follow_id, than=hits)
 
-    check_round(server, first, second)
-    seen_more_often(server, first, than=server.get(f"/follows/{first}").json()["hits"])
+    check_round(api_server, first, second)
+    seen_more_often(api_server, first, than=api_server.get(f"/follows/{first}").json()["hits"])
 
-    server.post("/stop")
+    api_server.post("/stop")
     try:
-        server.poll("/follows", lambda found: not found)
-        assert server.post("/follows", CENTRE).status_code == 409
+        api_server.poll("/follows", lambda found: not found)
+        assert api_server.post("/follows", CENTRE).status_code == 409
     finally:
-        server.http.delete(f"{API}/stop")
+        api_server.http.delete(f"{API}/stop")
 
 
 def seen_more_often(server: Running, follow_id: str, *, than: int) -> Document:
@@ -138,9 +142,9 @@ def check_round(server: Running, first: str, second: str) -> None:
     assert (again.status_code, "already" in again.json()["detail"]) == (422, True)
 
 
-def test_more_targets_than_can_be_followed_are_refused(server: Running) -> None:
-    follow_nothing(server)
+def test_more_targets_than_can_be_followed_are_refused(api_server: Running) -> None:
+    follow_nothing(api_server)
     for _ in range(MOST_TARGETS):
-        assert server.post("/follows", CENTRE).status_code == 201
-    refused = server.post("/follows", CENTRE)
+        assert api_server.post("/follows", CENTRE).status_code == 201
+    refused = api_server.post("/follows", CENTRE)
     assert (refused.status_code, f"{MOST_TARGETS} targets" in refused.json()["detail"]) == (409, True)

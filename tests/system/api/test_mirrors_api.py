@@ -8,9 +8,9 @@ AHEAD = {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}}
 PATIENCE_S = 20.0
 
 
-def test_the_link_is_told_with_rates_round_trips_governor_and_streams(server: Running) -> None:
+def test_the_link_is_told_with_rates_round_trips_governor_and_streams(api_server: Running) -> None:
     end_s = time.monotonic() + PATIENCE_S
-    while (link := server.get("/mirrors").json()["link"])["tx_packets_per_s"] == 0:
+    while (link := api_server.get("/mirrors").json()["link"])["tx_packets_per_s"] == 0:
         assert time.monotonic() < end_s, "nothing is asked of the controller"
 
     assert 0 < link["rtt_p50_ms"] <= link["rtt_p95_ms"] <= link["rtt_max_ms"]
@@ -19,34 +19,34 @@ def test_the_link_is_told_with_rates_round_trips_governor_and_streams(server: Ru
     assert link["tx_bytes"] > link["tx_packets"] > 0
 
 
-def test_the_controller_says_who_it_is(server: Running) -> None:
-    mirrors = server.get("/mirrors").json()
+def test_the_controller_says_who_it_is(api_server: Running) -> None:
+    mirrors = api_server.get("/mirrors").json()
 
     assert mirrors["controller"]["version"] == "2.1.0"
     assert mirrors["rail_wanted"] is True
     assert mirrors["guarded"] is False  # the simulated controller ends with its server
 
 
-def test_mirrors_switched_off_refuse_to_move_until_they_are_switched_on(server: Running) -> None:
+def test_mirrors_switched_off_refuse_to_move_until_they_are_switched_on(api_server: Running) -> None:
     try:
-        off = server.post("/mirrors/disable", {})
+        off = api_server.post("/mirrors/disable", {})
         assert off.status_code == 200
         assert off.json()["rail_wanted"] is False
 
-        refused = server.post("/mirrors/steer", AHEAD)
+        refused = api_server.post("/mirrors/steer", AHEAD)
         assert refused.status_code == 409
         assert "/api/v1/mirrors/enable" in refused.json()["detail"]
-        assert server.post("/mirrors/recover", {}).status_code == 409
+        assert api_server.post("/mirrors/recover", {}).status_code == 409
     finally:
-        on = server.post("/mirrors/enable", {})
+        on = api_server.post("/mirrors/enable", {})
     assert on.status_code == 200
-    assert server.post("/mirrors/steer", AHEAD).status_code == 200
+    assert api_server.post("/mirrors/steer", AHEAD).status_code == 200
 
 
-def test_recovering_the_mirrors_leaves_them_where_they_are(server: Running) -> None:
-    before = server.post("/mirrors/steer", AHEAD).json()
+def test_recovering_the_mirrors_leaves_them_where_they_are(api_server: Running) -> None:
+    before = api_server.post("/mirrors/steer", AHEAD).json()
 
-    after = server.post("/mirrors/recover", {})
+    after = api_server.post("/mirrors/recover", {})
 
     assert after.status_code == 200
     assert after.json()["left"] == before["left"]

@@ -146,38 +146,38 @@ def changed(body: Json, way: Way, number: float) -> Json:
 
 
 @pytest.fixture(scope="module")
-def interface(server: Running) -> Interface:
-    return Interface(server.http.get("/openapi.json").json())
+def interface(api_server: Running) -> Interface:
+    return Interface(api_server.http.get("/openapi.json").json())
 
 
 @pytest.mark.parametrize(
     ("method", "path", "body"), BODIES, ids=[f"{path} {next(iter(body))}" for _, path, body in BODIES]
 )
 def test_numbers_at_their_bounds_are_computed_with_or_refused_in_short_words(
-    server: Running, interface: Interface, method: str, path: str, body: Json
+    api_server: Running, interface: Interface, method: str, path: str, body: Json
 ) -> None:
     tried = dict(interface.numbers(interface.body(method, path), body))
     assert tried
     if (method, path) == STOPPED:
-        server.post("/stop")
+        api_server.post("/stop")
     url = API + path.replace("{role}", "wide")
     for way, (low, high) in tried.items():
         for number in (low, high):
-            answer = server.http.request(method, url, json=changed(body, way, number))
+            answer = api_server.http.request(method, url, json=changed(body, way, number))
             told = f"{way} = {number}: {answer.status_code} {answer.text[:300]}"
             assert answer.status_code < 500 or answer.json()["type"] == "/problems/not-connected", told
             assert not re.search(r"\d{25}", answer.json().get("detail", "")), told
     if (method, path) == STOPPED:
-        server.http.delete(f"{API}/stop")
+        api_server.http.delete(f"{API}/stop")
 
 
 @pytest.mark.parametrize("number", [-1e6, 1e6])
-def test_a_wide_pixel_at_the_bounds_has_no_depth(server: Running, number: float) -> None:
-    assert server.get("/depth", x_px=number, y_px=number).status_code == 422
+def test_a_wide_pixel_at_the_bounds_has_no_depth(api_server: Running, number: float) -> None:
+    assert api_server.get("/depth", x_px=number, y_px=number).status_code == 422
 
 
-def test_a_number_beyond_its_bound_is_refused_with_the_bound(server: Running) -> None:
-    answer = server.http.patch(f"{API}/cameras/wide", json={"exposure_ms": 1e308})
+def test_a_number_beyond_its_bound_is_refused_with_the_bound(api_server: Running) -> None:
+    answer = api_server.http.patch(f"{API}/cameras/wide", json={"exposure_ms": 1e308})
 
     assert (answer.status_code, answer.json()["type"]) == (422, "/problems/invalid-input")
     assert answer.json()["detail"] == "exposure_ms is 1e+308; needed is a value of at most 3600000."

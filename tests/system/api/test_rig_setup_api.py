@@ -15,11 +15,11 @@ SETUP = f"{API}/rig/setup"
 
 
 @pytest.fixture
-def setup(server: Running) -> Running:
+def setup(api_server: Running) -> Running:
     """The server with a draft of nothing and the simulated rig open."""
-    server.http.delete(f"{API}/stop")
-    server.post("/rig/setup/draft", {"path": None})
-    return server
+    api_server.http.delete(f"{API}/stop")
+    api_server.post("/rig/setup/draft", {"path": None})
+    return api_server
 
 
 def simulated_draft(server: Running, **changes: object) -> Document:

@@ -79,77 +79,77 @@ def put_volts(server: Running, volts: Document, **headers: str) -> httpx.Respons
 
 
 @pytest.fixture(autouse=True)
-def at_rest(server: Running) -> Iterator[None]:
+def at_rest(api_server: Running) -> Iterator[None]:
     """Let the next test find the mirrors parked and free, whatever one has left."""
     yield
-    server.http.delete(f"{API}/stop")
-    server_state.release_lease(server.http)
-    server.services.hardware.hand.make_way("a test has ended")
-    assert server.post("/mirrors/park").status_code == 200
+    api_server.http.delete(f"{API}/stop")
+    server_state.release_lease(api_server.http)
+    api_server.services.hardware.hand.make_way("a test has ended")
+    assert api_server.post("/mirrors/park").status_code == 200
 
 
 # By REST ----------------------------------------------------------------------------------------------------
 
 
-def test_volts_are_set_eye_by_eye(server: Running) -> None:
-    both = put_volts(server, FREE)
+def test_volts_are_set_eye_by_eye(api_server: Running) -> None:
+    both = put_volts(api_server, FREE)
     assert both.status_code == 200
     assert both.json()["left"]["x_v"] == pytest.approx(30.0, abs=STEP_V)
 
-    one = put_volts(server, {"right": {"x_v": 1.0, "y_v": 2.0}})
+    one = put_volts(api_server, {"right": {"x_v": 1.0, "y_v": 2.0}})
 
     assert one.status_code == 200
-    assert stands(server, {"left": FREE["left"], "right": {"x_v": 1.0, "y_v": 2.0}})
-    assert server.post("/mirrors/park").json()["left"]["x_v"] == 0.0
-    assert parked(server)
+    assert stands(api_server, {"left": FREE["left"], "right": {"x_v": 1.0, "y_v": 2.0}})
+    assert api_server.post("/mirrors/park").json()["left"]["x_v"] == 0.0
+    assert parked(api_server)
 
 
-def test_volts_out_of_range_are_refused_with_the_limit(server: Running) -> None:
-    refused = put_volts(server, {"left": {"x_v": 171.0, "y_v": 0.0}})
+def test_volts_out_of_range_are_refused_with_the_limit(api_server: Running) -> None:
+    refused = put_volts(api_server, {"left": {"x_v": 171.0, "y_v": 0.0}})
 
     problem = refused.json()
     assert (refused.status_code, problem["type"]) == (422, "/problems/out-of-range")
     assert problem["asked"] == "left x_v = 171"
     assert problem["found"] == "the mirrors take ±170 V"
     assert problem["remedy"] == "choose volts inside"
-    assert put_volts(server, {}).status_code == 422
+    assert put_volts(api_server, {}).status_code == 422
 
 
-def test_volts_need_the_lease_and_a_free_rig(server: Running) -> None:
-    token = server.post("/lease", {"holder": "Bob"}).json()["token"]
-    assert put_volts(server, FREE).status_code == server.post("/mirrors/park").status_code == 409
-    assert put_volts(server, FREE, **{"X-Lease": token}).status_code == 200
-    server.http.delete(f"{API}/lease", headers={"X-Lease": token})
-    with server.services.hardware.session("job 7", cancelled=lambda: False):
-        refused = put_volts(server, FREE)
+def test_volts_need_the_lease_and_a_free_rig(api_server: Running) -> None:
+    token = api_server.post("/lease", {"holder": "Bob"}).json()["token"]
+    assert put_volts(api_server, FREE).status_code == api_server.post("/mirrors/park").status_code == 409
+    assert put_volts(api_server, FREE, **{"X-Lease": token}).status_code == 200
+    api_server.http.delete(f"{API}/lease", headers={"X-Lease": token})
+    with api_server.services.hardware.session("job 7", cancelled=lambda: False):
+        refused = put_volts(api_server, FREE)
         assert (refused.status_code, refused.json()["found"]) == (409, "job 7 is using the rig")
-        assert server.post("/mirrors/park").status_code == 409
-    server.post("/stop")
-    assert put_volts(server, FREE).json()["type"] == "/problems/stopped"
+        assert api_server.post("/mirrors/park").status_code == 409
+    api_server.post("/stop")
+    assert put_volts(api_server, FREE).json()["type"] == "/problems/stopped"
 
 
 # By the socket ----------------------------------------------------------------------------------------------
 
 
-def test_the_eyes_go_where_the_hand_says_and_stay_when_it_lets_go(server: Running) -> None:
-    with hand(server) as ada:
+def test_the_eyes_go_where_the_hand_says_and_stay_when_it_lets_go(api_server: Running) -> None:
+    with hand(api_server) as ada:
         hello = ada.told("hello")
         assert (hello["max_v"], hello["calibrated"], hello["shift_limit_deg"]) == (170.0, True, 0.5)
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         state = ada.told("state", lambda found: found["status"] == "steering")
         assert state["by"] == "Ada"
-        assert server.post("/mirrors/steer", AHEAD).json()["found"] == "Ada steers by hand"
+        assert api_server.post("/mirrors/steer", AHEAD).json()["found"] == "Ada steers by hand"
         ada.say(held=False)
         ada.told("state", lambda found: found["status"] == "released")
-    assert stands(server, FREE)
-    assert server.post("/mirrors/steer", AHEAD).status_code == 200
+    assert stands(api_server, FREE)
+    assert api_server.post("/mirrors/steer", AHEAD).status_code == 200
 
 
-def test_a_gaze_has_direction_distance_and_vertical_shift(server: Running) -> None:
+def test_a_gaze_has_direction_distance_and_vertical_shift(api_server: Running) -> None:
     gaze = {"direction": {"ax_deg": 2.0, "ay_deg": -1.0}, "distance_m": 2.0, "vertical_shift_deg": 0.25}
-    with hand(server) as ada:
-        ada.hold(lambda: server.get("/mirrors").json()["left"]["ax_deg"] > 4.0, gaze=gaze)
-        eyes = server.get("/mirrors").json()
+    with hand(api_server) as ada:
+        ada.hold(lambda: api_server.get("/mirrors").json()["left"]["ax_deg"] > 4.0, gaze=gaze)
+        eyes = api_server.get("/mirrors").json()
         assert eyes["left"]["ax_deg"] - eyes["right"]["ax_deg"] == pytest.approx(5.7, abs=0.3)
         assert eyes["left"]["ay_deg"] - eyes["right"]["ay_deg"] == pytest.approx(0.5, abs=0.02)
         ada.say(gaze={**gaze, "vertical_shift_deg": 0.6})
@@ -159,84 +159,84 @@ def test_a_gaze_has_direction_distance_and_vertical_shift(server: Running) -> No
 
 
 def test_without_a_calibration_volts_steer_and_a_gaze_is_refused(
-    server: Running, monkeypatch: pytest.MonkeyPatch
+    api_server: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem = NotCalibrated("this rig has no calibration; calibrate it")
 
     def require() -> Calibration:
         raise problem
 
-    calibration = server.services.calibration
+    calibration = api_server.services.calibration
     monkeypatch.setattr(type(calibration), "current", property(lambda _: None))
     monkeypatch.setattr(calibration, "require", require)
 
-    assert put_volts(server, FREE).json()["left"]["ax_deg"] is None
-    with hand(server) as ada:
+    assert put_volts(api_server, FREE).json()["left"]["ax_deg"] is None
+    with hand(api_server) as ada:
         assert ada.told("hello")["calibrated"] is False
         ada.say(gaze=AHEAD)
         assert ada.told("problem")["title"] == "The rig is not calibrated"
         ada.say(held=False)
         ada.hold(
-            lambda: stands(server, {"left": {"x_v": 7.0, "y_v": 0.0}}),
+            lambda: stands(api_server, {"left": {"x_v": 7.0, "y_v": 0.0}}),
             volts={"left": {"x_v": 7.0, "y_v": 0.0}},
         )
         assert ada.told("state", lambda found: found["status"] == "steering")["gaze"] is None
         ada.say(held=False)
 
 
-def test_volts_out_of_range_are_told_and_the_mirrors_stay(server: Running) -> None:
-    with hand(server) as ada:
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+def test_volts_out_of_range_are_told_and_the_mirrors_stay(api_server: Running) -> None:
+    with hand(api_server) as ada:
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         ada.say(volts={"left": {"x_v": -200.0, "y_v": 0.0}})
         problem = ada.told("problem")
         assert (problem["title"], problem["asked"]) == ("The rig cannot do that", "left x_v = -200")
         ada.say(held=False)
-    assert stands(server, FREE)
+    assert stands(api_server, FREE)
 
 
-def test_a_stop_ends_it_until_a_new_press(server: Running) -> None:
-    with hand(server) as ada:
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
-        assert server.post("/stop").json()["parked"] is True
-        parks = server.rig.mirrors.state.parks
+def test_a_stop_ends_it_until_a_new_press(api_server: Running) -> None:
+    with hand(api_server) as ada:
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
+        assert api_server.post("/stop").json()["parked"] is True
+        parks = api_server.rig.mirrors.state.parks
         ada.hold(lambda: ada.told("state")["status"] == "ended", volts=FREE)
-        assert parked(server)
-        server.http.delete(f"{API}/stop")
+        assert parked(api_server)
+        api_server.http.delete(f"{API}/stop")
         for _ in range(5):
             ada.say(volts=FREE)
         assert ada.told("state")["reason"] == "the stop is engaged"
-        assert (parked(server), server.rig.mirrors.state.parks) == (True, parks)
+        assert (parked(api_server), api_server.rig.mirrors.state.parks) == (True, parks)
         ada.say(held=False)
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         ada.say(held=False)
 
 
-def test_silence_holds_then_parks(server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silence_holds_then_parks(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
-    with hand(server) as ada:
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+    with hand(api_server) as ada:
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         ada.told("state", lambda found: found["status"] == "silent")
-        assert stands(server, FREE)
+        assert stands(api_server, FREE)
         ended = ada.told("state", lambda found: found["status"] == "ended")
         assert "nothing was heard" in ended["reason"]
-    assert parked(server)
+    assert parked(api_server)
 
 
-def test_a_closed_socket_parks_unless_it_let_go(server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_closed_socket_parks_unless_it_let_go(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
-    before = server.last_event
-    with hand(server) as ada:
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
-    assert stands(server, FREE)
-    server.wait_for_event("mirrors.parked", after=before)
-    assert parked(server)
+    before = api_server.last_event
+    with hand(api_server) as ada:
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
+    assert stands(api_server, FREE)
+    api_server.wait_for_event("mirrors.parked", after=before)
+    assert parked(api_server)
 
 
-def test_a_job_takes_the_rig_and_says_so(server: Running) -> None:
-    with hand(server) as ada:
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+def test_a_job_takes_the_rig_and_says_so(api_server: Running) -> None:
+    with hand(api_server) as ada:
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         found: list[Document] = []
-        fixating = threading.Thread(target=lambda: found.append(server.fixate()))
+        fixating = threading.Thread(target=lambda: found.append(api_server.fixate()))
         fixating.start()
         ada.hold(lambda: ada.told("state")["status"] == "ended", volts=FREE)
         reason = ada.told("state", lambda state: state["status"] == "ended")["reason"]
@@ -244,45 +244,45 @@ def test_a_job_takes_the_rig_and_says_so(server: Running) -> None:
         fixating.join(PATIENCE_S)
         assert found[0]["state"] == "verged"
         ada.say(held=False)
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         ada.say(held=False)
 
 
-def test_the_lease_of_another_is_respected(server: Running) -> None:
-    token = server.post("/lease", {"holder": "Bob"}).json()["token"]
-    with hand(server) as ada:
+def test_the_lease_of_another_is_respected(api_server: Running) -> None:
+    token = api_server.post("/lease", {"holder": "Bob"}).json()["token"]
+    with hand(api_server) as ada:
         ada.say(volts=FREE)
         assert ada.told("problem")["found"] == "the lease is held by Bob"
         assert ada.told("state", lambda found: found["status"] == "ended")["by"] is None
-        assert parked(server)
-    with hand(server, lease=token) as bob:
-        bob.hold(lambda: stands(server, FREE), volts=FREE)
-        server.post("/lease", {"holder": "Eve", "take_over": True})
+        assert parked(api_server)
+    with hand(api_server, lease=token) as bob:
+        bob.hold(lambda: stands(api_server, FREE), volts=FREE)
+        api_server.post("/lease", {"holder": "Eve", "take_over": True})
         bob.hold(lambda: bob.told("state")["status"] == "ended", volts=FREE)
         assert bob.told("state")["reason"] == "the lease is held by Eve"
 
 
-def test_two_hands_do_not_fight(server: Running) -> None:
-    with hand(server) as ada, hand(server, name="Bob") as bob:
-        ada.hold(lambda: stands(server, FREE), volts=FREE)
+def test_two_hands_do_not_fight(api_server: Running) -> None:
+    with hand(api_server) as ada, hand(api_server, name="Bob") as bob:
+        ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         ada.say(volts=FREE)
         bob.say(volts={"left": {"x_v": 0.0, "y_v": 0.0}})
         assert bob.told("problem")["found"] == "Ada steers by hand"
         ada.say(held=False)
 
 
-def test_what_is_no_message_is_told_and_foreign_pages_are_refused(server: Running) -> None:
-    with hand(server) as ada:
+def test_what_is_no_message_is_told_and_foreign_pages_are_refused(api_server: Running) -> None:
+    with hand(api_server) as ada:
         ada.wire.send('{"type":"steer","held":true,"volts":{"left":{"x_v":"5","y_v":0}}}')
         assert "volts" in ada.told("problem")["detail"]
-    with connect(f"ws://127.0.0.1:{server.port}{API}/mirrors/steering", proxy=None) as wire:
+    with connect(f"ws://127.0.0.1:{api_server.port}{API}/mirrors/steering", proxy=None) as wire:
         wire.send('{"type":"steer","held":true}')
         assert "first message" in json.loads(wire.recv(timeout=PATIENCE_S))["detail"]
         with pytest.raises(ConnectionClosed):
             wire.recv(timeout=PATIENCE_S)
     with pytest.raises(InvalidStatus) as refused:
         connect(
-            f"ws://127.0.0.1:{server.port}{API}/mirrors/steering",
+            f"ws://127.0.0.1:{api_server.port}{API}/mirrors/steering",
             proxy=None,
             origin=Origin("http://evil.example"),
         )

@@ -76,16 +76,16 @@ def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 
 @pytest.fixture(scope="module")
-def rig(shared_rig: Running) -> Running:
+def page_rig(shared_rig: Running) -> Running:
     """A server in this process, whose inside a test may see, in the state in which it starts."""
     shared_rig.reset()
     return shared_rig
 
 
 @pytest.fixture(scope="module")
-def server(rig: Running) -> Server:
+def page_server(page_rig: Running) -> Server:
     """The same server as its clients see it."""
-    return server_of(rig)
+    return server_of(page_rig)
 
 
 @pytest.fixture(scope="package")

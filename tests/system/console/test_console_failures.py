@@ -23,13 +23,13 @@ RECOVERY_S = 5.0
 
 
 def test_stop_answers_within_a_second_with_many_viewers_open(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    server.be_idle()
-    first = open_console(server.url)
+    page_server.be_idle()
+    first = open_console(page_server.url)
     viewers = [first, *(console_of(first.page.context.new_page()) for _ in range(VIEWERS - 1))]
     for viewer in viewers[1:]:
-        viewer.load(server.url)
+        viewer.load(page_server.url)
     for viewer in viewers:
         viewer.wait_for_frames("wide")
     page = first.page
@@ -46,7 +46,7 @@ def test_stop_answers_within_a_second_with_many_viewers_open(
     assert took_s < max(STOP_S, 2.0 * plain_s)
     for viewer in viewers:
         viewer.page.locator("#stopped").wait_for(state="visible")
-    server.send("DELETE", "/stop")
+    page_server.send("DELETE", "/stop")
 
 
 def test_page_recovers_by_itself_when_the_server_comes_back(

@@ -21,9 +21,9 @@ PICTURE_TOLERANCE_PX = 0.1  # sub-pixel registration of a bilinear picture with 
 
 
 @pytest.fixture
-def console(open_shared: OpenShared, server: Server) -> Console:
-    server.be_idle()
-    found = open_shared(server.url)
+def console(open_shared: OpenShared, page_server: Server) -> Console:
+    page_server.be_idle()
+    found = open_shared(page_server.url)
     found.page.keyboard.press("0")  # the whole picture
     found.wait_for_frames("wide", "left", "right")
     return found
@@ -49,8 +49,8 @@ def test_page_shows_what_the_rig_is_and_the_views_of_both_eyes_live_without_a_fi
         expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
 
 
-def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, server: Server) -> None:
-    views = open_console(f"{server.url}view", options={"viewport": {"width": 440, "height": 700}})
+def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, page_server: Server) -> None:
+    views = open_console(f"{page_server.url}view", options={"viewport": {"width": 440, "height": 700}})
     views.wait_for_frames("wide", "left", "right")
     expect(views.page.locator("#targets")).to_have_count(0)
     expect_to_fit(views.page)
@@ -71,9 +71,9 @@ def test_click_asks_for_the_pixel_meant(console: Console, zoom_steps: int) -> No
     assert abs(asked["y_px"] - 433.75) < CLICK_TOLERANCE_PX
 
 
-def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, server: Server) -> None:
+def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, page_server: Server) -> None:
     bare = {"footprints": False, "field": False, "marks": False, "wide_size": "full"}
-    console = open_console(server.url, settings=bare)
+    console = open_console(page_server.url, settings=bare)
     console.wait_for_frames("wide")
     zoom_to(console, 600.0, 500.0, steps=4)
     console.page.mouse.move(5, 5)
@@ -83,7 +83,9 @@ def test_picture_is_drawn_where_clicks_say_it_is(open_console: OpenConsole, serv
     x, y = float(np.ceil(box["x"]) + 20), float(np.ceil(box["y"]) + 20)
     seen = grey(console.page.screenshot(clip={"x": x, "y": y, "width": 512, "height": 384}))
     snapshot = grey(
-        httpx.get(f"{server.url}api/v1/views/wide/snapshot.jpg", trust_env=False, timeout=PATIENCE_S).content
+        httpx.get(
+            f"{page_server.url}api/v1/views/wide/snapshot.jpg", trust_env=False, timeout=PATIENCE_S
+        ).content
     )
     left, top, width = console.wide_box()
     per_css = 1440.0 / width
@@ -119,7 +121,9 @@ def test_drag_asks_for_the_rectangle(console: Console) -> None:
     assert {name: pytest.approx(value, abs=CLICK_TOLERANCE_PX) for name, value in wanted.items()} == box
 
 
-def test_alt_drag_steers_over_the_steering_socket_to_where_it_ends(console: Console, server: Server) -> None:
+def test_alt_drag_steers_over_the_steering_socket_to_where_it_ends(
+    console: Console, page_server: Server
+) -> None:
     page = console.page
     page.locator(".overlay .field .edge").first.wait_for(state="attached")  # drawn once the lens is known
     said: list[str | bytes] = []
@@ -141,8 +145,8 @@ def test_alt_drag_steers_over_the_steering_socket_to_where_it_ends(console: Cons
     page.mouse.move(*console.page_position(780.0, 520.0))
     page.mouse.up()
     page.keyboard.up("Alt")
-    meant = direction_of(console, server, 780.0, 520.0)
-    console.wait_until_steered(server, meant["ax_deg"], meant["ay_deg"])
+    meant = direction_of(console, page_server, 780.0, 520.0)
+    console.wait_until_steered(page_server, meant["ax_deg"], meant["ay_deg"])
     expect_value(page, lambda: json.loads(said[-1]).get("held"), False)  # let go: the eyes stay
     assert json.loads(said[0])["type"] == "begin"
     assert steered == []  # no request beside the socket
@@ -154,8 +158,8 @@ def direction_of(console: Console, server: Server, x_px: float, y_px: float) -> 
     return dict(console.page.evaluate(script, [server.get("/rig")["calibration"]["wide"], x_px, y_px]))
 
 
-def test_keyboard_moves_a_crosshair_and_fixates_there(open_console: OpenConsole, server: Server) -> None:
-    console = open_console(server.url)
+def test_keyboard_moves_a_crosshair_and_fixates_there(open_console: OpenConsole, page_server: Server) -> None:
+    console = open_console(page_server.url)
     console.wait_for_frames("wide")
     surface = console.page.locator(".pane-wide .surface")
     surface.focus()
@@ -171,9 +175,9 @@ def test_keyboard_moves_a_crosshair_and_fixates_there(open_console: OpenConsole,
 
 
 def test_tap_fixates_long_press_draws_a_rectangle_and_two_fingers_zoom_and_ask_for_nothing(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    phone = open_console(server.url, options={**TOUCH, "device_scale_factor": 2})
+    phone = open_console(page_server.url, options={**TOUCH, "device_scale_factor": 2})
     phone.wait_for_frames("wide")
     with phone.page.expect_request(is_fixation) as tap:
         phone.page.touchscreen.tap(*phone.page_position(800.0, 500.0))
@@ -205,12 +209,14 @@ def touch(session: CDPSession, kind: str, *places: tuple[float, float]) -> None:
     session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
 
-def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(console: Console, server: Server) -> None:
+def test_the_colours_of_the_anaglyph_are_chosen_for_all_viewers(
+    console: Console, page_server: Server
+) -> None:
     console.page.locator("#tab-anaglyph").click()
     pane = console.page.locator(".pane-anaglyph")
     colours = pane.get_by_label("Colours of the left and the right glass")
     expect(colours).to_have_value("red_cyan")
     with console.page.expect_response(lambda answer: answer.url.endswith("/anaglyph/style")):
         colours.select_option("blue_red")
-    assert httpx.get(f"{server.url}api/v1/views/anaglyph/style").json() == {"style": "blue_red"}
-    httpx.put(f"{server.url}api/v1/views/anaglyph/style", json={"style": "red_cyan"}).raise_for_status()
+    assert httpx.get(f"{page_server.url}api/v1/views/anaglyph/style").json() == {"style": "blue_red"}
+    httpx.put(f"{page_server.url}api/v1/views/anaglyph/style", json={"style": "red_cyan"}).raise_for_status()

@@ -30,9 +30,9 @@ LONG = "A name as long as the rig takes: the third bolt from the left on the fla
 
 
 @pytest.fixture
-def console(open_shared: OpenShared, server: Server) -> Console:
-    server.be_idle()
-    found = open_shared(server.url)
+def console(open_shared: OpenShared, page_server: Server) -> Console:
+    page_server.be_idle()
+    found = open_shared(page_server.url)
     found.wait_for_frames("wide")
     return found
 
@@ -48,19 +48,19 @@ def new_target(console: Console, server: Server) -> Locator:
     return rows.first
 
 
-def test_click_ends_with_a_distance_and_its_error(console: Console, server: Server) -> None:
+def test_click_ends_with_a_distance_and_its_error(console: Console, page_server: Server) -> None:
     console.fixate(*TEXTURED_PX)
     match = match_of(console.page.locator("[data-role=distance]"), r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm")
-    kept = server.send("GET", "/fixations?limit=1").json()[0]
+    kept = page_server.send("GET", "/fixations?limit=1").json()[0]
     assert float(match[1]) == pytest.approx(kept["distance_m"], abs=float(match[2]))
     assert float(match[2]) == pytest.approx(kept["distance_sigma_m"], rel=0.06)
     expect(console.page.locator("#fixation .state.good")).to_have_text("Measured by both foveae")
     expect(console.page.locator(".stepplot circle.along")).to_have_count(len(kept["steps"]))
 
 
-def test_escape_cancels_the_fixation_that_runs(console: Console, server: Server) -> None:
+def test_escape_cancels_the_fixation_that_runs(console: Console, page_server: Server) -> None:
     for _ in range(4):  # its own comes after these: it is not over before Escape is pressed
-        server.send("POST", "/fixations", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
+        page_server.send("POST", "/fixations", {"direction": {"ax_deg": 0.0, "ay_deg": 0.0}})
     console.click(*TEXTURED_PX)
     console.page.locator("#fixation button", has_text="Cancel").and_(
         console.page.locator(":enabled")
@@ -70,8 +70,10 @@ def test_escape_cancels_the_fixation_that_runs(console: Console, server: Server)
     assert cancel.value.ok
 
 
-def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Console, server: Server) -> None:
-    row = new_target(console, server)
+def test_target_is_renamed_looked_at_again_and_deleted_with_undo(
+    console: Console, page_server: Server
+) -> None:
+    row = new_target(console, page_server)
     name = row.get_by_role("textbox")
     name.fill("two")
     name.press("Space")  # a space, and no stop
@@ -79,7 +81,9 @@ def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Consol
     name.fill(LONG)
     with console.page.expect_response(lambda answer: answer.request.method == "PATCH"):
         row.get_by_role("textbox").press("Enter")
-    assert server.get("/stop")["engaged"] is False  # an order by the space would have come before this answer
+    assert (
+        page_server.get("/stop")["engaged"] is False
+    )  # an order by the space would have come before this answer
     expect_to_fit(console.page)
     with console.page.expect_response(re.compile(r"/targets/.*/fixate$")) as again:
         row.get_by_role("button", name="Look again").click()
@@ -88,26 +92,26 @@ def test_target_is_renamed_looked_at_again_and_deleted_with_undo(console: Consol
     expect(console.page.locator(".targets li")).to_have_count(0)
     console.page.get_by_role("button", name="Undo").click()
     expect(console.page.locator(".targets li")).to_have_count(1)
-    assert LONG in [target["label"] for target in server.send("GET", "/targets").json()]
+    assert LONG in [target["label"] for target in page_server.send("GET", "/targets").json()]
 
 
 def test_space_stops_even_with_a_button_focused_and_moving_is_refused_until_released(
-    console: Console, server: Server
+    console: Console, page_server: Server
 ) -> None:
     console.page.get_by_role("button", name="Help").focus()
     console.page.keyboard.press("Space")
     console.page.locator("#stopped", has_text="parked").wait_for()
-    assert server.get("/stop")["engaged"] is True
+    assert page_server.get("/stop")["engaged"] is True
     expect(console.page.locator("dialog[open]")).to_have_count(0)
     console.click(*TEXTURED_PX)
     toast = console.page.locator(".toast")
     toast.get_by_role("button", name="Release the stop").click()
     console.page.locator("#stopped").wait_for(state="hidden")
-    assert server.get("/stop")["engaged"] is False
+    assert page_server.get("/stop")["engaged"] is False
 
 
-def test_refused_click_names_who_has_control_and_is_counted(console: Console, server: Server) -> None:
-    grant = server.send("POST", "/lease", {"holder": "Grace"}).json()
+def test_refused_click_names_who_has_control_and_is_counted(console: Console, page_server: Server) -> None:
+    grant = page_server.send("POST", "/lease", {"holder": "Grace"}).json()
     try:
         console.click(*TEXTURED_PX)
         toast = console.page.locator(".toast")
@@ -117,15 +121,15 @@ def test_refused_click_names_who_has_control_and_is_counted(console: Console, se
         expect(toast).to_contain_text("×2")
         expect(console.page.locator(".badge.button")).to_have_text("Grace has control")
     finally:
-        server.send("DELETE", "/lease", headers={"X-Lease": grant["token"]})
+        page_server.send("DELETE", "/lease", headers={"X-Lease": grant["token"]})
 
 
-def test_control_is_taken_and_given_back(console: Console, server: Server) -> None:
+def test_control_is_taken_and_given_back(console: Console, page_server: Server) -> None:
     console.page.get_by_role("button", name="Control is free").click()
     console.page.get_by_label("Your name").fill("Ada")
     console.page.get_by_role("button", name="Take control").click()
     expect(console.page.locator(".badge.mine")).to_have_text("You have control")
-    assert server.get("/lease")["holder"] == "Ada"
+    assert page_server.get("/lease")["holder"] == "Ada"
     console.page.keyboard.press("Escape")
     console.fixate(*TEXTURED_PX)
     console.page.locator(".badge.mine").click()
@@ -145,8 +149,8 @@ def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConso
 
 
 @pytest.mark.parametrize("path", ["", "view"])
-def test_phone_needs_no_scrolling_sideways(open_console: OpenConsole, server: Server, path: str) -> None:
-    phone = open_console(server.url + path, options=TOUCH)
+def test_phone_needs_no_scrolling_sideways(open_console: OpenConsole, page_server: Server, path: str) -> None:
+    phone = open_console(page_server.url + path, options=TOUCH)
     phone.wait_for_frames("wide", "left")
     expect_to_fit(phone.page)
     stop = box_of(phone.page.locator("#stop"))
@@ -178,16 +182,16 @@ def test_missing_devices_are_named_with_their_remedy(open_console: OpenConsole, 
 
 
 def test_page_without_webgl_says_so_and_works(
-    playwright: Playwright, server: Server, browser: Browser
+    playwright: Playwright, page_server: Server, browser: Browser
 ) -> None:
-    server.be_idle()
+    page_server.be_idle()
     plain = playwright.chromium.launch(
         executable_path=BROWSER, args=[*CHROMIUM_ARGUMENTS, "--disable-3d-apis"]
     )
     try:
         with contexts(plain, {"scene": True}, {}) as context:
             console = console_of(context.new_page())
-            console.load(server.url)
+            console.load(page_server.url)
             console.page.get_by_text("this browser has no WebGL").wait_for()
             console.wait_for_frames("wide", "left", "right")
             console.fixate(*TEXTURED_PX)
@@ -198,10 +202,10 @@ def test_page_without_webgl_says_so_and_works(
 
 
 def test_3d_pane_loads_beside_the_views_and_leaves_the_keyboard_alone(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    server.be_idle()
-    console = open_console(server.url, settings={"scene": True})
+    page_server.be_idle()
+    console = open_console(page_server.url, settings={"scene": True})
     canvas = console.page.frame_locator("#scene iframe").locator("canvas[data-engine]")
     canvas.wait_for()
     console.wait_for_frames("wide", "left", "right")

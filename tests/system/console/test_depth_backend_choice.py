@@ -19,21 +19,21 @@ LIST = "What computes the depth of a look"
 
 
 @pytest.fixture
-def console(open_shared: OpenShared, server: Server) -> Console:
-    server.be_idle()
-    found = open_shared(server.url)
+def console(open_shared: OpenShared, page_server: Server) -> Console:
+    page_server.be_idle()
+    found = open_shared(page_server.url)
     found.wait_for_frames("wide")
     return found
 
 
 @pytest.fixture
-def networks(server: Server, tmp_path: Path) -> Iterator[NetworkFolder]:
-    folder = NetworkFolder(server.data / "networks")
+def networks(page_server: Server, tmp_path: Path) -> Iterator[NetworkFolder]:
+    folder = NetworkFolder(page_server.data / "networks")
     graph = matcher(tmp_path / "a.onnx", first_px=-16, last_px=16)
     folder.add(write_card(graph, research_only=True, licence="CC BY-NC 4.0"))
     folder.add(write_card(constant(tmp_path / "nan.onnx", float("nan")), name="broken"))
     yield folder
-    httpx.put(f"{server.url}api/v1/depth/backend", json={"name": "sgbm"}).raise_for_status()
+    httpx.put(f"{page_server.url}api/v1/depth/backend", json={"name": "sgbm"}).raise_for_status()
     for name in folder.every():
         folder.remove(name)
 
@@ -54,18 +54,18 @@ def look(server: Server) -> None:
 
 
 def test_the_network_that_ships_is_chosen_and_computes_the_depth_of_a_look(
-    console: Console, server: Server
+    console: Console, page_server: Server
 ) -> None:
     console.page.locator("#tab-depth").click()
     expect(console.page.get_by_role("link", name="Compare two")).to_be_visible()
     with console.page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
         console.page.get_by_label(LIST).select_option("foveal")
-    assert in_use(server) == "foveal"
-    httpx.put(f"{server.url}api/v1/depth/backend", json={"name": "sgbm"}).raise_for_status()
+    assert in_use(page_server) == "foveal"
+    httpx.put(f"{page_server.url}api/v1/depth/backend", json={"name": "sgbm"}).raise_for_status()
 
 
 def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fails_says_why(
-    console: Console, server: Server, networks: NetworkFolder
+    console: Console, page_server: Server, networks: NetworkFolder
 ) -> None:
     page = console.page
     page.reload()
@@ -83,10 +83,10 @@ def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fail
     choice.select_option("shifts")
     with page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
         page.get_by_role("button", name="Use shifts for research").click()
-    assert in_use(server) == "shifts"
+    assert in_use(page_server) == "shifts"
     with page.expect_response(lambda answer: answer.url.endswith("/depth/backend")):
         choice.select_option("broken")
-    look(server)
+    look(page_server)
     console.wait_until(
         "fetch('/api/v1/depth/backends').then(answer => answer.json()).then(found => found.fallback !== null)"
     )
@@ -95,9 +95,9 @@ def test_a_network_for_research_is_chosen_after_a_confirmation_and_one_that_fail
 
 
 def test_two_backends_are_compared_on_a_look_by_a_slider_a_difference_and_a_histogram(
-    console: Console, server: Server, networks: NetworkFolder
+    console: Console, page_server: Server, networks: NetworkFolder
 ) -> None:
-    look(server)
+    look(page_server)
     page = console.page
     page.locator("#tab-depth").click()
     page.get_by_role("link", name="Compare two").click()

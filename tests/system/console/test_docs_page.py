@@ -9,8 +9,8 @@ from tests.support.servers.running_server import Running
 pytestmark = pytest.mark.browser
 
 
-def test_the_interface_is_shown_without_internet(rig: Running, browser: Browser) -> None:
-    own = str(rig.http.base_url)
+def test_the_interface_is_shown_without_internet(page_rig: Running, browser: Browser) -> None:
+    own = str(page_rig.http.base_url)
     asked: list[str] = []
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": 1200, "height": 900})
@@ -21,7 +21,7 @@ def test_the_interface_is_shown_without_internet(rig: Running, browser: Browser)
     page.goto(f"{own}/redoc")
     expect(page).to_have_url(f"{own}/docs")
 
-    paths = rig.http.get("/openapi.json").json()["paths"]
+    paths = page_rig.http.get("/openapi.json").json()["paths"]
     tags = [operation["tags"][0] for methods in paths.values() for operation in methods.values()]
     expect(page.locator(".opblock-tag")).to_have_count(len(set(tags)))
     page.locator("#operations-tag-stop").click()
@@ -34,6 +34,6 @@ def test_the_interface_is_shown_without_internet(rig: Running, browser: Browser)
 
     assert [url for url in asked if not url.startswith((own, "data:", "blob:"))] == []
     assert complaints == []
-    policy = rig.http.get("/docs").headers["content-security-policy"]
+    policy = page_rig.http.get("/docs").headers["content-security-policy"]
     assert "http" not in policy
     assert "script-src 'self';" in policy

@@ -77,9 +77,9 @@ def answers_follow(response: Response) -> bool:
 
 
 def test_a_click_with_the_switch_on_follows_until_it_is_let_go(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(server.url)
+    console = open_console(page_server.url)
     page = console.page
     console.wait_for_frames("wide")
     page.locator("#tab-followed").click()
@@ -105,7 +105,7 @@ def test_a_click_with_the_switch_on_follows_until_it_is_let_go(
 
     with page.expect_response(lambda answer: answer.request.method == "PATCH"):
         card.get_by_label("Tracker").select_option("Filter")
-    assert [each["tracker"] for each in server.send("GET", "/follows").json()] == ["filter"]
+    assert [each["tracker"] for each in page_server.send("GET", "/follows").json()] == ["filter"]
     with page.expect_response(
         lambda answer: answer.request.method == "GET" and answer.url.endswith("/follows")
     ):
@@ -114,12 +114,14 @@ def test_a_click_with_the_switch_on_follows_until_it_is_let_go(
     card.get_by_role("button", name="Let go").click()
     expect(card).to_have_count(0)
     expect(ring).to_have_count(0)
-    assert server.send("GET", "/follows").json() == []
+    assert page_server.send("GET", "/follows").json() == []
     expect(page.locator(".toast")).to_have_count(0)
 
 
-def test_a_result_is_followed_until_the_stop_which_says_so(open_console: OpenConsole, server: Server) -> None:
-    console = open_console(server.url)
+def test_a_result_is_followed_until_the_stop_which_says_so(
+    open_console: OpenConsole, page_server: Server
+) -> None:
+    console = open_console(page_server.url)
     page = console.page
     console.wait_for_frames("wide")
     console.fixate(*CLICKED_PX)
@@ -130,7 +132,7 @@ def test_a_result_is_followed_until_the_stop_which_says_so(open_console: OpenCon
         expect(page.locator(".toast")).to_contain_text("followed no more")
         expect(page.locator("#followed .follow-card")).to_have_count(0)
     finally:
-        server.send("DELETE", "/stop")
+        page_server.send("DELETE", "/stop")
 
 
 def test_a_rectangle_and_a_known_target_are_followed(open_stub: OpenShared, stub: StubServer) -> None:

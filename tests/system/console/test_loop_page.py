@@ -43,14 +43,14 @@ TUNED = {
 
 
 @pytest.fixture
-def loop_page(open_shared: OpenShared, server: Server) -> Iterator[Console]:
+def loop_page(open_shared: OpenShared, page_server: Server) -> Iterator[Console]:
     """The page on the simulated rig; the loop has ended and its settings are the defaults afterwards."""
-    console = open_shared(f"{server.url}#/loop")
+    console = open_shared(f"{page_server.url}#/loop")
     console.wait_for_frames("wide")
     yield console
-    server.send("DELETE", "/loop")
-    server.send("DELETE", "/loop/settings")
-    server.be_idle()
+    page_server.send("DELETE", "/loop")
+    page_server.send("DELETE", "/loop/settings")
+    page_server.be_idle()
 
 
 def status(page: Page) -> Locator:
@@ -116,7 +116,7 @@ def check_match(console: Console) -> None:
 
 
 def test_a_slider_moves_its_axis_which_is_held_until_it_is_released(
-    loop_page: Console, server: Server
+    loop_page: Console, page_server: Server
 ) -> None:
     page = loop_page.page
     start(loop_page)
@@ -125,12 +125,12 @@ def test_a_slider_moves_its_axis_which_is_held_until_it_is_released(
     expect(hold).to_have_attribute("aria-pressed", "false")
     shift.get_by_role("slider").press("PageUp")
     expect(hold).to_have_attribute("aria-pressed", "true")
-    wait_for(page, lambda: axis_of(server, "shift_y")["command_deg"] > 0.1)
+    wait_for(page, lambda: axis_of(page_server, "shift_y")["command_deg"] > 0.1)
     shift.get_by_role("spinbutton").fill("-0.25")
     shift.get_by_role("spinbutton").press("Enter")
     expect(shift.get_by_role("spinbutton")).to_have_value("-0.250")
     loop_page.wait_until("document.querySelector('.axis[data-axis=shift_y] input[type=range]').value < 460")
-    expect_value(page, lambda: axis_of(server, "shift_y")["command_deg"], pytest.approx(-0.25))
+    expect_value(page, lambda: axis_of(page_server, "shift_y")["command_deg"], pytest.approx(-0.25))
     shift.get_by_role("spinbutton").fill("9")
     shift.get_by_role("spinbutton").press("Enter")
     expect(shift.get_by_role("alert")).to_have_text("9° is out of its range, -2.0° to 2.0°.")
@@ -140,7 +140,7 @@ def test_a_slider_moves_its_axis_which_is_held_until_it_is_released(
 
 
 def test_alt_drag_takes_the_eyes_then_the_target_and_a_click_in_one_eyes_picture_parts_them(
-    loop_page: Console, server: Server
+    loop_page: Console, page_server: Server
 ) -> None:
     page = loop_page.page
     start(loop_page)
@@ -152,7 +152,7 @@ def test_alt_drag_takes_the_eyes_then_the_target_and_a_click_in_one_eyes_picture
     page.mouse.up()
     page.keyboard.up("Alt")
     expect(status(page)).to_have_attribute("data-status", "tracking")
-    until_tracked(server, CLICKED_PX)
+    until_tracked(page_server, CLICKED_PX)
     page.locator("#loop-page .lent-left canvas").first.click(position={"x": 150, "y": 80})
     expect(status(page)).to_have_attribute("data-status", "split")
     page.get_by_role("button", name="Unite the eyes").click()
@@ -160,7 +160,7 @@ def test_alt_drag_takes_the_eyes_then_the_target_and_a_click_in_one_eyes_picture
 
 
 def test_a_setting_changes_is_refused_where_it_was_typed_and_is_put_back(
-    loop_page: Console, server: Server
+    loop_page: Console, page_server: Server
 ) -> None:
     page = loop_page.page
     gain = page.get_by_role("group", name="Kp of the pan")
@@ -168,7 +168,7 @@ def test_a_setting_changes_is_refused_where_it_was_typed_and_is_put_back(
     number.fill("0.35")
     with page.expect_response(answers_settings):
         number.press("Enter")
-    assert server.get("/loop")["settings"]["pan"] == {"kp": 0.35, "ki": 0.02, "kd": 0.0}
+    assert page_server.get("/loop")["settings"]["pan"] == {"kp": 0.35, "ki": 0.02, "kd": 0.0}
     number.fill("5")
     number.press("Enter")
     expect(gain.get_by_role("alert")).to_contain_text("at most 2")
@@ -177,11 +177,11 @@ def test_a_setting_changes_is_refused_where_it_was_typed_and_is_put_back(
         page.get_by_label("Correct for, mode").select_option("never")
     with page.expect_response(answers_settings):
         page.get_by_label("Tracker", exact=True).select_option("off")
-    kept = server.get("/loop")["settings"]
+    kept = page_server.get("/loop")["settings"]
     assert (kept["correct_for_ms"], kept["tracker"]) == (0.0, "off")
     page.get_by_role("button", name="Reset Pan gains").click()
     expect(number).to_have_value("0.1")
-    assert server.get("/loop")["settings"]["tracker"] == "off"
+    assert page_server.get("/loop")["settings"]["tracker"] == "off"
     page.get_by_role("button", name="Reset all settings").click()
     expect(page.get_by_label("Tracker", exact=True)).to_have_value("template")
 

@@ -13,9 +13,9 @@ TEXTURED_PX = (812.0, 420.0)  # the poster of the scene "bench"
 
 
 def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(server.url)
+    console = open_console(page_server.url)
     page = console.page
     console.wait_for_frames("wide")
     page.locator("#tab-measurements").click()
@@ -23,7 +23,7 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     page.locator("#tab-depth").click()
     console.fixate(*TEXTURED_PX)
     console.wait_for_frames("depth")
-    server.wait_for_cloud()
+    page_server.wait_for_cloud()
 
     page.locator(".pane-depth").get_by_role("button", name="Measure in the view").click()
     picture = page.locator(".pane-depth .picture")
@@ -41,7 +41,7 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     click_at(0.6, 0.3)
     expect(rows).to_have_count(2)
 
-    length, point = server.send("GET", "/measurements").json()
+    length, point = page_server.send("GET", "/measurements").json()
     assert (length["kind"], point["kind"]) == ("length", "point")
     match = match_of(rows.first.locator(".distance"), r"(\d+\.\d+)\s±\s(\d+\.\d+)\sm")
     assert float(match[1]) == pytest.approx(length["length"]["length_m"], abs=float(match[2]))

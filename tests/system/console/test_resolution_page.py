@@ -16,19 +16,19 @@ PATIENCE_MS = 60_000
 
 
 @pytest.fixture
-def console(open_shared: OpenShared, server: Server) -> Iterator[Console]:
+def console(open_shared: OpenShared, page_server: Server) -> Iterator[Console]:
     """The console on a rig that works at binning 1, as it does again afterwards."""
-    server.be_idle()
-    before = server.get("/rig/binning")["working_binning"]
-    server.send("PUT", "/rig/binning", {"working_binning": 1}).raise_for_status()
-    found = open_shared(server.url)
+    page_server.be_idle()
+    before = page_server.get("/rig/binning")["working_binning"]
+    page_server.send("PUT", "/rig/binning", {"working_binning": 1}).raise_for_status()
+    found = open_shared(page_server.url)
     found.wait_for_frames("wide")
     yield found
-    server.send("PUT", "/rig/binning", {"working_binning": before}).raise_for_status()
+    page_server.send("PUT", "/rig/binning", {"working_binning": before}).raise_for_status()
 
 
 def test_a_binned_rig_says_its_resolution_and_offers_one_look_with_every_pixel(
-    console: Console, server: Server
+    console: Console, page_server: Server
 ) -> None:
     page = console.page
     views = {name: page.locator(f".pane-{name} .resolution") for name in ("wide", "left")}
@@ -52,4 +52,4 @@ def test_a_binned_rig_says_its_resolution_and_offers_one_look_with_every_pixel(
     page.get_by_role("button", name="Full resolution").click()
     expect(note).to_contain_text("of a look at 1440×1080", timeout=PATIENCE_MS)
     expect(page.get_by_role("button", name="Full resolution")).to_have_count(0)
-    assert server.get("/rig/binning")["working_binning"] == 2
+    assert page_server.get("/rig/binning")["working_binning"] == 2

@@ -60,9 +60,9 @@ def expect_layout(page: Page, layout: str) -> None:
 
 
 def test_a_pane_is_split_both_ways_and_closed_and_its_neighbour_takes_its_room(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_window(open_console, server, "left")
+    console = open_window(open_console, page_server, "left")
     page = console.page
     console.wait_for_frames("left")
     whole = box_of(pane(page, "left"))
@@ -80,9 +80,9 @@ def test_a_pane_is_split_both_ways_and_closed_and_its_neighbour_takes_its_room(
 
 
 def test_every_source_has_its_pane_and_then_none_can_be_split(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    page = open_window(open_console, server, "wide").page
+    page = open_window(open_console, page_server, "wide").page
     split = page.get_by_role("button", name=re.compile("^Split"))
     for panes in range(1, 9):
         expect(page.locator(".slot")).to_have_count(panes)
@@ -96,9 +96,9 @@ def test_every_source_has_its_pane_and_then_none_can_be_split(
 
 
 def test_a_divider_moves_by_pointer_and_keys_and_the_window_is_the_same_after_a_reload(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_window(open_console, server)
+    console = open_window(open_console, page_server)
     page = console.page
     divider = page.locator(".divider.row")
     x, y = middle(divider)
@@ -116,9 +116,9 @@ def test_a_divider_moves_by_pointer_and_keys_and_the_window_is_the_same_after_a_
 
 
 def test_two_panes_change_places_by_dragging_and_a_source_is_changed_by_its_select(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_window(open_console, server)
+    console = open_window(open_console, page_server)
     page = console.page
     console.wait_for_frames("wide", "right")
     wide, right = box_of(pane(page, "wide")), box_of(pane(page, "right"))
@@ -133,12 +133,12 @@ def test_two_panes_change_places_by_dragging_and_a_source_is_changed_by_its_sele
 
 
 def test_a_lost_camera_leaves_its_last_picture_with_reason_and_age_until_it_is_back(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_window(open_console, server, "row-500(wide,left)")
+    console = open_window(open_console, page_server, "row-500(wide,left)")
     page = console.page
     console.wait_for_frames("wide", "left")
-    server.send("PUT", "/simulation/faults", {"unplugged": ["left"]}).raise_for_status()
+    page_server.send("PUT", "/simulation/faults", {"unplugged": ["left"]}).raise_for_status()
     try:
         left = pane(page, "left")
         expect(left.locator(".notice")).to_contain_text("No left camera")
@@ -146,7 +146,7 @@ def test_a_lost_camera_leaves_its_last_picture_with_reason_and_age_until_it_is_b
         expect(left.locator("canvas.picture")).to_be_visible()
         expect(pane(page, "wide").locator(".picture-age")).to_be_hidden()
     finally:
-        server.send("DELETE", "/simulation/faults").raise_for_status()
+        page_server.send("DELETE", "/simulation/faults").raise_for_status()
     console.wait_for_frames("left")
     expect(left.locator(".picture-age")).to_be_hidden()
     expect(left.locator(".notice")).to_be_hidden()
@@ -170,8 +170,10 @@ def test_a_server_that_comes_back_finds_the_window_as_it_was(
     console.errors.clear()  # the browser's own words for an absent server
 
 
-def test_the_console_opens_a_view_in_a_window_of_its_own(open_console: OpenConsole, server: Server) -> None:
-    console = open_console(server.url)
+def test_the_console_opens_a_view_in_a_window_of_its_own(
+    open_console: OpenConsole, page_server: Server
+) -> None:
+    console = open_console(page_server.url)
     console.wait_for_frames("left")
     with console.page.context.expect_page() as opened:
         console.page.get_by_role("link", name="Open Left fovea in a window of its own").click()
@@ -182,9 +184,9 @@ def test_the_console_opens_a_view_in_a_window_of_its_own(open_console: OpenConso
 
 
 def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(server.url, options=TOUCH)
+    console = open_console(page_server.url, options=TOUCH)
     console.wait_for_frames("left")
     expect(console.page.locator("a.opener").locator("visible=true")).to_have_attribute(
         "href", "/windows#scene"
@@ -194,8 +196,8 @@ def test_a_phone_has_one_button_for_windows_and_room_for_the_others(
     assert enlarge["x"] + enlarge["width"] <= PHONE["width"]
 
 
-def test_a_window_is_used_on_a_phone(open_console: OpenConsole, server: Server) -> None:
-    console = open_console(f"{server.url}windows#column-500(wide,row-500(left,right))", options=TOUCH)
+def test_a_window_is_used_on_a_phone(open_console: OpenConsole, page_server: Server) -> None:
+    console = open_console(f"{page_server.url}windows#column-500(wide,row-500(left,right))", options=TOUCH)
     page = console.page
     console.wait_for_frames("wide", "left", "right")
     expect_to_fit(page)
@@ -208,7 +210,7 @@ def test_a_window_is_used_on_a_phone(open_console: OpenConsole, server: Server) 
 
 
 def test_an_address_that_cannot_be_shown_is_the_usual_window(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    page = open_window(open_console, server, "row-500(wide,nothing)").page
+    page = open_window(open_console, page_server, "row-500(wide,nothing)").page
     expect_sources(page, "left", "right", "wide")

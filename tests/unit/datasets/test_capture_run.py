@@ -85,7 +85,7 @@ class Watch:
 
 
 @pytest.fixture
-def rig() -> StubRig:
+def stub_rig() -> StubRig:
     return StubRig(
         VirtualClock(10**9),
         rig_id=CALIBRATION.rig_id,
@@ -115,9 +115,11 @@ def happened(rig: StubRig, *words: str) -> list[str]:
     return [what for _, what in rig.did if what.startswith(words)]
 
 
-def test_a_capture_takes_every_point_with_its_volts_and_a_wide_frame(rig: StubRig, tmp_path: Path) -> None:
+def test_a_capture_takes_every_point_with_its_volts_and_a_wide_frame(
+    stub_rig: StubRig, tmp_path: Path
+) -> None:
     plan = plan_of()
-    dataset = captured(rig, tmp_path / "a", plan)
+    dataset = captured(stub_rig, tmp_path / "a", plan)
 
     assert check_dataset(tmp_path / "a") == []
     assert dataset.document.state is DatasetState.COMPLETE
@@ -130,10 +132,10 @@ def test_a_capture_takes_every_point_with_its_volts_and_a_wide_frame(rig: StubRi
         assert {frame.role for frame in taken.frames} == set(Role)
 
 
-def test_the_mirrors_move_on_while_the_cameras_are_read(rig: StubRig, tmp_path: Path) -> None:
-    captured(rig, tmp_path / "a", plan_of(wide="none"))
+def test_the_mirrors_move_on_while_the_cameras_are_read(stub_rig: StubRig, tmp_path: Path) -> None:
+    captured(stub_rig, tmp_path / "a", plan_of(wide="none"))
 
-    order = happened(rig, "begin", "exposed", "left")
+    order = happened(stub_rig, "begin", "exposed", "left")
     assert order[:6] == [
         "begin 14000 us",
         "exposed",
@@ -143,7 +145,7 @@ def test_the_mirrors_move_on_while_the_cameras_are_read(rig: StubRig, tmp_path: 
         "begin 14000 us",
     ]
     assert order[-3:] == ["left read", "exposed", "left read"]
-    begun = [t_ns for t_ns, what in rig.did if what.startswith("begin")]
+    begun = [t_ns for t_ns, what in stub_rig.did if what.startswith("begin")]
     limit_ms = shot_limit_ms(settle_ms=14.0, readout_ms=READOUT_NS / 1e6, exposure_ms=5.0)
     assert max(np.diff(begun)) / 1e6 <= limit_ms
 
@@ -175,9 +177,9 @@ def test_a_fast_mirror_waits_for_the_readout(tmp_path: Path) -> None:
     assert min(np.diff(begun)) >= READOUT_NS
 
 
-def test_a_lost_frame_is_taken_again(rig: StubRig, tmp_path: Path) -> None:
-    rig.right.lost = 1
-    dataset = captured(rig, tmp_path / "a", plan_of())
+def test_a_lost_frame_is_taken_again(stub_rig: StubRig, tmp_path: Path) -> None:
+    stub_rig.right.lost = 1
+    dataset = captured(stub_rig, tmp_path / "a", plan_of())
 
     assert len(dataset) == 4
     assert check_dataset(tmp_path / "a") == []
@@ -186,14 +188,14 @@ def test_a_lost_frame_is_taken_again(rig: StubRig, tmp_path: Path) -> None:
 
 
 def test_frames_that_do_not_come_end_it_with_a_sentence_and_keep_the_points_before(
-    rig: StubRig, tmp_path: Path
+    stub_rig: StubRig, tmp_path: Path
 ) -> None:
     def lose(report: CaptureReport) -> bool:
-        rig.right.lost = 99 if report.done >= 2 else 0
+        stub_rig.right.lost = 99 if report.done >= 2 else 0
         return False
 
     with pytest.raises(DeviceFault, match=r"tried 3 times .* right.* resume"):
-        captured(rig, tmp_path / "a", plan_of(), Watch(enough=lose))
+        captured(stub_rig, tmp_path / "a", plan_of(), Watch(enough=lose))
 
     dataset = Dataset.open(tmp_path / "a")
     assert dataset.document.state is DatasetState.PARTIAL
@@ -201,63 +203,67 @@ def test_frames_that_do_not_come_end_it_with_a_sentence_and_keep_the_points_befo
     assert len(dataset) >= 2
 
 
-def test_a_lost_camera_ends_it_at_once_and_resuming_completes_it(rig: StubRig, tmp_path: Path) -> None:
+def test_a_lost_camera_ends_it_at_once_and_resuming_completes_it(stub_rig: StubRig, tmp_path: Path) -> None:
     def unplug(report: CaptureReport) -> bool:
-        rig.left.failure = NotConnected("camera left: it is gone; plug it in") if report.done == 2 else None
+        stub_rig.left.failure = (
+            NotConnected("camera left: it is gone; plug it in") if report.done == 2 else None
+        )
         return False
 
     with pytest.raises(NotConnected, match="plug it in"):
-        captured(rig, tmp_path / "a", plan_of(), Watch(enough=unplug))
-    rig.left.failure = None
+        captured(stub_rig, tmp_path / "a", plan_of(), Watch(enough=unplug))
+    stub_rig.left.failure = None
 
-    assert len(captured(rig, tmp_path / "a", plan_of())) == 4
+    assert len(captured(stub_rig, tmp_path / "a", plan_of())) == 4
     assert check_dataset(tmp_path / "a") == []
 
 
-def test_cancelled_and_resumed_it_is_the_same_as_undisturbed(rig: StubRig, tmp_path: Path) -> None:
+def test_cancelled_and_resumed_it_is_the_same_as_undisturbed(stub_rig: StubRig, tmp_path: Path) -> None:
     plan = plan_of(3, 3)
     with pytest.raises(Cancelled, match="of 9 points"):
-        captured(rig, tmp_path / "a", plan, Watch(enough=lambda report: report.done == 4))
+        captured(stub_rig, tmp_path / "a", plan, Watch(enough=lambda report: report.done == 4))
     assert Dataset.open(tmp_path / "a").document.state is DatasetState.PARTIAL
     assert len(Dataset.open(tmp_path / "a")) == 4
 
-    again = captured(rig, tmp_path / "a", plan)
-    whole = captured(rig, tmp_path / "b", plan)
+    again = captured(stub_rig, tmp_path / "a", plan)
+    whole = captured(stub_rig, tmp_path / "b", plan)
 
     assert [(p.index, p.pose.volts) for p in again] == [(p.index, p.pose.volts) for p in whole]
 
 
-def test_a_pause_lets_time_pass_and_moves_nothing(rig: StubRig, tmp_path: Path) -> None:
+def test_a_pause_lets_time_pass_and_moves_nothing(stub_rig: StubRig, tmp_path: Path) -> None:
     watch = Watch(pauses=40)
-    captured(rig, tmp_path / "a", plan_of(), watch)
+    captured(stub_rig, tmp_path / "a", plan_of(), watch)
 
     assert CapturePhase.PAUSED in {report.phase for report in watch.reports}
-    assert rig.did[0][0] >= 10**9 + 39 * 50_000_000
+    assert stub_rig.did[0][0] >= 10**9 + 39 * 50_000_000
     assert watch.reports[-1].left_s == 0.0
 
 
 def test_a_bracket_takes_every_exposure_at_every_point_and_puts_the_cameras_back(
-    rig: StubRig, tmp_path: Path
+    stub_rig: StubRig, tmp_path: Path
 ) -> None:
-    dataset = captured(rig, tmp_path / "a", plan_of(exposures_ms=[2.0, 8.0]))
+    dataset = captured(stub_rig, tmp_path / "a", plan_of(exposures_ms=[2.0, 8.0]))
 
     for point in dataset:
         taken_ms = [point.frame(Role.LEFT, bracket=b).exposure_ns / 1e6 for b in point.brackets]
         assert taken_ms == pytest.approx([2.0, 8.0], abs=LINE_MS)
-    for eye in (rig.left, rig.right):
+    for eye in (stub_rig.left, stub_rig.right):
         assert eye.settings.exposure_ns / 1e6 == pytest.approx(5.0, abs=LINE_MS)
-    assert len(happened(rig, "begin 0 us")) == 4  # the second exposure of a point does not settle
+    assert len(happened(stub_rig, "begin 0 us")) == 4  # the second exposure of a point does not settle
 
 
-def test_an_exposure_of_the_plan_is_set_once_and_disturbs_no_readout(rig: StubRig, tmp_path: Path) -> None:
-    captured(rig, tmp_path / "a", plan_of(exposures_ms=[2.0]))
+def test_an_exposure_of_the_plan_is_set_once_and_disturbs_no_readout(
+    stub_rig: StubRig, tmp_path: Path
+) -> None:
+    captured(stub_rig, tmp_path / "a", plan_of(exposures_ms=[2.0]))
 
-    assert happened(rig, "left exposes") == ["left exposes 2 ms", "left exposes 5 ms"]
-    assert len(happened(rig, "begin")) == 4
+    assert happened(stub_rig, "left exposes") == ["left exposes 2 ms", "left exposes 5 ms"]
+    assert len(happened(stub_rig, "begin")) == 4
 
 
 def test_a_full_disk_ends_it_and_when_there_is_room_it_goes_on(
-    rig: StubRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    stub_rig: StubRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, content: object) -> None:
         if path.name.startswith("00002"):
@@ -267,70 +273,70 @@ def test_a_full_disk_ends_it_and_when_there_is_room_it_goes_on(
     with monkeypatch.context() as disk:
         disk.setattr("foveacam_pipeline.capture.dataset.point_store.write_part", full)
         with pytest.raises(StorageFull, match=r"the disk is full .* then resume"):
-            captured(rig, tmp_path / "a", plan_of())
+            captured(stub_rig, tmp_path / "a", plan_of())
     assert [point.index for point in Dataset.open(tmp_path / "a")] == [0, 1]
 
-    captured(rig, tmp_path / "a", plan_of())
+    captured(stub_rig, tmp_path / "a", plan_of())
 
     assert check_dataset(tmp_path / "a") == []
     assert Dataset.open(tmp_path / "a").document.state is DatasetState.COMPLETE
 
 
-def test_a_stack_is_kept_as_its_mean_in_16_bits_or_whole(rig: StubRig, tmp_path: Path) -> None:
-    mean = captured(rig, tmp_path / "a", plan_of(stack_frames=4))[0].frame(Role.LEFT)
-    every = captured(rig, tmp_path / "b", plan_of(stack_frames=4, stack_keep="all"))[0]
+def test_a_stack_is_kept_as_its_mean_in_16_bits_or_whole(stub_rig: StubRig, tmp_path: Path) -> None:
+    mean = captured(stub_rig, tmp_path / "a", plan_of(stack_frames=4))[0].frame(Role.LEFT)
+    every = captured(stub_rig, tmp_path / "b", plan_of(stack_frames=4, stack_keep="all"))[0]
 
     assert mean.bits == 16
-    assert np.array_equal(mean.image, rig.left.image.astype(np.uint16) << 8)
+    assert np.array_equal(mean.image, stub_rig.left.image.astype(np.uint16) << 8)
     assert [frame.stack for frame in every.frames if frame.role is Role.LEFT] == [0, 1, 2, 3]
 
 
-def test_every_place_on_the_rail_is_a_scan_of_its_own(rig: StubRig, tmp_path: Path) -> None:
-    rig.rail = StubRail(rig.did, rig.clock)
-    dataset = captured(rig, tmp_path / "a", plan_of(rail_positions_mm=[-100.0, 100.0], wide="scan"))
+def test_every_place_on_the_rail_is_a_scan_of_its_own(stub_rig: StubRig, tmp_path: Path) -> None:
+    stub_rig.rail = StubRail(stub_rig.did, stub_rig.clock)
+    dataset = captured(stub_rig, tmp_path / "a", plan_of(rail_positions_mm=[-100.0, 100.0], wide="scan"))
 
-    assert happened(rig, "rail") == ["rail homes", "rail to -100 mm", "rail to 100 mm"]
+    assert happened(stub_rig, "rail") == ["rail homes", "rail to -100 mm", "rail to 100 mm"]
     assert [(point.place.scan, point.place.rail_m) for point in dataset] == [(0, -0.1)] * 4 + [(1, 0.1)] * 4
     assert [len(point.frames) for point in dataset] == [3, 2, 2, 2, 3, 2, 2, 2]
 
 
-def test_a_rail_that_stands_elsewhere_ends_it(rig: StubRig, tmp_path: Path) -> None:
-    rig.rail = StubRail(rig.did, rig.clock, stuck=True)
+def test_a_rail_that_stands_elsewhere_ends_it(stub_rig: StubRig, tmp_path: Path) -> None:
+    stub_rig.rail = StubRail(stub_rig.did, stub_rig.clock, stuck=True)
     with pytest.raises(DeviceFault, match=r"-100 mm, it stands still at 0\.0 mm"):
-        captured(rig, tmp_path / "a", plan_of(rail_positions_mm=[-100.0]))
+        captured(stub_rig, tmp_path / "a", plan_of(rail_positions_mm=[-100.0]))
 
 
-def test_a_rail_pushed_by_hand_is_asked_for(rig: StubRig, tmp_path: Path) -> None:
-    rig.rail = StubRail(rig.did, rig.clock, moves_itself=False)
+def test_a_rail_pushed_by_hand_is_asked_for(stub_rig: StubRig, tmp_path: Path) -> None:
+    stub_rig.rail = StubRail(stub_rig.did, stub_rig.clock, moves_itself=False)
     watch = Watch()
-    dataset = captured(rig, tmp_path / "a", plan_of(rail_positions_mm=[-100.0]), watch)
+    dataset = captured(stub_rig, tmp_path / "a", plan_of(rail_positions_mm=[-100.0]), watch)
 
     assert watch.asked == ["push the rig to -100 mm on the rail, then continue"]
     assert dataset[0].place.rail_m == -0.1
 
 
-def test_the_cameras_are_put_back_when_it_fails(rig: StubRig, tmp_path: Path) -> None:
-    rig.mirrors.failure = NotConnected("controller: it is gone; plug it in")
+def test_the_cameras_are_put_back_when_it_fails(stub_rig: StubRig, tmp_path: Path) -> None:
+    stub_rig.mirrors.failure = NotConnected("controller: it is gone; plug it in")
     with suppress(NotConnected):
-        captured(rig, tmp_path / "a", plan_of(exposures_ms=[2.0]))
+        captured(stub_rig, tmp_path / "a", plan_of(exposures_ms=[2.0]))
 
-    assert rig.left.settings.exposure_ns / 1e6 == pytest.approx(5.0, abs=LINE_MS)
+    assert stub_rig.left.settings.exposure_ns / 1e6 == pytest.approx(5.0, abs=LINE_MS)
 
 
-def test_what_the_rig_cannot_take_is_refused_before_anything_moves(rig: StubRig) -> None:
+def test_what_the_rig_cannot_take_is_refused_before_anything_moves(stub_rig: StubRig) -> None:
     for plan, told in (
         (plan_of(rail_positions_mm=[0.0]), "this rig has no rail"),
         (plan_of(exposures_ms=[5000.0]), "5000 ms"),
     ):
         with pytest.raises(OutOfRange, match=told):
-            prepare_plan(rig, plan, CALIBRATION, watch=Watch())
-    assert rig.did == []
+            prepare_plan(stub_rig, plan, CALIBRATION, watch=Watch())
+    assert stub_rig.did == []
 
 
-def test_progress_tells_points_bytes_and_the_time_left(rig: StubRig, tmp_path: Path) -> None:
+def test_progress_tells_points_bytes_and_the_time_left(stub_rig: StubRig, tmp_path: Path) -> None:
     watch = Watch()
     with writing(tmp_path / "a", plan_of()) as writer:
-        run_capture(rig, writer, watch=watch, settings=RunSettings())
+        run_capture(stub_rig, writer, watch=watch, settings=RunSettings())
 
     last = watch.reports[-1]
     assert (last.done, last.total, last.stored, last.left_s) == (4, 4, 4, 0.0)

@@ -59,7 +59,7 @@ class Watch:
 
 
 @pytest.fixture
-def rig() -> StubRig:
+def stub_rig() -> StubRig:
     found = StubRig(
         VirtualClock(10**9),
         rig_id=CALIBRATION.rig_id,
@@ -80,27 +80,27 @@ def counts(still: Still) -> dict[Role, int]:
     return {role: sum(each.role is role for each in still.exposures) for role in Role}
 
 
-def test_a_press_takes_a_stack_of_every_camera_and_moves_no_mirror(rig: StubRig) -> None:
-    still = taken(rig, frames=4)
+def test_a_press_takes_a_stack_of_every_camera_and_moves_no_mirror(stub_rig: StubRig) -> None:
+    still = taken(stub_rig, frames=4)
 
     assert counts(still) == dict.fromkeys(Role, 4)
-    assert rig.mirrors.volts == STANDS
+    assert stub_rig.mirrors.volts == STANDS
     assert {each.volts_v for each in still.exposures if each.role is Role.LEFT} == {(21.0, -4.0)}
     assert len({(each.role, each.t_ns) for each in still.exposures}) == 12  # no frame stands twice in a stack
     assert still.missing == ()
     assert still.missing_error(kept="") is None
 
 
-def test_a_stack_is_a_mean_of_16_bits_and_a_single_frame_stays_as_it_came(rig: StubRig) -> None:
-    mean, one = taken(rig, frames=3), taken(rig, frames=1)
+def test_a_stack_is_a_mean_of_16_bits_and_a_single_frame_stays_as_it_came(stub_rig: StubRig) -> None:
+    mean, one = taken(stub_rig, frames=3), taken(stub_rig, frames=1)
 
     assert [(shot.frame.bits, shot.frame.image.dtype.name) for shot in mean.shots] == [(16, "uint16")] * 3
-    assert np.array_equal(mean.shots[1].frame.image, rig.left.image.astype(np.uint16) << 8)
+    assert np.array_equal(mean.shots[1].frame.image, stub_rig.left.image.astype(np.uint16) << 8)
     assert [(shot.frame.bits, shot.frame.image.dtype.name) for shot in one.shots] == [(8, "uint8")] * 3
 
 
-def test_a_still_is_a_dataset_of_one_point_that_says_all_of_itself(rig: StubRig, tmp_path: Path) -> None:
-    still = taken(rig, frames=3, keep=StillKeep.ALL)
+def test_a_still_is_a_dataset_of_one_point_that_says_all_of_itself(stub_rig: StubRig, tmp_path: Path) -> None:
+    still = taken(stub_rig, frames=3, keep=StillKeep.ALL)
     write_still(
         tmp_path / "a", still, CALIBRATION, StillLabels(label="a desk", codec=ImageCodec.PNG, id="still-1")
     )
@@ -120,22 +120,22 @@ def test_a_still_is_a_dataset_of_one_point_that_says_all_of_itself(rig: StubRig,
 
 
 def test_without_a_calibration_the_volts_are_kept_and_no_angle_is_made_up(
-    rig: StubRig, tmp_path: Path
+    stub_rig: StubRig, tmp_path: Path
 ) -> None:
-    write_still(tmp_path / "a", taken(rig, frames=2), None, StillLabels())
+    write_still(tmp_path / "a", taken(stub_rig, frames=2), None, StillLabels())
     point = Dataset.open(tmp_path / "a")[0]
 
     assert (point.pose.volts, point.pose.left_rad, point.place.distance_m) == (STANDS, None, None)
 
 
 def test_a_camera_that_stalls_is_named_with_its_count_and_costs_the_others_nothing(
-    rig: StubRig, tmp_path: Path
+    stub_rig: StubRig, tmp_path: Path
 ) -> None:
     def stall(done: int) -> bool:
-        rig.right.lost = 99 if done >= 6 else 0
+        stub_rig.right.lost = 99 if done >= 6 else 0
         return False
 
-    still = taken(rig, Watch(then=stall), frames=5)
+    still = taken(stub_rig, Watch(then=stall), frames=5)
     write_still(tmp_path / "a", still, CALIBRATION, StillLabels())
 
     assert counts(still) == {Role.WIDE: 5, Role.LEFT: 5, Role.RIGHT: 2}
@@ -148,19 +148,19 @@ def test_a_camera_that_stalls_is_named_with_its_count_and_costs_the_others_nothi
     assert check_dataset(tmp_path / "a") == []
 
 
-def test_a_frame_that_is_lost_now_and_then_is_taken_again(rig: StubRig) -> None:
-    rig.left.lost = 2
+def test_a_frame_that_is_lost_now_and_then_is_taken_again(stub_rig: StubRig) -> None:
+    stub_rig.left.lost = 2
 
-    assert counts(taken(rig, frames=3)) == dict.fromkeys(Role, 3)
+    assert counts(taken(stub_rig, frames=3)) == dict.fromkeys(Role, 3)
 
 
-def test_a_camera_that_is_gone_is_not_waited_for(rig: StubRig) -> None:
-    rig.left.failure = NotConnected("camera left: it is gone; plug it in")
-    still = taken(rig, frames=2)
+def test_a_camera_that_is_gone_is_not_waited_for(stub_rig: StubRig) -> None:
+    stub_rig.left.failure = NotConnected("camera left: it is gone; plug it in")
+    still = taken(stub_rig, frames=2)
 
     assert counts(still) == {Role.WIDE: 2, Role.LEFT: 0, Role.RIGHT: 2}
     assert still.missing[0].remedy == "plug it in"
-    assert len([what for _, what in rig.did if what.startswith("begin")]) == 2
+    assert len([what for _, what in stub_rig.did if what.startswith("begin")]) == 2
 
 
 class Odd(DeviceFault):
@@ -170,42 +170,42 @@ class Odd(DeviceFault):
         super().__init__(f"controller: {why}; check the strobe cables")
 
 
-def test_mirrors_that_cannot_trigger_leave_the_wide_view(rig: StubRig) -> None:
-    rig.mirrors.failure = Odd("no strobe")
-    still = taken(rig, frames=2)
+def test_mirrors_that_cannot_trigger_leave_the_wide_view(stub_rig: StubRig) -> None:
+    stub_rig.mirrors.failure = Odd("no strobe")
+    still = taken(stub_rig, frames=2)
 
     assert counts(still) == {Role.WIDE: 2, Role.LEFT: 0, Role.RIGHT: 0}
     assert "camera left: 0 of 2" in str(still.missing_error(kept="held"))
     assert "camera right: 0 of 2" in str(still.missing_error(kept="held"))
 
 
-def test_where_nothing_came_there_is_no_still(rig: StubRig) -> None:
-    rig.left.failure = NotConnected("camera left: it is gone; plug it in")
+def test_where_nothing_came_there_is_no_still(stub_rig: StubRig) -> None:
+    stub_rig.left.failure = NotConnected("camera left: it is gone; plug it in")
     with pytest.raises(NotConnected, match="camera left: 0 of 5 frames came"):
-        taken(rig, roles=(Role.LEFT,))
+        taken(stub_rig, roles=(Role.LEFT,))
 
 
-def test_the_wide_camera_alone_triggers_nothing(rig: StubRig) -> None:
-    still = taken(rig, frames=3, roles=(Role.WIDE,))
+def test_the_wide_camera_alone_triggers_nothing(stub_rig: StubRig) -> None:
+    still = taken(stub_rig, frames=3, roles=(Role.WIDE,))
 
     assert counts(still) == {Role.WIDE: 3, Role.LEFT: 0, Role.RIGHT: 0}
-    assert rig.did == []
+    assert stub_rig.did == []
 
 
-def test_pictures_of_another_size_are_not_averaged(rig: StubRig) -> None:
+def test_pictures_of_another_size_are_not_averaged(stub_rig: StubRig) -> None:
     def crop(done: int) -> bool:
-        rig.left.image = rig.left.image[:4]
+        stub_rig.left.image = stub_rig.left.image[:4]
         return False
 
-    still = taken(rig, Watch(then=crop), frames=3)
+    still = taken(stub_rig, Watch(then=crop), frames=3)
 
     assert counts(still)[Role.LEFT] == 1
     assert "changed their size" in str(still.missing_error(kept=""))
 
 
-def test_a_cancelled_still_is_nothing(rig: StubRig) -> None:
+def test_a_cancelled_still_is_nothing(stub_rig: StubRig) -> None:
     with pytest.raises(Cancelled):
-        taken(rig, Watch(then=lambda done: done >= 3), frames=8)
+        taken(stub_rig, Watch(then=lambda done: done >= 3), frames=8)
 
 
 @pytest.mark.parametrize("frames", [0, -1, 65])
@@ -233,12 +233,12 @@ def test_a_still_too_large_for_memory_or_disk_is_refused_with_both_figures() -> 
 
 
 def test_a_still_that_a_full_disk_does_not_take_leaves_no_folder(
-    rig: StubRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    stub_rig: StubRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, content: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    still = taken(rig, frames=1)
+    still = taken(stub_rig, frames=1)
     monkeypatch.setattr("foveacam_pipeline.capture.dataset.point_store.write_part", full)
     with pytest.raises(StorageFull, match=r"the disk is full .* then take the still again"):
         write_still(tmp_path / "a", still, CALIBRATION, StillLabels())

@@ -27,13 +27,13 @@ DRAWING = NominalRig(rig_id="sim-0")
 
 
 @pytest.fixture(scope="module")
-def rig() -> SweptRig:
+def swept_rig() -> SweptRig:
     return SweptRig(0)
 
 
 @pytest.fixture(scope="module")
-def lens(rig: SweptRig) -> Intrinsics:
-    return wide_lens(rig, noise_px=1e-3)
+def lens(swept_rig: SweptRig) -> Intrinsics:
+    return wide_lens(swept_rig, noise_px=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +61,9 @@ def missed_px(rig: SweptRig, measured: SweepMeasurements, role: Role) -> NDArray
 
 @pytest.mark.parametrize("role", EYES)
 def test_gazes_scatter_by_a_fraction_of_a_pixel_about_the_truth(
-    rig: SweptRig, measured: SweepMeasurements, role: Role
+    swept_rig: SweptRig, measured: SweepMeasurements, role: Role
 ) -> None:
-    missed = missed_px(rig, measured, role)
+    missed = missed_px(swept_rig, measured, role)
     # The lens' principal point turns the frame of the rig, the same for all. What is left: 50 corners of 0.05
     # wide px are 0.07 fovea px; twenty of 0.1 px in the fovea, carried to the image centre: more at the rim.
     assert np.std(missed, axis=0).max() < 0.4
@@ -92,13 +92,15 @@ def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: SweepMeasurements) 
     assert "taken out" in far.words
 
 
-def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(rig: SweptRig, lens: Intrinsics) -> None:
+def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(
+    swept_rig: SweptRig, lens: Intrinsics
+) -> None:
     plain = reduce_sweeps(
         [swept(0, 2.5)], lens, drawing=DRAWING, label="plain", distance=DistanceSource.UNKNOWN
     )
     assert not plain.parallax[0].corrected
     assert "left in" in plain.parallax[0].words
-    assert np.std(missed_px(rig, plain, Role.LEFT), axis=0).max() > 2.0  # 0.02 degrees are 9 px
+    assert np.std(missed_px(swept_rig, plain, Role.LEFT), axis=0).max() > 2.0  # 0.02 degrees are 9 px
     assert not plain.rig.left.has_two_depths
 
 

@@ -21,13 +21,13 @@ DRAWING = NominalRig(rig_id="sim-1")
 
 
 @pytest.fixture(scope="module")
-def rig() -> SweptRig:
+def swept_rig() -> SweptRig:
     return SweptRig(1)
 
 
 @pytest.fixture(scope="module")
-def lens(rig: SweptRig) -> Intrinsics:
-    return wide_lens(rig)
+def lens(swept_rig: SweptRig) -> Intrinsics:
+    return wide_lens(swept_rig)
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +37,9 @@ def result(lens: Intrinsics) -> FitResult:
 
 
 def test_eyes_point_and_rectify_within_the_bars_where_they_were_not_swept(
-    rig: SweptRig, result: FitResult
+    swept_rig: SweptRig, result: FitResult
 ) -> None:
-    figures = judge(CalibrationModel(result.calibration), rig, seed=3, count=100)
+    figures = judge(CalibrationModel(result.calibration), swept_rig, seed=3, count=100)
     # 0.05 wide px on fifty corners, 37 coefficients of 150 poses, the order's own end: about 0.15 fovea px.
     assert figures["pointing_rms_px"] < 0.4
     assert figures["epipolar_rms_px"] < 0.3
@@ -53,10 +53,10 @@ def test_volts_survive_the_way_to_angles_and_back(result: FitResult) -> None:
 
 
 def test_the_paper_s_plain_model_stands_beside_it_and_is_worse_in_all(
-    rig: SweptRig, result: FitResult
+    swept_rig: SweptRig, result: FitResult
 ) -> None:
     assert result.paper is not None
-    figures = judge(result.paper, rig, seed=3, count=60)
+    figures = judge(result.paper, swept_rig, seed=3, count=60)
     assert 8.0 < figures["pointing_rms_px"] < 30.0  # the cubic's own end: 8.6 px an axis
     assert figures["epipolar_rms_px"] > 3.0
     assert figures["depth_bias_rel_15m"] > 0.01
@@ -91,10 +91,10 @@ def test_the_calibration_names_its_session_and_both_tables_name_one_winner(resul
         assert [score.order for score in result.models[role] if score.paper] == [3]
 
 
-def test_pivots_and_pupil_are_those_of_the_rig(rig: SweptRig, result: FitResult) -> None:
+def test_pivots_and_pupil_are_those_of_the_rig(swept_rig: SweptRig, result: FitResult) -> None:
     calibration = result.calibration
     assert calibration.pupil_m == pytest.approx(0.040, abs=0.3e-3)
-    apart = rig.pivot_m(Role.RIGHT) - rig.pivot_m(Role.LEFT)
+    apart = swept_rig.pivot_m(Role.RIGHT) - swept_rig.pivot_m(Role.LEFT)
     # The camera's axis passes up to 0.3 mm beside each pivot, and the gaze leaves from there.
     assert calibration.baseline_m == pytest.approx(float(apart[0]), abs=0.6e-3)
 
@@ -118,14 +118,14 @@ def test_one_distance_keeps_the_drawing(lens: Intrinsics) -> None:
     assert found.calibration.pupil_m == 0.04
 
 
-def test_an_unknown_distance_is_reported_and_costs_pixels(rig: SweptRig, lens: Intrinsics) -> None:
+def test_an_unknown_distance_is_reported_and_costs_pixels(swept_rig: SweptRig, lens: Intrinsics) -> None:
     settings = FitSettings(distance=DistanceSource.UNKNOWN, compare=False)
     found = fit_session([swept(1, 5.0)], lens, drawing=DRAWING, label="unknown", settings=settings)
     assert not found.parallax[0].corrected
-    assert judge(CalibrationModel(found.calibration), rig, seed=3, count=40)["pointing_rms_px"] > 1.5
+    assert judge(CalibrationModel(found.calibration), swept_rig, seed=3, count=40)["pointing_rms_px"] > 1.5
 
 
-def test_a_wrong_pose_does_not_pull_the_fit(rig: SweptRig, lens: Intrinsics, result: FitResult) -> None:
+def test_a_wrong_pose_does_not_pull_the_fit(swept_rig: SweptRig, lens: Intrinsics, result: FitResult) -> None:
     sweep = swept(1, 5.0)
     pose = sweep.poses[40]
     assert pose.left is not None
@@ -134,7 +134,7 @@ def test_a_wrong_pose_does_not_pull_the_fit(rig: SweptRig, lens: Intrinsics, res
     spoilt = replace(sweep, poses=(*sweep.poses[:40], off, *sweep.poses[41:]))
     settings = FitSettings(compare=False)
     found = fit_session([spoilt, swept(1, 2.5)], lens, drawing=DRAWING, label="one off", settings=settings)
-    assert judge(CalibrationModel(found.calibration), rig, seed=3, count=60)["pointing_rms_px"] < 0.6
+    assert judge(CalibrationModel(found.calibration), swept_rig, seed=3, count=60)["pointing_rms_px"] < 0.6
 
 
 def test_pictures_of_a_fit_are_png(result: FitResult) -> None:

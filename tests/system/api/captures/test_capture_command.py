@@ -31,11 +31,11 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def run(server: Running, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+def run(api_server: Running, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Run `foveacam capture … --server`; return its status and what it printed."""
 
     def call(*words: str) -> tuple[int, str, str]:
-        address = f"http://127.0.0.1:{server.port}"
+        address = f"http://127.0.0.1:{api_server.port}"
         monkeypatch.setattr("sys.argv", ["foveacam", "capture", *words, "--server", address])
         with pytest.raises(SystemExit) as ended:
             cli.main()
@@ -86,11 +86,11 @@ def press_ctrl_c_once_it_listens(server: Running, name: str) -> None:
     os.kill(os.getpid(), signal.SIGINT)
 
 
-def test_a_capture_is_taken_by_the_server_and_printed(server: Running, run: Run) -> None:
+def test_a_capture_is_taken_by_the_server_and_printed(api_server: Running, run: Run) -> None:
     status, printed, _ = run("--name", "from afar", "--label", "by command", *FOUR)
     assert status == 0
     assert printed.strip().endswith("complete, 4 of 4 points, 19 MB")
-    kept = server.get("/captures", text="from afar").json()[0]
+    kept = api_server.get("/captures", text="from afar").json()[0]
     assert (kept["label"], kept["points"]["taken"]) == ("by command", 4)
     assert check_dataset(kept["folder"]) == []
     assert run("--name", "from afar", *FOUR)[0] == 2
@@ -107,18 +107,18 @@ def test_a_capture_is_taken_by_the_server_and_printed(server: Running, run: Run)
 
 
 def test_ctrl_c_cancels_what_was_begun_here_and_it_goes_on_where_it_ended(
-    server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+    api_server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
 ) -> None:
     def interrupt() -> None:
-        press_ctrl_c_once_it_listens(server, "ended early")
-        wait_until(lambda: state_of(server, "ended early") != "running")
+        press_ctrl_c_once_it_listens(api_server, "ended early")
+        wait_until(lambda: state_of(api_server, "ended early") != "running")
         gate.set()
 
     soon(interrupt)
     status, printed, _ = run("--name", "ended early", *FOUR)
     assert status == 130
     assert "partial, " in printed
-    taken = server.get("/captures", text="ended early").json()[0]["points"]["taken"]
+    taken = api_server.get("/captures", text="ended early").json()[0]["points"]["taken"]
     assert taken < 4
     status, printed, _ = run("--name", "ended early", "--resume", "--json")
     assert status == 0
@@ -127,38 +127,38 @@ def test_ctrl_c_cancels_what_was_begun_here_and_it_goes_on_where_it_ended(
 
 
 def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
-    server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+    api_server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
 ) -> None:
     plan = {
         "points": {"kind": "grid", "columns": 2, "rows": 2, "half_width_deg": 1, "half_height_deg": 1},
         "verging": {"mode": "given", "distance_m": 4.0},
     }
-    job = server.post("/captures", {"name": "by rest", "plan": plan}).json()
-    soon(lambda: press_ctrl_c_once_it_listens(server, "by rest"))
+    job = api_server.post("/captures", {"name": "by rest", "plan": plan}).json()
+    soon(lambda: press_ctrl_c_once_it_listens(api_server, "by rest"))
     status, printed, told = run("--name", "by rest", "--watch")
     assert (status, printed) == (130, "")
     assert "it goes on; to cancel it: foveacam capture --cancel --name 'by rest' --server" in told
-    assert server.get(f"/jobs/{job['id']}").json()["state"] == "running"
+    assert api_server.get(f"/jobs/{job['id']}").json()["state"] == "running"
 
     def let_it_end() -> None:
-        wait_until(lambda: state_of(server, "by rest") != "running")
+        wait_until(lambda: state_of(api_server, "by rest") != "running")
         gate.set()
 
     soon(let_it_end)
     status, printed, _ = run("--name", "by rest", "--cancel")
     assert (status, "partial, " in printed) == (0, True)
-    assert server.get(f"/jobs/{job['id']}").json()["state"] == "cancelled"
+    assert api_server.get(f"/jobs/{job['id']}").json()["state"] == "cancelled"
 
 
 def test_a_capture_that_ended_before_its_first_point_says_so(
-    server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+    api_server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
 ) -> None:
     survey = FOUR[: FOUR.index("--distance-m")]  # the scene's distance is measured first
 
     def interrupt() -> None:
-        wait_until(lambda: state_of(server, "too soon") == "running")
-        press_ctrl_c_once_it_listens(server, "too soon")
-        wait_until(lambda: state_of(server, "too soon") != "running")
+        wait_until(lambda: state_of(api_server, "too soon") == "running")
+        press_ctrl_c_once_it_listens(api_server, "too soon")
+        wait_until(lambda: state_of(api_server, "too soon") != "running")
         gate.set()
 
     soon(interrupt)

@@ -22,8 +22,10 @@ def url(capture_id: str, rest: str = "") -> str:
 
 
 @pytest.fixture(scope="module")
-def folder(server: Running) -> Path:
-    return rail_scan(server.captures / "a rail").folder  # its name is the first: copies of its id get others
+def folder(api_server: Running) -> Path:
+    return rail_scan(
+        api_server.captures / "a rail"
+    ).folder  # its name is the first: copies of its id get others
 
 
 def told(server: Running, capture_id: str = RAIL) -> Document:
@@ -35,29 +37,29 @@ def left_behind(folder: Path) -> list[Path]:
     return sorted(folder.glob("*reference*"))
 
 
-def test_a_reference_is_cancelled_and_leaves_nothing(server: Running, folder: Path) -> None:
-    before = told(server)
+def test_a_reference_is_cancelled_and_leaves_nothing(api_server: Running, folder: Path) -> None:
+    before = told(api_server)
     assert (before["state"], before["made"], before["refusal"]) == ("none", None, None)
     assert [stop["rail_m"] for stop in before["stops"]] == list(STOPS_M)
     assert before["brackets"] == [0]
 
-    job = server.post(url(RAIL)).json()
-    building = told(server)
-    again = server.post(url(RAIL))
-    refused = [server.http.delete(f"{API}{path}") for path in (url(RAIL), f"/captures/{RAIL}")]
-    server.post(f"/jobs/{job['id']}/cancel")
+    job = api_server.post(url(RAIL)).json()
+    building = told(api_server)
+    again = api_server.post(url(RAIL))
+    refused = [api_server.http.delete(f"{API}{path}") for path in (url(RAIL), f"/captures/{RAIL}")]
+    api_server.post(f"/jobs/{job['id']}/cancel")
     assert (building["state"], building["job_id"]) == ("building", job["id"])
     assert {answer.status_code for answer in (again, *refused)} == {409}
     assert "is being made" in refused[1].json()["detail"]
-    assert server.ended(job)["state"] == "cancelled"
-    assert told(server)["state"] == "none"
+    assert api_server.ended(job)["state"] == "cancelled"
+    assert told(api_server)["state"] == "none"
     assert left_behind(folder) == []
 
 
 def test_a_reference_has_the_figures_and_files_of_the_command_and_is_removed(
-    server: Running, folder: Path
+    api_server: Running, folder: Path
 ) -> None:
-    answer = server.post(url(RAIL), {"across": 6, "rail_sigma_m": 2e-4}, Prefer="wait=60")
+    answer = api_server.post(url(RAIL), {"across": 6, "rail_sigma_m": 2e-4}, Prefer="wait=60")
     assert answer.status_code == 200, answer.text
     document = answer.json()
     assert (document["state"], document["job_id"]) == ("complete", None)
@@ -75,36 +77,38 @@ def test_a_reference_has_the_figures_and_files_of_the_command_and_is_removed(
         ("png", "image/png", b"\x89PNG"),
         ("samples", "text/csv", b"point,"),
     ):
-        sent = server.http.get(made[f"{name}_url"])
+        sent = api_server.http.get(made[f"{name}_url"])
         assert sent.headers["Content-Type"].startswith(media_type)
         assert sent.content.startswith(begin)
 
     assert not document["outdated"]
     file.write_text(json.dumps({**kept, "figures": {**figures, "points": figures["points"] - 1}}))
-    assert told(server)["outdated"]
+    assert told(api_server)["outdated"]
     edits: tuple[object, ...] = ({**figures, "comparison": None}, [])
     for edited in edits:
         file.write_text(json.dumps({**kept, "figures": edited}))
-        assert (told(server)["state"], told(server)["made"]) == ("none", None)
-    assert server.http.delete(f"{API}{url(RAIL)}").status_code == 204
-    assert told(server)["made"] is None
+        assert (told(api_server)["state"], told(api_server)["made"]) == ("none", None)
+    assert api_server.http.delete(f"{API}{url(RAIL)}").status_code == 204
+    assert told(api_server)["made"] is None
     assert left_behind(folder) == []
-    gone = server.http.get(made["svg_url"])
+    gone = api_server.http.get(made["svg_url"])
     assert (gone.status_code, gone.json()["type"]) == (404, "/problems/not-found")
 
 
-def test_what_no_reference_can_be_made_of_is_refused_in_words(server: Running, folder: Path) -> None:
-    rail_scan(server.captures / "one place", stops_m=(0.1,))
-    written(server.captures / "uncalibrated", 1)
+def test_what_no_reference_can_be_made_of_is_refused_in_words(api_server: Running, folder: Path) -> None:
+    rail_scan(api_server.captures / "one place", stops_m=(0.1,))
+    written(api_server.captures / "uncalibrated", 1)
     for name, status, words in (
         ("one place", 422, "it has 1 scan from 100 mm; capture with several rail positions"),
         ("uncalibrated", 409, "no calibration"),
     ):
-        refused = server.post(url(name))
+        refused = api_server.post(url(name))
         assert (refused.status_code, refused.headers["Content-Type"]) == (status, "application/problem+json")
         assert words in refused.json()["detail"]
-        assert told(server, name)["refusal"]["detail"] == refused.json()["detail"]
-    assert server.get(url("none-such")).status_code == server.post(url("none-such")).status_code == 404
+        assert told(api_server, name)["refusal"]["detail"] == refused.json()["detail"]
+    assert (
+        api_server.get(url("none-such")).status_code == api_server.post(url("none-such")).status_code == 404
+    )
 
 
 @pytest.mark.parametrize(
@@ -117,15 +121,15 @@ def test_what_no_reference_can_be_made_of_is_refused_in_words(server: Running, f
     ],
 )
 def test_a_wish_out_of_range_is_refused_before_it_starts(
-    server: Running, folder: Path, wish: Document, words: str
+    api_server: Running, folder: Path, wish: Document, words: str
 ) -> None:
-    refused = server.post(url(RAIL), wish)
+    refused = api_server.post(url(RAIL), wish)
     assert refused.status_code == 422, refused.text
     assert words in refused.json()["detail"]
 
 
 def test_frames_that_are_gone_fail_the_job_in_words_and_the_older_reference_stays(
-    server: Running, folder: Path
+    api_server: Running, folder: Path
 ) -> None:
     older = folder / "reference"
     older.mkdir()
@@ -133,9 +137,9 @@ def test_frames_that_are_gone_fail_the_job_in_words_and_the_older_reference_stay
     frame = folder / "images" / "00002-left-b0-s0.tiff"
     content = frame.read_bytes()
     frame.unlink()
-    found = server.ended(server.post(url(RAIL)).json())
+    found = api_server.ended(api_server.post(url(RAIL)).json())
     frame.write_bytes(content)
     assert (found["state"], found["problem"]["status"]) == ("failed", 422)
     assert "restore it from a copy" in found["problem"]["detail"]
     assert left_behind(folder) == [older]
-    assert told(server)["made"] is None  # nobody can read that one
+    assert told(api_server)["made"] is None  # nobody can read that one

@@ -21,20 +21,20 @@ PLAN = models.RasterPlan(
 
 
 @pytest.fixture(scope="module")
-def rig(server: Running) -> Iterator[Rig]:
-    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as found:
+def client_rig(api_server: Running) -> Iterator[Rig]:
+    with foveacam_client.connect(f"http://127.0.0.1:{api_server.port}") as found:
         yield found
 
 
-def test_a_frame_is_an_array(rig: Rig) -> None:
-    assert rig.frame("wide").shape[:2] == (540, 720)  # the simulated cameras bin 2 x 2 pixels
-    assert rig.frame("left", scale="4").shape[:2] == (270, 360)
+def test_a_frame_is_an_array(client_rig: Rig) -> None:
+    assert client_rig.frame("wide").shape[:2] == (540, 720)  # the simulated cameras bin 2 x 2 pixels
+    assert client_rig.frame("left", scale="4").shape[:2] == (270, 360)
 
 
-def test_a_raster_is_captured_listed_and_downloaded(rig: Rig, tmp_path: Path) -> None:
-    capture = rig.capture("client", plan=PLAN)
-    (listed,) = rig.datasets("client")
-    path = rig.download_dataset(capture.id, tmp_path / "client.zip")
+def test_a_raster_is_captured_listed_and_downloaded(client_rig: Rig, tmp_path: Path) -> None:
+    capture = client_rig.capture("client", plan=PLAN)
+    (listed,) = client_rig.datasets("client")
+    path = client_rig.download_dataset(capture.id, tmp_path / "client.zip")
 
     assert (capture.state, capture.points.taken, listed.id) == ("complete", 2, capture.id)
     with zipfile.ZipFile(path) as archive:
@@ -42,14 +42,14 @@ def test_a_raster_is_captured_listed_and_downloaded(rig: Rig, tmp_path: Path) ->
         assert any(name.endswith("dataset.json") or name.startswith("client/") for name in archive.namelist())
 
 
-def test_refusals_keep_the_words_of_the_server(rig: Rig) -> None:
+def test_refusals_keep_the_words_of_the_server(client_rig: Rig) -> None:
     with pytest.raises(NotFound) as absent:
-        rig.api.fixations.get("fix-none")
+        client_rig.api.fixations.get("fix-none")
     with pytest.raises(InvalidRequest) as wrong:
-        rig.api.fixations.create(models.FixationRequest())
+        client_rig.api.fixations.create(models.FixationRequest())
     beyond = models.SteerRequest(direction=models.Direction(ax_deg=80.0, ay_deg=0.0))
     with pytest.raises(TargetOutOfRange) as far:
-        rig.api.mirrors.steer(beyond)
+        client_rig.api.mirrors.steer(beyond)
 
     assert absent.value.status == 404
     assert "Exactly one" in str(wrong.value) or wrong.value.status == 422
@@ -57,30 +57,32 @@ def test_refusals_keep_the_words_of_the_server(rig: Rig) -> None:
 
 
 def test_a_lease_that_is_taken_over_ends_the_block_with_the_sentence_of_the_server(
-    rig: Rig, server: Running
+    client_rig: Rig, api_server: Running
 ) -> None:
-    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as other:
-        with pytest.raises(LeaseLost, match="otto holds the control lease"), rig.hold_lease("me"):
+    with foveacam_client.connect(f"http://127.0.0.1:{api_server.port}") as other:
+        with pytest.raises(LeaseLost, match="otto holds the control lease"), client_rig.hold_lease("me"):
             taken = other.api.lease.take(models.LeaseRequest(holder="otto", take_over=True))
-            rig.api.mirrors.park()
+            client_rig.api.mirrors.park()
         other.use_lease(taken.token)
         other.api.lease.release()
 
 
-def test_events_come_with_what_is_done(rig: Rig) -> None:
-    before = rig.api.events.recent(limit=1)[-1].id
-    stopped = rig.stop()
-    rig.api.stop.release()
+def test_events_come_with_what_is_done(client_rig: Rig) -> None:
+    before = client_rig.api.events.recent(limit=1)[-1].id
+    stopped = client_rig.stop()
+    client_rig.api.stop.release()
 
-    events = rig.events(kinds=["stop.engaged", "stop.released"], last_event_id=before)
+    events = client_rig.events(kinds=["stop.engaged", "stop.released"], last_event_id=before)
 
     assert stopped.parked
     assert [next(events).kind for _ in range(2)] == ["stop.engaged", "stop.released"]
     events.close()
 
 
-def test_every_plain_read_fits_its_model(rig: Rig) -> None:
-    groups = [found for found in vars(rig.api).values() if hasattr(found, "list") or hasattr(found, "get")]
+def test_every_plain_read_fits_its_model(client_rig: Rig) -> None:
+    groups = [
+        found for found in vars(client_rig.api).values() if hasattr(found, "list") or hasattr(found, "get")
+    ]
     for group in groups:
         for name in ("list", "get"):
             method = getattr(group, name, None)
@@ -93,9 +95,9 @@ def test_every_plain_read_fits_its_model(rig: Rig) -> None:
                     assert error.status in (404, 409, 503), (group, name, error)
 
 
-def test_the_asynchronous_client_has_the_same_frames_and_datasets(server: Running) -> None:
+def test_the_asynchronous_client_has_the_same_frames_and_datasets(api_server: Running) -> None:
     async def look() -> tuple[tuple[int, ...], int]:
-        async with foveacam_client.connect_async(f"http://127.0.0.1:{server.port}") as rig:
+        async with foveacam_client.connect_async(f"http://127.0.0.1:{api_server.port}") as rig:
             for _ in range(100):
                 shape = (await rig.frame("wide")).shape[:2]
                 if shape != (1080, 1440):  # else a capture has just ended, which has all pixels

@@ -30,10 +30,10 @@ RECIPES = re.findall(r"^```python\n(.*?)^```", (PLACE / "README.md").read_text()
 
 
 @pytest.fixture(scope="module")
-def environment(server: Running) -> dict[str, str]:
+def environment(api_server: Running) -> dict[str, str]:
     folder = PLACE.parent
     search = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return {**os.environ, "FOVEACAM_URL": f"http://127.0.0.1:{server.port}", "PYTHONPATH": search}
+    return {**os.environ, "FOVEACAM_URL": f"http://127.0.0.1:{api_server.port}", "PYTHONPATH": search}
 
 
 @pytest.fixture
@@ -68,8 +68,8 @@ def run(environment: dict[str, str], tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.fixture(scope="module")
-def rig(server: Running) -> Iterator[Rig]:
-    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as found:
+def client_rig(api_server: Running) -> Iterator[Rig]:
+    with foveacam_client.connect(f"http://127.0.0.1:{api_server.port}") as found:
         yield found
 
 
@@ -105,11 +105,15 @@ def test_the_example_of_curl(run: Callable[..., str], tmp_path: Path) -> None:
 
 
 def test_a_recording_becomes_images_and_clouds_that_foxglove_knows(
-    run_python: Callable[..., str], rig: Rig, tmp_path: Path
+    run_python: Callable[..., str], client_rig: Rig, tmp_path: Path
 ) -> None:
-    seen = next((one for one in rig.api.fixations.list() if one.cloud_id), None)  # of an example before
-    cloud = rig.cloud(seen or rig.fixate(720, 540))
-    recording = rig.wait(rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=1.5)))
+    seen = next(
+        (one for one in client_rig.api.fixations.list() if one.cloud_id), None
+    )  # of an example before
+    cloud = client_rig.cloud(seen or client_rig.fixate(720, 540))
+    recording = client_rig.wait(
+        client_rig.api.recordings.create(models.RecordingRequest(name="fox", duration_s=1.5))
+    )
 
     run_python("foxglove_mcap.py", recording.id, "fox.mcap")
 
@@ -180,7 +184,7 @@ def test_the_first_lines_of_the_page(follow: Callable[[str], dict[str, Any]]) ->
 
 
 def test_the_recipe_that_captures_every_hour(
-    follow: Callable[[str], dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rig: Rig
+    follow: Callable[[str], dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, client_rig: Rig
 ) -> None:
     def pause(seconds: float) -> None:
         if seconds == 3600:
@@ -197,20 +201,20 @@ def test_the_recipe_that_captures_every_hour(
         follow("time.sleep(3600)")
 
     (saved,) = tmp_path.glob("hourly-*.zip")
-    assert [found.name for found in rig.datasets("hourly")] == [saved.stem]
+    assert [found.name for found in client_rig.datasets("hourly")] == [saved.stem]
 
 
 def test_the_recipe_that_holds_the_lease(
-    follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str], rig: Rig
+    follow: Callable[[str], dict[str, Any]], capsys: pytest.CaptureFixture[str], client_rig: Rig
 ) -> None:
-    before = rig.api.events.recent(limit=1)[-1].id
+    before = client_rig.api.events.recent(limit=1)[-1].id
 
     follow("hold_lease")
 
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["620", "820"]
     assert all(float(line.split()[1]) > 0.0 for line in lines)
-    changes = rig.events(kinds=["lease.changed"], last_event_id=before)
+    changes = client_rig.events(kinds=["lease.changed"], last_event_id=before)
     assert [next(changes).data["holder"] for _ in range(2)] == ["series on the desk", None]
     changes.close()
 

@@ -19,13 +19,15 @@ PACKAGE = Path(foveacam_client.__file__).parent / "examples" / "ros2" / "foveaca
 
 
 @pytest.fixture(scope="module")
-def rig(server: Running) -> Iterator[Rig]:
-    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as found:
+def client_rig(api_server: Running) -> Iterator[Rig]:
+    with foveacam_client.connect(f"http://127.0.0.1:{api_server.port}") as found:
         yield found
 
 
 @pytest.fixture
-def ros_node(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Node]:  # Any: the example's class
+def ros_node(
+    client_rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Any, Node]:  # Any: the example's class
     for name, module in modules().items():
         monkeypatch.setitem(sys.modules, name, module)
     spec = importlib.util.spec_from_file_location("ros_example", PACKAGE / "node.py")
@@ -34,16 +36,16 @@ def ros_node(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Node]:  # 
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
     node = Node()
-    return example.FoveacamNode(node, rig), node
+    return example.FoveacamNode(node, client_rig), node
 
 
-def test_the_node_of_ros_publishes_views_and_clouds(ros_node: tuple[Any, Node], rig: Rig) -> None:
+def test_the_node_of_ros_publishes_views_and_clouds(ros_node: tuple[Any, Node], client_rig: Rig) -> None:
     shown, node = ros_node
-    fixation = rig.fixate(720, 540)
-    cloud = rig.cloud(fixation)
+    fixation = client_rig.fixate(720, 540)
+    cloud = client_rig.cloud(fixation)
 
     shown.publish_views()
-    shown.publish_cloud(rig.api.fixations.get(fixation.id).cloud_id)
+    shown.publish_cloud(client_rig.api.fixations.get(fixation.id).cloud_id)
 
     assert node.timers_s == [0.2]
     for view in ("wide", "left", "right"):
@@ -76,21 +78,21 @@ def test_the_node_of_ros_fixates_by_an_action(ros_node: tuple[Any, Node]) -> Non
     assert goal.feedback[-1].total >= goal.feedback[-1].done
 
 
-def test_the_node_of_ros_says_why_it_cannot(ros_node: tuple[Any, Node], rig: Rig) -> None:
-    rig.api.stop.engage()
+def test_the_node_of_ros_says_why_it_cannot(ros_node: tuple[Any, Node], client_rig: Rig) -> None:
+    client_rig.api.stop.engage()
     goal = Goal(720.0, 540.0)
 
     result = ros_node[0].fixate(goal)
-    rig.api.stop.release()
+    client_rig.api.stop.release()
 
     assert goal.ended == "aborted"
     assert "stop" in result.problem
 
 
-def test_a_cancelled_goal_of_ros_cancels_the_job(ros_node: tuple[Any, Node], rig: Rig) -> None:
+def test_a_cancelled_goal_of_ros_cancels_the_job(ros_node: tuple[Any, Node], client_rig: Rig) -> None:
     goal = Goal(720.0, 540.0, cancelled=True)
 
     ros_node[0].fixate(goal)
 
     assert goal.ended in ("canceled", "succeeded")  # it may have ended before the order came
-    assert rig.api.jobs.list(limit=1)[0].state in ("cancelled", "succeeded")
+    assert client_rig.api.jobs.list(limit=1)[0].state in ("cancelled", "succeeded")

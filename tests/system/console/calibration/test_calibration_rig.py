@@ -20,15 +20,15 @@ SELDOM_HZ = (0.2, 0.2)
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+def page_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with running(tmp_path_factory.mktemp("data"), scene="calibration", live_hz=SELDOM_HZ) as found:
         yield server_of(found)
 
 
 @pytest.fixture
-def overview(open_console: OpenConsole, server: Server) -> Console:
-    server.be_idle()
-    console = open_console(f"{server.url}#/calibration")
+def overview(open_console: OpenConsole, page_server: Server) -> Console:
+    page_server.be_idle()
+    console = open_console(f"{page_server.url}#/calibration")
     expect(console.page.locator(".records:not(.sessions) .current")).to_be_visible(timeout=PATIENCE_MS)
     return console
 

@@ -66,14 +66,14 @@ def picture(page: Page) -> NDArray[np.uint8]:
 )
 def test_a_square_has_as_many_pixels_as_its_millimetres_and_the_detector_finds_it(
     open_console: OpenConsole,
-    server: Server,
+    page_server: Server,
     options: dict[str, object],
     px_per_mm: float,
     pattern: dict[str, object],
     board: Board,
 ) -> None:
-    show(server, pattern)
-    page = open_display(open_console, server, options, px_per_mm=px_per_mm).page
+    show(page_server, pattern)
+    page = open_display(open_console, page_server, options, px_per_mm=px_per_mm).page
     drawing = page.locator("#pattern svg")
     expect(drawing).to_be_visible()
     ratio: float = settled(page, lambda: page.evaluate("devicePixelRatio"))
@@ -90,10 +90,10 @@ def test_a_square_has_as_many_pixels_as_its_millimetres_and_the_detector_finds_i
 
 
 def test_the_mirrors_markers_stand_where_the_sweep_expects_them(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    show(server, MARKERS)
-    page = open_display(open_console, server, TABLET, px_per_mm=8.0).page
+    show(page_server, MARKERS)
+    page = open_display(open_console, page_server, TABLET, px_per_mm=8.0).page
     expect(page.locator("#pattern svg")).to_be_visible()
     found = find_markers(picture(page), side_m=0.040)
     assert set(found) == {0, 1, 2}
@@ -103,10 +103,10 @@ def test_the_mirrors_markers_stand_where_the_sweep_expects_them(
 
 
 def test_the_scale_is_set_by_a_card_and_kept_and_until_then_the_size_is_not_true(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    show(server, CHECKERBOARD)
-    page = open_display(open_console, server, TABLET, px_per_mm=None).page
+    show(page_server, CHECKERBOARD)
+    page = open_display(open_console, page_server, TABLET, px_per_mm=None).page
     expect(page.locator("#warning")).to_contain_text("The size is not true yet")
     page.get_by_role("button", name="Set the size").click()
     outline = page.locator(".outline")
@@ -126,28 +126,28 @@ def test_the_scale_is_set_by_a_card_and_kept_and_until_then_the_size_is_not_true
     expect(page.locator("#warning")).to_be_hidden()
     page.reload()
     expect(page.locator("#bar")).to_contain_text(f"{px_per_mm:.3f} px/mm")
-    scales = [display["px_per_mm"] for display in server.send("GET", "/displays").json()]
+    scales = [display["px_per_mm"] for display in page_server.send("GET", "/displays").json()]
     assert pytest.approx(px_per_mm, abs=1e-3) in scales
 
 
 def test_what_does_not_fit_is_said_with_both_sizes_and_never_scaled(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    show(server, CHECKERBOARD)
-    page = open_display(open_console, server, PHONE, px_per_mm=15.0).page
+    show(page_server, CHECKERBOARD)
+    page = open_display(open_console, page_server, PHONE, px_per_mm=15.0).page
     warning = page.locator("#warning")
     expect(warning).to_contain_text("155.7 × 121.1 mm are asked for, the page has 78.0 × 148.0 mm")
     expect(page.locator("#pattern svg")).to_be_hidden()
-    show(server, {**CHECKERBOARD, "square_mm": 8.0})
+    show(page_server, {**CHECKERBOARD, "square_mm": 8.0})
     expect(page.locator("#pattern svg")).to_be_visible()
     expect(warning).to_be_hidden()
 
 
 def test_the_full_screen_leaves_the_pattern_alone_and_in_its_place(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    show(server, CHECKERBOARD)
-    page = open_display(open_console, server, TABLET, px_per_mm=7.0).page
+    show(page_server, CHECKERBOARD)
+    page = open_display(open_console, page_server, TABLET, px_per_mm=7.0).page
     before = box_of(page.locator("#pattern svg"))
     page.get_by_role("button", name="Full screen").click()
     expect(page.locator("#bar")).to_be_hidden()
@@ -157,16 +157,16 @@ def test_the_full_screen_leaves_the_pattern_alone_and_in_its_place(
 
 
 def test_a_display_without_its_server_shows_what_it_showed_and_catches_up(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    show(server, CHECKERBOARD)
-    console = open_display(open_console, server, TABLET, px_per_mm=7.0)
+    show(page_server, CHECKERBOARD)
+    console = open_display(open_console, page_server, TABLET, px_per_mm=7.0)
     page = console.page
     path = page.locator("#pattern path")
     before = settled(page, lambda: path.get_attribute("d"))
     page.context.set_offline(True)
     expect(page.locator("#bar")).to_contain_text("No connection to the server")
-    show(server, MARKERS)
+    show(page_server, MARKERS)
     expect(path).to_have_attribute("d", before)
     page.context.set_offline(False)
     expect(page.locator("#bar")).not_to_contain_text("No connection")
@@ -175,11 +175,11 @@ def test_a_display_without_its_server_shows_what_it_showed_and_catches_up(
 
 
 def test_the_calibration_page_chooses_the_pattern_and_lists_the_displays(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    show(server, BLANK)
-    display = open_display(open_console, server, TABLET, px_per_mm=8.0).page
-    console = open_console(f"{server.url}#/calibration").page
+    show(page_server, BLANK)
+    display = open_display(open_console, page_server, TABLET, px_per_mm=8.0).page
+    console = open_console(f"{page_server.url}#/calibration").page
     panel = console.get_by_role("region", name="Displays")
     expect(panel).to_contain_text("Displays are blank")
     expect(panel.locator("a").first).to_have_attribute("href", "/display")

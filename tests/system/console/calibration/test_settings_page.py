@@ -21,24 +21,26 @@ def part(console: Console, title: str) -> Locator:
 
 
 def test_cameras_are_saved_under_a_name_and_applied_after_a_change(
-    server: Server, open_shared: OpenShared
+    page_server: Server, open_shared: OpenShared
 ) -> None:
-    console = opened(server, open_shared)
+    console = opened(page_server, open_shared)
     cameras = part(console, "Cameras by name")
-    before = server.get("/cameras/wide")["settings"]["gain_db"]
+    before = page_server.get("/cameras/wide")["settings"]["gain_db"]
     cameras.get_by_label("Save the cameras as").fill("Bright room")
     cameras.get_by_role("button", name="Save").click()
     expect(cameras.get_by_text("Bright room")).to_be_visible()
-    server.send("PATCH", "/cameras/wide", {"gain_db": before + 5.0})
+    page_server.send("PATCH", "/cameras/wide", {"gain_db": before + 5.0})
     cameras.get_by_role("button", name="Apply").click()
     expect(console.page.get_by_text("The cameras are set as “Bright room”")).to_be_visible()
-    assert server.get("/cameras/wide")["settings"]["gain_db"] == before
+    assert page_server.get("/cameras/wide")["settings"]["gain_db"] == before
     cameras.get_by_role("button", name="Delete Bright room").click()
     expect(cameras.get_by_text("None is saved yet.")).to_be_visible()
 
 
-def test_recordings_are_named_and_packed_as_the_settings_say(server: Server, open_shared: OpenShared) -> None:
-    console = opened(server, open_shared)
+def test_recordings_are_named_and_packed_as_the_settings_say(
+    page_server: Server, open_shared: OpenShared
+) -> None:
+    console = opened(page_server, open_shared)
     recordings = part(console, "Recordings")
     recordings.get_by_label("Name, before its number").fill("desk")
     expect(recordings.get_by_text("The next one is named “desk 0001”.")).to_be_visible()
@@ -47,8 +49,10 @@ def test_recordings_are_named_and_packed_as_the_settings_say(server: Server, ope
     console.wait_until(f"{kept}.prefix === 'desk' && {kept}.compress === true")
 
 
-def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_shared: OpenShared) -> None:
-    console = opened(server, open_shared)
+def test_window_is_saved_under_a_name_and_opened_from_it(
+    page_server: Server, open_shared: OpenShared
+) -> None:
+    console = opened(page_server, open_shared)
     layout = "row-600(wide,column-500(left,right))"
     console.page.evaluate(f"localStorage.setItem('foveacam.layout', '{layout}')")
     console.page.reload()
@@ -60,21 +64,21 @@ def test_window_is_saved_under_a_name_and_opened_from_it(server: Server, open_sh
     expect(windows.get_by_role("link", name="Open")).to_have_count(0)
 
 
-def test_colours_and_theme_are_changed_in_one_place(server: Server, open_shared: OpenShared) -> None:
-    console = opened(server, open_shared)
+def test_colours_and_theme_are_changed_in_one_place(page_server: Server, open_shared: OpenShared) -> None:
+    console = opened(page_server, open_shared)
     page, glasses = console.page, part(console, "All viewers").get_by_role("combobox")
     glasses.select_option("red_blue")
     part(console, "This browser").get_by_role("combobox").first.select_option("dark")
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")
     page.reload()
     expect(glasses).to_have_value("red_blue")
-    server.send("PUT", "/views/anaglyph/style", {"style": "red_cyan"})
+    page_server.send("PUT", "/views/anaglyph/style", {"style": "red_cyan"})
 
 
 def test_dialog_leads_to_the_page_and_the_page_fits_a_phone(
-    server: Server, open_console: OpenConsole
+    page_server: Server, open_console: OpenConsole
 ) -> None:
-    page = open_console(server.url, options=TOUCH).page
+    page = open_console(page_server.url, options=TOUCH).page
     page.get_by_role("button", name="Settings").click()
     page.get_by_role("link", name="All settings").click()
     expect(page.locator("#settings-title")).to_be_visible()

@@ -69,9 +69,9 @@ def order(console: Console, page: Locator, button: str) -> None:
 
 
 def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
-    rig: Running, gate: threading.Event, open_console: OpenConsole
+    page_rig: Running, gate: threading.Event, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
+    console = open_console(f"http://127.0.0.1:{page_rig.port}/#/capture", settings=SMALL)
     page = four_points(console, "from the page")
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
     start(page)
@@ -90,14 +90,14 @@ def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
     expect(page.locator(".above")).to_be_empty()  # whoever had the rig has it no more
     link = outcome(page).get_by_role("link", name="Show in the gallery")
     expect(link).to_have_attribute("href", re.compile("^#/gallery/datasets/cap-"))
-    folder = rig.services.settings.data / "captures" / "from the page"
+    folder = page_rig.services.settings.data / "captures" / "from the page"
     assert (check_dataset(folder), len(Dataset.open(folder))) == ([], 4)
 
 
 def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
-    rig: Running, gate: threading.Event, open_console: OpenConsole
+    page_rig: Running, gate: threading.Event, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
+    console = open_console(f"http://127.0.0.1:{page_rig.port}/#/capture", settings=SMALL)
     page = four_points(console, "cut off")
     start(page)
     expect(badge(console.page)).to_have_text("Capturing 0 %", timeout=PATIENCE_MS)
@@ -115,11 +115,11 @@ def test_cancelled_capture_is_listed_and_goes_on_where_it_ended(
     gate.set()
     expect(outcome(page)).to_contain_text("“cut off”: complete", timeout=PATIENCE_MS)
     expect(unfinished).to_contain_text("None")
-    assert rig.get("/captures", text="cut off").json()[0]["points"]["taken"] == 4
+    assert page_rig.get("/captures", text="cut off").json()[0]["points"]["taken"] == 4
 
 
-def test_what_is_refused_is_told_where_it_was_typed(rig: Running, open_console: OpenConsole) -> None:
-    console = open_console(f"http://127.0.0.1:{rig.port}/#/capture", settings=SMALL)
+def test_what_is_refused_is_told_where_it_was_typed(page_rig: Running, open_console: OpenConsole) -> None:
+    console = open_console(f"http://127.0.0.1:{page_rig.port}/#/capture", settings=SMALL)
     page = four_points(console, "up/down")
     plan = part(page, "Plan")
     started = page.get_by_role("button", name="Start the capture")

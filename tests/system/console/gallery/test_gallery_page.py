@@ -49,9 +49,9 @@ def damage(captures: Path) -> None:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def captures(server: Server) -> Path:
+def captures(page_server: Server) -> Path:
     """The folder of the captures, with some in it."""
-    folder = server.data / "captures"
+    folder = page_server.data / "captures"
     scan(folder / PLANE, wide=True)
     noise(folder, "whole", planned=4, taken=4, label="figurine at dusk")
     noise(folder, "cut", planned=9, taken=2)
@@ -80,9 +80,9 @@ def opened(console: Console, name: str) -> Locator:
 
 
 def test_datasets_are_cards_newest_first_and_found_by_their_words(
-    server: Server, open_shared: OpenShared
+    page_server: Server, open_shared: OpenShared
 ) -> None:
-    console = open_shared(f"{server.url}#/gallery")
+    console = open_shared(f"{page_server.url}#/gallery")
     names = console.page.locator(".card h3")
     expect(names).to_have_text(["cut", "whole", PLANE])
     loaded(card(console, PLANE).locator("img"))
@@ -97,9 +97,9 @@ def test_datasets_are_cards_newest_first_and_found_by_their_words(
 
 
 def test_every_point_is_shown_large_and_the_arrow_keys_go_on(
-    server: Server, open_shared: OpenShared, captures: Path
+    page_server: Server, open_shared: OpenShared, captures: Path
 ) -> None:
-    console = open_shared(f"{server.url}#/gallery")
+    console = open_shared(f"{page_server.url}#/gallery")
     page = opened(console, PLANE)
     expect(page.locator(".code").first).to_contain_text(f'Dataset.open("{captures.resolve() / PLANE}")')
     loaded(page.locator(".cover-map img"))
@@ -123,9 +123,9 @@ def test_every_point_is_shown_large_and_the_arrow_keys_go_on(
 
 
 def test_label_and_licence_are_changed_in_place_and_stay(
-    server: Server, open_shared: OpenShared, captures: Path
+    page_server: Server, open_shared: OpenShared, captures: Path
 ) -> None:
-    console = open_shared(f"{server.url}#/gallery/datasets/cap-cut")
+    console = open_shared(f"{page_server.url}#/gallery/datasets/cap-cut")
     for name, text in (("Label", "the bench by night"), ("Licence", "CC BY 4.0")):
         field = console.page.locator(".dataset-page .field").filter(has_text=name)
         entry = field.locator("input")
@@ -138,10 +138,10 @@ def test_label_and_licence_are_changed_in_place_and_stay(
 
 
 def test_a_dataset_is_removed_undone_restored_and_gone_for_good(
-    server: Server, open_shared: OpenShared, captures: Path
+    page_server: Server, open_shared: OpenShared, captures: Path
 ) -> None:
     noise(captures, "spare", planned=1, taken=1)
-    console = open_shared(f"{server.url}#/gallery")
+    console = open_shared(f"{page_server.url}#/gallery")
     page = console.page
     for back in ("Undo", "Restore spare"):
         card(console, "spare").get_by_role("button", name="Put spare in the trash").click()
@@ -163,10 +163,10 @@ def test_a_dataset_is_removed_undone_restored_and_gone_for_good(
 
 
 def test_what_is_damaged_newer_or_edited_is_shown_with_the_servers_sentence(
-    server: Server, open_shared: OpenShared, captures: Path
+    page_server: Server, open_shared: OpenShared, captures: Path
 ) -> None:
     damage(captures)
-    console = open_shared(f"{server.url}#/gallery")
+    console = open_shared(f"{page_server.url}#/gallery")
     try:
         newer, edited = card(console, "newer"), card(console, "edited")
         expect(newer.locator(".reason")).to_contain_text("version 7 was found, this program reads 1")
@@ -288,8 +288,10 @@ def test_where_no_reference_can_be_made_it_is_said_and_without_a_rail_nothing_is
     expect(section).to_have_count(0)
 
 
-def test_a_batch_of_ticked_datasets_is_made_and_downloaded(server: Server, open_shared: OpenShared) -> None:
-    console = open_shared(f"{server.url}#/gallery/datasets")
+def test_a_batch_of_ticked_datasets_is_made_and_downloaded(
+    page_server: Server, open_shared: OpenShared
+) -> None:
+    console = open_shared(f"{page_server.url}#/gallery/datasets")
     page = console.page
     button = page.get_by_role("button", name="Batch …")
     expect(button).to_be_disabled()

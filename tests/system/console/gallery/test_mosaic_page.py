@@ -16,8 +16,8 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _plane(server: Server) -> None:
-    scan(server.data / "captures" / "plane", wide=True)
+def _plane(page_server: Server) -> None:
+    scan(page_server.data / "captures" / "plane", wide=True)
 
 
 def address(server: Server, capture_id: str = "test") -> str:
@@ -29,8 +29,10 @@ def depth_read_m(page: Page) -> float:
     return float(match_of(page.locator(".mosaic-readout dd").first, r"(\d+\.\d+) m")[1])
 
 
-def test_a_mosaic_is_made_walked_about_in_and_shown_in_3d(server: Server, open_console: OpenConsole) -> None:
-    page = open_console(address(server)).page
+def test_a_mosaic_is_made_walked_about_in_and_shown_in_3d(
+    page_server: Server, open_console: OpenConsole
+) -> None:
+    page = open_console(address(page_server)).page
     expect(page.get_by_text("4 foveae")).to_be_visible()
     page.get_by_role("button", name="Make the mosaic").click()
     view = page.get_by_role("application", name=re.compile("^Mosaic"))
@@ -53,15 +55,15 @@ def test_a_mosaic_is_made_walked_about_in_and_shown_in_3d(server: Server, open_c
 
     page.get_by_role("button", name="Show in 3D").click()
     expect(page.get_by_role("button", name="Take out of 3D")).to_be_visible()
-    assert server.get("/captures/test/mosaic")["in_scene"]
+    assert page_server.get("/captures/test/mosaic")["in_scene"]
     page.get_by_role("button", name="Take out of 3D").click()
     expect(page.get_by_role("button", name="Show in 3D")).to_be_visible()
 
 
-def test_on_a_phone_it_fits_and_is_removed(server: Server, open_console: OpenConsole) -> None:
-    if server.get("/captures/test/mosaic")["made"] is None:
-        server.send("POST", "/captures/test/mosaic")
-    console = open_console(address(server), options=TOUCH)
+def test_on_a_phone_it_fits_and_is_removed(page_server: Server, open_console: OpenConsole) -> None:
+    if page_server.get("/captures/test/mosaic")["made"] is None:
+        page_server.send("POST", "/captures/test/mosaic")
+    console = open_console(address(page_server), options=TOUCH)
     expect(console.page.get_by_role("application", name=re.compile("^Mosaic"))).to_be_visible(timeout=120_000)
     expect_to_fit(console.page)
     expect(console.page.get_by_role("application")).to_have_attribute("aria-busy", "false")
@@ -70,12 +72,12 @@ def test_on_a_phone_it_fits_and_is_removed(server: Server, open_console: OpenCon
 
 
 def test_what_no_mosaic_can_be_made_of_is_said(
-    server: Server, open_console: OpenConsole, tmp_path: Path
+    page_server: Server, open_console: OpenConsole, tmp_path: Path
 ) -> None:
-    captures = server.data / "captures"
+    captures = page_server.data / "captures"
     (captures / "plane").rename(tmp_path / "plane")  # both have the same id
     written(captures / "noise", 4)
-    page = open_console(address(server)).page
+    page = open_console(address(page_server)).page
     expect(page.get_by_text("has no calibration")).to_be_visible()
     expect(page.get_by_role("button", name="Make the mosaic")).to_have_count(0)
 

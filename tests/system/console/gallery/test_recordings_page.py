@@ -19,8 +19,8 @@ FRAMES = 2 * LOOKS
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _recorded(server: Server) -> None:
-    folder = server.data / "recordings"
+def _recorded(page_server: Server) -> None:
+    folder = page_server.data / "recordings"
     whole = look(folder / "plane.fcap", looks=LOOKS)
     shutil.copy(whole, folder / "cut off.fcap")
     with (folder / "cut off.fcap").open("r+b") as file:
@@ -28,8 +28,8 @@ def _recorded(server: Server) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _not_arranged(server: Server) -> None:
-    for left in (server.data / "recordings").glob("*.ui.json"):
+def _not_arranged(page_server: Server) -> None:
+    for left in (page_server.data / "recordings").glob("*.ui.json"):
         left.unlink()
 
 
@@ -46,8 +46,10 @@ def shows(console: Console, role: str, index: int) -> None:
     )
 
 
-def test_a_recording_is_stepped_scrubbed_played_and_measured(server: Server, open_shared: OpenShared) -> None:
-    console = open_shared(f"{server.url}#/gallery/recordings")
+def test_a_recording_is_stepped_scrubbed_played_and_measured(
+    page_server: Server, open_shared: OpenShared
+) -> None:
+    console = open_shared(f"{page_server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     step, line = page.locator(".player .step"), page.get_by_role("slider", name="Moment")
@@ -82,9 +84,9 @@ def test_a_recording_is_stepped_scrubbed_played_and_measured(server: Server, ope
 
 
 def test_one_that_was_cut_off_says_so_is_removed_and_comes_back(
-    server: Server, open_console: OpenConsole
+    page_server: Server, open_console: OpenConsole
 ) -> None:
-    console = open_console(f"{server.url}#/gallery/recordings", options=TOUCH)
+    console = open_console(f"{page_server.url}#/gallery/recordings", options=TOUCH)
     page = console.page
     expect(card(console, "cut off")).to_contain_text("ends before its recording does")
     expect(card(console, "plane")).to_contain_text("Complete")
@@ -106,9 +108,9 @@ def test_one_that_was_cut_off_says_so_is_removed_and_comes_back(
 
 
 def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_left(
-    server: Server, open_shared: OpenShared
+    page_server: Server, open_shared: OpenShared
 ) -> None:
-    console = open_shared(f"{server.url}#/gallery/recordings")
+    console = open_shared(f"{page_server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     track = page.locator(".replay-timeline .track")
@@ -149,9 +151,9 @@ def test_the_timeline_zooms_reorders_switches_tracks_off_and_is_found_as_it_was_
 
 
 def test_panes_stand_in_a_window_of_their_own_and_follow_the_player(
-    server: Server, open_shared: OpenShared
+    page_server: Server, open_shared: OpenShared
 ) -> None:
-    console = open_shared(f"{server.url}#/gallery/recordings")
+    console = open_shared(f"{page_server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     shows(console, "wide", 0)
@@ -168,17 +170,17 @@ def test_panes_stand_in_a_window_of_their_own_and_follow_the_player(
     expect(window.locator(".player-left img")).to_be_visible()
     expect(window).to_have_url(re.compile(r"row-500\(wide,left\)"))
 
-    page.goto(f"{server.url}#/gallery/recordings")
+    page.goto(f"{page_server.url}#/gallery/recordings")
     expect(window.locator("#lost")).to_contain_text("The player of this recording is closed")
     window.close()
 
 
 def test_an_arrangement_that_cannot_be_used_asks_before_it_is_overwritten(
-    server: Server, open_shared: OpenShared
+    page_server: Server, open_shared: OpenShared
 ) -> None:
-    sidecar = server.data / "recordings" / "plane.fcap.ui.json"
+    sidecar = page_server.data / "recordings" / "plane.fcap.ui.json"
     sidecar.write_text("{")
-    console = open_shared(f"{server.url}#/gallery/recordings")
+    console = open_shared(f"{page_server.url}#/gallery/recordings")
     page = console.page
     card(console, "plane").get_by_role("link", name="plane").click()
     warning = page.locator(".arrangement")
@@ -195,12 +197,12 @@ def test_an_arrangement_that_cannot_be_used_asks_before_it_is_overwritten(
     assert "foveacam player layout" in sidecar.read_text()
 
 
-def test_recordings_are_sent_opened_and_exported(server: Server, open_console: OpenConsole) -> None:
-    whole = server.data / "recordings" / "plane.fcap"
-    folder = server.data / "import"
+def test_recordings_are_sent_opened_and_exported(page_server: Server, open_console: OpenConsole) -> None:
+    whole = page_server.data / "recordings" / "plane.fcap"
+    folder = page_server.data / "import"
     folder.mkdir()
     shutil.copy(whole, folder / "from the lab.fcap")
-    console = open_console(f"{server.url}#/gallery/recordings", options=TOUCH)
+    console = open_console(f"{page_server.url}#/gallery/recordings", options=TOUCH)
     page = console.page
     choose = page.locator('input[accept=".fcap,.fovea"]')
     choose.set_input_files({"name": "notes.fcap", "mimeType": "", "buffer": b"no recording at all"})
@@ -224,18 +226,18 @@ def test_recordings_are_sent_opened_and_exported(server: Server, open_console: O
     assert made.value.suggested_filename.endswith(".mov")
     expect_to_fit(page)
     for name in ("plane again", "from the lab"):  # the tests of the other recordings count the cards
-        (server.data / "recordings" / f"{name}.fcap").unlink()
+        (page_server.data / "recordings" / f"{name}.fcap").unlink()
 
 
 def test_the_button_in_the_bar_records_until_it_is_pressed_again(
-    server: Server, open_console: OpenConsole
+    page_server: Server, open_console: OpenConsole
 ) -> None:
-    console = open_console(server.url)
+    console = open_console(page_server.url)
     page = console.page
     page.get_by_role("button", name="Record", exact=True).click()
     stop = page.get_by_role("button", name="Stop the recording")
     expect(stop).to_contain_text("0 dropped")
-    page.goto(f"{server.url}#/gallery/recordings")
+    page.goto(f"{page_server.url}#/gallery/recordings")
     live = page.locator(".card").filter(has_text="Being recorded")
     expect(live).to_contain_text("Recording")
     expect(live.locator(".tally-words")).to_contain_text(re.compile(r"\b[1-9]\d* frames, none dropped"))
@@ -252,9 +254,9 @@ def test_the_button_in_the_bar_records_until_it_is_pressed_again(
 
 
 def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(
-    server: Server, open_shared: OpenShared
+    page_server: Server, open_shared: OpenShared
 ) -> None:
-    page = open_shared(f"{server.url}#/gallery/recordings").page
+    page = open_shared(f"{page_server.url}#/gallery/recordings").page
     page.get_by_role("button", name="Record", exact=True).click()
     live = page.locator(".card").filter(has_text="Being recorded")
     expect(live.locator(".tally-words")).to_contain_text(re.compile(r"\b[1-9]\d* frames"))  # it has started
@@ -269,13 +271,13 @@ def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(
         route.fulfill(response=found)
 
     [being_made] = [
-        found for found in server.send("GET", "/recordings").json() if found["state"] == "recording"
+        found for found in page_server.send("GET", "/recordings").json() if found["state"] == "recording"
     ]
     page.route(f"**/api/v1/recordings/{being_made['id']}", lambda route: older.append(route))
     page.wait_for_event("request", lambda request: request.url.endswith(being_made["id"]))
     page.route("**/api/v1/recordings", lambda route: later.append(route))
     page.route("**/api/v1/recordings?text=*", answer_list)
-    server.send("POST", f"/recordings/{being_made['id']}/stop")
+    page_server.send("POST", f"/recordings/{being_made['id']}/stop")
     with page.expect_response("**/api/v1/recordings?text=*"):
         pass
     for route in later:
@@ -284,8 +286,10 @@ def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(
     expect(live).to_have_count(0)
 
 
-def test_a_key_records_under_the_next_number_of_the_prefix(server: Server, open_shared: OpenShared) -> None:
-    console = open_shared(f"{server.url}#/gallery/recordings")
+def test_a_key_records_under_the_next_number_of_the_prefix(
+    page_server: Server, open_shared: OpenShared
+) -> None:
+    console = open_shared(f"{page_server.url}#/gallery/recordings")
     page = console.page
     page.get_by_role("button", name="How to record").click()
     prefix = page.get_by_label("Name, before its number")

@@ -20,8 +20,10 @@ PATIENCE_MS = 90_000
 STALLED = "camera left: the frame of exposure 7 is missing; check its cables"
 
 
-def test_a_still_is_looked_at_kept_and_found_in_the_gallery(rig: Running, open_console: OpenConsole) -> None:
-    page = open_console(f"http://127.0.0.1:{rig.port}/#/capture").page
+def test_a_still_is_looked_at_kept_and_found_in_the_gallery(
+    page_rig: Running, open_console: OpenConsole
+) -> None:
+    page = open_console(f"http://127.0.0.1:{page_rig.port}/#/capture").page
     still = page.get_by_role("region", name="Still", exact=True)
     still.get_by_label("Frames").fill("2")
     still.get_by_label("Label").fill("a desk at noon")
@@ -30,14 +32,14 @@ def test_a_still_is_looked_at_kept_and_found_in_the_gallery(rig: Running, open_c
     expect(keep).to_be_visible(timeout=PATIENCE_MS)
     for name in ("Wide", "Left eye", "Right eye"):
         expect(still.get_by_role("img", name=f"{name}, 2 frames · 16 bits")).to_be_visible()
-    assert rig.get("/stills").json() == []
+    assert page_rig.get("/stills").json() == []
 
     still.get_by_label("Keep it as").fill("desk")
     keep.click()
     page.get_by_role("button", name="Show it in the gallery").click()
 
     expect(page.get_by_role("heading", name="desk", exact=True)).to_be_visible()
-    folder = rig.services.settings.data / "stills" / "desk"
+    folder = page_rig.services.settings.data / "stills" / "desk"
     assert (check_dataset(folder), len(Dataset.open(folder))) == ([], 1)
     page.get_by_role("button", name="Put in the trash").click()
     expect(page.get_by_text("No still yet.")).to_be_visible()

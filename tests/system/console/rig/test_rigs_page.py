@@ -45,9 +45,9 @@ OTHERS = [
 
 
 def test_a_server_alone_shows_its_rig_and_how_others_are_added(
-    open_console: OpenConsole, server: Server
+    open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(f"{server.url}#/rigs")
+    console = open_console(f"{page_server.url}#/rigs")
     page = console.page
     card = page.locator(".rig-card")
     expect(card).to_have_count(1)

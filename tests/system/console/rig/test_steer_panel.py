@@ -54,14 +54,14 @@ def eyes(rig: Running) -> Document:
 
 
 @pytest.fixture
-def steered(rig: Running, open_shared: OpenShared) -> Iterator[Page]:
+def steered(page_rig: Running, open_shared: OpenShared) -> Iterator[Page]:
     """The rig's page on the simulated rig, once it may steer; mirrors at rest afterwards."""
-    page = open_shared(f"http://127.0.0.1:{rig.port}/#/rig").page
+    page = open_shared(f"http://127.0.0.1:{page_rig.port}/#/rig").page
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
     yield page
-    rig.http.delete("/api/v1/stop")
-    rig.services.hardware.hand.make_way("a test has ended")
-    rig.post("/mirrors/park")
+    page_rig.http.delete("/api/v1/stop")
+    page_rig.services.hardware.hand.make_way("a test has ended")
+    page_rig.post("/mirrors/park")
 
 
 @pytest.fixture
@@ -71,25 +71,25 @@ def stubbed(stub: StubServer, open_console: OpenConsole) -> Page:
     return page
 
 
-def test_the_pad_of_directions_steers_both_eyes_which_then_stay(rig: Running, steered: Page) -> None:
+def test_the_pad_of_directions_steers_both_eyes_which_then_stay(page_rig: Running, steered: Page) -> None:
     drag(steered, pad(steered, "Both eyes"), (0.1, 0.0), (0.2, -0.1))  # of ±10°
     expect(panel(steered).locator(".steer-status")).to_have_text("You are steering.")
-    rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - 4.0) < 0.2)
-    rig.poll("/mirrors", lambda found: abs(found["right"]["ay_deg"] + 2.0) < 0.2)
+    page_rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - 4.0) < 0.2)
+    page_rig.poll("/mirrors", lambda found: abs(found["right"]["ay_deg"] + 2.0) < 0.2)
     steered.mouse.up()
     expect(panel(steered).locator(".steer-status")).to_contain_text("Drag in a pad")
-    stays = eyes(rig)
+    stays = eyes(page_rig)
     assert stays["right"]["ax_deg"] == pytest.approx(stays["left"]["ax_deg"], abs=0.05)
     assert stays["right"]["ay_deg"] == pytest.approx(-2.0, abs=0.2)
 
 
 def test_an_eyes_own_pad_splits_and_the_wide_view_brings_them_together(
-    rig: Running, open_console: OpenConsole, steered: Page
+    page_rig: Running, open_console: OpenConsole, steered: Page
 ) -> None:
     drag(steered, pad(steered, "Left eye"), (0.2, 0.0))
-    rig.poll("/mirrors", lambda found: found["left"]["x_v"] > 60.0)
+    page_rig.poll("/mirrors", lambda found: found["left"]["x_v"] > 60.0)
     steered.mouse.up()
-    assert eyes(rig)["right"]["x_v"] == pytest.approx(0.0, abs=0.1)
+    assert eyes(page_rig)["right"]["x_v"] == pytest.approx(0.0, abs=0.1)
     split = panel(steered).get_by_role("button", name="Split")
     expect(split).to_have_attribute("aria-pressed", "true")
     expect(pad(steered, "Both eyes")).to_be_hidden()
@@ -101,61 +101,61 @@ def test_an_eyes_own_pad_splits_and_the_wide_view_brings_them_together(
     steered.mouse.move(*console.page_position(800.0, 540.0))
     steered.mouse.down()
     steered.mouse.move(*console.page_position(850.0, 540.0), steps=4)
-    rig.poll("/mirrors", lambda found: 0.5 < found["right"]["ax_deg"] < 4.0)
+    page_rig.poll("/mirrors", lambda found: 0.5 < found["right"]["ax_deg"] < 4.0)
     steered.mouse.up()
     steered.keyboard.up("Alt")
 
-    rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - found["right"]["ax_deg"]) < 0.05)
+    page_rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - found["right"]["ax_deg"]) < 0.05)
     steered.evaluate("location.hash = '#/rig'")
     expect(panel(steered).get_by_role("button", name="Together")).to_have_attribute("aria-pressed", "true")
 
 
-def test_a_stop_ends_it_until_it_is_pressed_again(rig: Running, steered: Page) -> None:
+def test_a_stop_ends_it_until_it_is_pressed_again(page_rig: Running, steered: Page) -> None:
     drag(steered, pad(steered, "Both eyes"), (0.2, 0.0))
-    rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 3.0)
+    page_rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 3.0)
     steered.keyboard.press("Space")
     expect(panel(steered).locator(".steer-status")).to_have_text("The stop is engaged.")
     steered.mouse.move(10, 10, steps=3)
     let_run(steered, BEATS_MS)
-    assert rig.rig.mirrors.state.volts == PARKED
-    rig.http.delete("/api/v1/stop")
+    assert page_rig.rig.mirrors.state.volts == PARKED
+    page_rig.http.delete("/api/v1/stop")
     expect(panel(steered).locator(".steer-status")).to_contain_text("Let go, and press again.")
     steered.mouse.move(200, 200, steps=3)
     let_run(steered, BEATS_MS)
-    assert rig.rig.mirrors.state.volts == PARKED
+    assert page_rig.rig.mirrors.state.volts == PARKED
     steered.mouse.up()
     drag(steered, pad(steered, "Both eyes"), (0.2, 0.0))
-    rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 3.0)
+    page_rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 3.0)
     steered.mouse.up()
 
 
 def test_a_gamepad_steers_while_its_button_is_held_and_parks_when_it_goes(
-    rig: Running, open_console: OpenConsole, monkeypatch: pytest.MonkeyPatch
+    page_rig: Running, open_console: OpenConsole, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
-    page = open_console(f"http://127.0.0.1:{rig.port}/#/rig").page
+    page = open_console(f"http://127.0.0.1:{page_rig.port}/#/rig").page
     page.add_init_script(GAMEPAD)
     page.reload()
     page.evaluate("press([], 1, 0, 0, 0)")  # the stick alone
     note = panel(page).locator(".aside-note")
     expect(note).to_contain_text("hold A or a shoulder button")
-    assert rig.rig.mirrors.state.volts == PARKED
+    assert page_rig.rig.mirrors.state.volts == PARKED
 
     page.evaluate("press([0], 1, 0, 0, 0)")
-    rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 1.0 and found["right"]["ax_deg"] > 1.0)
+    page_rig.poll("/mirrors", lambda found: found["left"]["ax_deg"] > 1.0 and found["right"]["ax_deg"] > 1.0)
     page.evaluate("press([], 1, 0, 0, 0)")
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
-    assert eyes(rig)["left"]["ax_deg"] > 1.0  # let go, they stay
+    assert eyes(page_rig)["left"]["ax_deg"] > 1.0  # let go, they stay
 
     panel(page).get_by_role("button", name="Split").click()
-    before = eyes(rig)
+    before = eyes(page_rig)
     page.evaluate("press([5], 0, 0, 0, 1)")  # the right stick down
-    rig.poll("/mirrors", lambda found: found["right"]["y_v"] > before["right"]["y_v"] + 10.0)
-    assert eyes(rig)["left"]["y_v"] == pytest.approx(before["left"]["y_v"], abs=0.1)
+    page_rig.poll("/mirrors", lambda found: found["right"]["y_v"] > before["right"]["y_v"] + 10.0)
+    assert eyes(page_rig)["left"]["y_v"] == pytest.approx(before["left"]["y_v"], abs=0.1)
 
     page.evaluate("window.pad = null")
     expect(note).to_contain_text("has gone while it steered")
-    rig.poll("/mirrors", lambda found: found["left"]["x_v"] == found["right"]["y_v"] == 0.0)
+    page_rig.poll("/mirrors", lambda found: found["left"]["x_v"] == found["right"]["y_v"] == 0.0)
     expect(panel(page).locator(".steer-status")).to_contain_text("nothing was heard", ignore_case=True)
 
 
