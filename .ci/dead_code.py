@@ -21,7 +21,6 @@ READ_OUTSIDE = {
     "DepthBin",  # reference.json
     "BaselineComparison",
     "DatasetInfo",  # `foveacam dataset info --json`
-    "AxisFacts",  # Table 2 of the report, by field name
     "TurningBase",  # the log
 }
 """Classes whose fields, and those of their subclasses, are read or written as a whole."""

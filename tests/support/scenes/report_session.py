@@ -6,6 +6,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
+from foveacam_server.resources.calibrating.sessions.schema import SessionDocument
+
 Document = dict[str, Any]  # Any: JSON that tests take parts out of
 
 LENS: Document = {
@@ -22,9 +25,20 @@ LENS: Document = {
 }
 
 
+BOARD: Document = {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0}
+
+
+def sample(index: int) -> Document:
+    figures = {"rms_px": 0.05, "tilt_deg": 12.0, "centre_px": [700.0, 500.0], "corners": 54}
+    return figures | {"id": f"view-{index}"}
+
+
 FOVEA_LENS: Document = {
     "camera": "left",
-    "samples": [{}] * 18,
+    "board": BOARD,
+    "samples": [sample(index) for index in range(18)],
+    "coverage_fraction": 0.9,
+    "tilts_covered": 4,
     "fit": LENS
     | {
         "fov_x_deg": 2.8686,
@@ -97,12 +111,13 @@ def session_document(**changes: object) -> Document:
         "rig_id": "sim-rig120",
         "created_utc": "2026-03-01T10:00:00+00:00",
         "bytes": 12,
-        "board": {"kind": "charuco", "columns": 9, "rows": 6, "square_mm": 30.0, "marker_mm": 22.0},
+        "board": BOARD,
         "lenses": [FOVEA_LENS],
         "wide": {
-            "samples": [{"id": str(k)} for k in range(38)],
+            "samples": [sample(index) for index in range(38)],
             "coverage_fraction": 0.93,
-            "tilts_covered": 0.8,
+            "tilts_covered": 4,
+            "reason": "",
             "fit": LENS,
             "other_model": None,
         },
@@ -110,6 +125,7 @@ def session_document(**changes: object) -> Document:
         "fit": {
             "calibration_id": "x",
             "models": models,
+            "fields": [],
             "volts_roundtrip_max_lsb": 0.25,
             "drift": {eye: mount_drift() for eye in ("left", "right")},
             "paper": {
@@ -131,7 +147,14 @@ def session_document(**changes: object) -> Document:
             },
         },
         "settle": {"axes": [axis("left", "x"), axis("right", "y", slower_ms=0.5)]},
-        "check": {"epipolar_rms_px": 0.21, "epipolar_p95_px": 0.44, "pointing_rms_px": 1.3, "poses": 40},
+        "check": {
+            "calibration_id": "x",
+            "epipolar_rms_px": 0.21,
+            "epipolar_p95_px": 0.44,
+            "pointing_rms_px": 1.3,
+            "pointing_sigma_px": 0.2,
+            "poses": 40,
+        },
         "pictures": [],
         "calibrations": [],
         "running": None,
@@ -140,7 +163,11 @@ def session_document(**changes: object) -> Document:
     return document | changes
 
 
-def drift_document(day: int, *, shift_deg: float, applied: bool = False) -> Document:
+def session(**changes: object) -> SessionDocument:
+    return SessionDocument.model_validate(session_document(**changes))
+
+
+def drift_check(day: int, *, shift_deg: float, applied: bool = False) -> DriftCheckDocument:
     eyes = [
         {
             "eye": eye,
@@ -153,16 +180,21 @@ def drift_document(day: int, *, shift_deg: float, applied: bool = False) -> Docu
         }
         for eye in ("left", "right")
     ]
-    return {
+    document = {
         "id": f"drf-{day}",
         "created_utc": f"2026-03-{day:02d}T10:00:00+00:00",
         "calibration_id": "x",
         "looks": 5,
         "applied": applied,
         "eyes": eyes,
+        "new_calibration_id": None,
         "vergence_known": False,
+        "locked": True,
+        "residual_px": 0.3,
+        "duration_s": 2.0,
         "detail": "",
     }
+    return DriftCheckDocument.model_validate(document)
 
 
 def picture(width_in: float = 4.0) -> bytes:

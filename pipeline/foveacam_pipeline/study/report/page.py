@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from html import escape
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.report.markup import drawing, facts, moment, section, table
-from foveacam_pipeline.calibrate.report.style import STYLE
+from foveacam_pipeline.reports.markup import drawing, facts, moment, section, table
+from foveacam_pipeline.reports.style import STYLE
 from foveacam_pipeline.study.report.cache import CachedStudy
 from foveacam_pipeline.study.report.findings import StudyFigure, StudyResult, StudyTable, Value
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from foveacam_pipeline.calibrate.report import report_html
 from foveacam_pipeline.models import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.calibrating.report.page import report_html
 from tests.support.pages.awaited import expect_to_fit, expect_value
 
 pytestmark = pytest.mark.browser

@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Protocol
 
-from foveacam_pipeline.calibrate.report import DriftFacts, SessionFacts
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
+from foveacam_server.resources.calibrating.sessions.schema import SessionDocument
 
 
 class MeasuredSessions(Protocol):
@@ -13,7 +14,7 @@ class MeasuredSessions(Protocol):
         """Return the files of the session's mirror sweeps."""
         ...
 
-    def facts(self, session_id: str) -> SessionFacts:
+    def describe(self, session_id: str) -> SessionDocument:
         """Return the session's measurements."""
         ...
 
@@ -25,6 +26,6 @@ class MeasuredSessions(Protocol):
 class MeasuredDrift(Protocol):
     """The drift checks that were made."""
 
-    def facts_of(self, calibration_id: str) -> list[DriftFacts]:
+    def of(self, calibration_id: str) -> list[DriftCheckDocument]:
         """Return the checks that measured or made a calibration, oldest first."""
         ...

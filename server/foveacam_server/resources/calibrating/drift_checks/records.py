@@ -6,7 +6,6 @@ from pathlib import Path
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.drift.history import DriftHistory, DriftRecord, trend_picture
 from foveacam_pipeline.calibrate.drift.values import DriftCheck, EyeDrift
-from foveacam_pipeline.calibrate.report import DriftFacts, drift_facts
 from foveacam_pipeline.verge.aim import EYES
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.quantities import deg, rounded
@@ -39,10 +38,10 @@ class DriftRecords:
         """Return all checks, newest first."""
         return [_describe(record) for record in reversed(self._history.records())]
 
-    def facts_of(self, calibration_id: str) -> list[DriftFacts]:
+    def of(self, calibration_id: str) -> list[DriftCheckDocument]:
         """Return the checks that measured or made a calibration, oldest first, for its report."""
         return [
-            drift_facts(_describe(record).as_json())
+            _describe(record)
             for record in self._history.records()
             if calibration_id in (record.check.calibration_id, record.new_calibration_id)
         ]

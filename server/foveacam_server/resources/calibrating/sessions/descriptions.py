@@ -8,7 +8,6 @@ from typing import TypeVar
 
 from foveacam_hardware.contract import FoveaError, NotCalibrated, Role
 from foveacam_pipeline.calibrate.records.aggregate import sweep_paths
-from foveacam_pipeline.calibrate.report import SessionFacts, session_facts
 from foveacam_pipeline.calibrate.settle.settle_report import load_settle
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose
@@ -92,10 +91,9 @@ class SessionReader:
         """Return the files of a session's mirror sweeps or raise `NotFound`."""
         return sweep_paths(self._sessions.get(session_id).folder)
 
-    def facts(self, session_id: str) -> SessionFacts:
+    def describe(self, session_id: str) -> SessionDocument:
         """Return a session's measurements for a report or raise `NotFound`."""
-        found = describe_session(self._sessions.get(session_id), url="", running=None)
-        return session_facts(found.as_json())
+        return describe_session(self._sessions.get(session_id), url="", running=None)
 
     def pictures(self, session_id: str, *, fitted: bool) -> dict[str, bytes]:
         """Return a session's pictures as PNGs by name or raise `NotFound`."""

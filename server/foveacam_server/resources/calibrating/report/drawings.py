@@ -7,14 +7,13 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.calibrate.report.facts import (
-    DriftEyeFacts,
-    DriftFacts,
-    ModelFacts,
-    NodeFacts,
-    SweepFacts,
-)
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument, DriftEyeDocument
+from foveacam_server.resources.calibrating.sessions.schema import (
+    ModelScoreDocument,
+    SweepDocument,
+    SweepPoseDocument,
+)
 
 _PAPER_HALF_DEG = 10.0  # Table 2: actuation range 20° x 20°
 _STATES = ("centred", "rim", "refused", "waiting")
@@ -50,7 +49,7 @@ def field_drawing(calibration: Calibration) -> str:
     return svg(parts, box, "fields of view in degrees", text_deg=0.55)
 
 
-def sweep_drawing(sweep: SweepFacts) -> str:
+def sweep_drawing(sweep: SweepDocument) -> str:
     """Return the poses of a sweep: the halves of a dot are the left and the right eye."""
     at = np.array([(pose.ax_deg, pose.ay_deg) for pose in sweep.poses])
     half, tall = (1.15 * np.abs(at).max(axis=0) + 0.5).tolist()
@@ -73,7 +72,7 @@ def svg(parts: Sequence[str], box: tuple[float, ...], label: str, *, text_deg: f
     )
 
 
-def _half_dot(pose: NodeFacts, state: str, reason: str | None, *, bend: int) -> str:
+def _half_dot(pose: SweepPoseDocument, state: str, reason: str | None, *, bend: int) -> str:
     name = state if state in _STATES else "waiting"
     words = escape(f"{pose.ax_deg:.1f}°, {pose.ay_deg:.1f}°: {state}" + (f", {reason}" if reason else ""))
     start = f"M{pose.ax_deg:.3f} {pose.ay_deg - _DOT_DEG:.3f}"
@@ -104,7 +103,7 @@ def _label(x: float, y: float, text: str) -> str:
     return f'<text x="{x:.2f}" y="{y:.2f}">{escape(text)}</text>'
 
 
-def score_bars(models: Sequence[ModelFacts]) -> str:
+def score_bars(models: Sequence[ModelScoreDocument]) -> str:
     """Return a bar chart of the leave-one-out error of every candidate, both axes together, logarithmic."""
     sizes = [math.hypot(*model.loo_deg) / math.sqrt(2.0) for model in models]
     logs = [math.log10(size) for size in sizes if size > 0.0] or [0.0]
@@ -117,7 +116,7 @@ def score_bars(models: Sequence[ModelFacts]) -> str:
     return svg(parts, box, "leave-one-out error by model")
 
 
-def drift_chart(checks: Sequence[DriftFacts]) -> str:
+def drift_chart(checks: Sequence[DriftCheckDocument]) -> str:
     """Return a chart of the shifts of both eyes over the checks, in order, with their standard errors."""
     shifts = [
         abs(value) for check in checks for eye in check.eyes for value in (eye.shift_x_deg, eye.shift_y_deg)
@@ -138,7 +137,7 @@ def drift_chart(checks: Sequence[DriftFacts]) -> str:
     return svg(parts, (0.0, 0.0, 690.0, 220.0), "drift over the checks")
 
 
-def _score_bar(model: ModelFacts, size_deg: float, *, y: float, length: float) -> str:
+def _score_bar(model: ModelScoreDocument, size_deg: float, *, y: float, length: float) -> str:
     known = model.order is None or str(model.order) in model.name
     name = model.name if known else f"{model.name}, order {model.order}"
     words = escape(f"{model.eye}: {name}" + (" (chosen)" if model.chosen else ""))
@@ -157,7 +156,7 @@ def _rounded_deg(value: float) -> str:
     return f"{value:.{digits}f}"
 
 
-def _drift_marks(check: DriftFacts, eye: DriftEyeFacts, *, x: float, per_deg: float) -> str:
+def _drift_marks(check: DriftCheckDocument, eye: DriftEyeDocument, *, x: float, per_deg: float) -> str:
     side = "left" if eye.eye == "left" else "right"
     beside = -12.0 if side == "left" else 12.0
     error = per_deg * (eye.sigma_deg or 0.0)

@@ -4,13 +4,19 @@ import math
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from foveacam_pipeline.calibrate.report.facts import DriftFacts, SessionFacts
-from foveacam_pipeline.calibrate.report.markup import moment, section, table
-from foveacam_pipeline.calibrate.report.stages import mirror_stage, rectify_stage, wide_stage
-from foveacam_pipeline.calibrate.report.style import STYLE
-from foveacam_pipeline.calibrate.report.table2 import Specification, table2
-from foveacam_pipeline.calibrate.report.verification import check_part, depth_part, drift_part, settle_part
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.reports.markup import moment, section, table
+from foveacam_pipeline.reports.style import STYLE
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
+from foveacam_server.resources.calibrating.report.stages import mirror_stage, rectify_stage, wide_stage
+from foveacam_server.resources.calibrating.report.table2 import Specification, table2
+from foveacam_server.resources.calibrating.report.verification import (
+    check_part,
+    depth_part,
+    drift_part,
+    settle_part,
+)
+from foveacam_server.resources.calibrating.sessions.schema import SessionDocument
 
 PICTURES = (
     "coverage",
@@ -46,9 +52,9 @@ _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 def report_html(
     calibration: Calibration,
     *,
-    session: SessionFacts | None = None,
+    session: SessionDocument | None = None,
     pictures: Mapping[str, bytes] | None = None,
-    drift: Sequence[DriftFacts] = (),
+    drift: Sequence[DriftCheckDocument] = (),
 ) -> str:
     """Return the report of a calibration as one HTML page.
 
@@ -79,7 +85,7 @@ def report_html(
     )
 
 
-def _header(calibration: Calibration, session: SessionFacts | None, title: str) -> str:
+def _header(calibration: Calibration, session: SessionDocument | None, title: str) -> str:
     made = f"{calibration.origin} {moment(calibration.created_utc)}"
     about = f"{calibration.label} · rig {calibration.rig_id} · {made}"
     tiles = "".join(
@@ -93,7 +99,7 @@ def _header(calibration: Calibration, session: SessionFacts | None, title: str) 
     )
 
 
-def _tiles(calibration: Calibration, session: SessionFacts | None) -> list[tuple[str, str]]:
+def _tiles(calibration: Calibration, session: SessionDocument | None) -> list[tuple[str, str]]:
     eyes = (calibration.left, calibration.right)
     worst_rad = max(max(eye.mirror.loo_rad) for eye in eyes)
     tiles = [
@@ -130,7 +136,7 @@ def _table2(rows: Sequence[Specification]) -> str:
     )
 
 
-def _footer(calibration: Calibration, session: SessionFacts | None) -> str:
+def _footer(calibration: Calibration, session: SessionDocument | None) -> str:
     lines = [f"Calibration {calibration.id}, the hash of its content."]
     if calibration.parent_id is not None:
         lines.append(f"Corrected from {calibration.parent_id}.")

@@ -5,17 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.candidates import candidate_parts
-from foveacam_pipeline.calibrate.report.drawings import field_drawing, sweep_drawing
-from foveacam_pipeline.calibrate.report.facts import (
-    ClosingFacts,
-    FoveaLensFacts,
-    LensFacts,
-    MountDriftFacts,
-    SessionFacts,
-    SweepFacts,
-)
-from foveacam_pipeline.calibrate.report.markup import (
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.reports.markup import (
     drawing,
     facts,
     figures,
@@ -25,7 +16,16 @@ from foveacam_pipeline.calibrate.report.markup import (
     section,
     table,
 )
-from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.resources.calibrating.report.candidates import candidate_parts
+from foveacam_server.resources.calibrating.report.drawings import field_drawing, sweep_drawing
+from foveacam_server.resources.calibrating.sessions.schema import (
+    ClosingDocument,
+    LensDocument,
+    MountDriftDocument,
+    SessionDocument,
+    SweepDocument,
+    WideFitDocument,
+)
 
 _STATES = ("centred", "rim", "refused", "waiting")
 _EYES = (Role.LEFT, Role.RIGHT)
@@ -35,7 +35,9 @@ DRIFT_NOT_MEASURED = (
 )
 
 
-def wide_stage(calibration: Calibration, session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
+def wide_stage(
+    calibration: Calibration, session: SessionDocument | None, pictures: Mapping[str, bytes]
+) -> str:
     """Return stage 1: the wide camera."""
     lens = calibration.wide
     parts = [
@@ -67,7 +69,7 @@ def wide_stage(calibration: Calibration, session: SessionFacts | None, pictures:
     return section("wide", "Stage 1: the wide camera", *parts)
 
 
-def fovea_lenses(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> list[str]:
+def fovea_lenses(session: SessionDocument | None, pictures: Mapping[str, bytes]) -> list[str]:
     """Return the lenses of the foveae, for information; nothing when none was looked for."""
     lenses = session.lenses if session is not None else ()
     if not lenses:
@@ -87,7 +89,7 @@ def fovea_lenses(session: SessionFacts | None, pictures: Mapping[str, bytes]) ->
     ]
 
 
-def _fovea_row(lens: FoveaLensFacts) -> tuple[str, ...]:
+def _fovea_row(lens: LensDocument) -> tuple[str, ...]:
     views = str(len(lens.samples))
     if lens.fit is None:
         return (lens.camera, views, "–", "–", lens.reason)
@@ -100,7 +102,7 @@ def _fovea_row(lens: FoveaLensFacts) -> tuple[str, ...]:
 
 
 def mirror_stage(
-    calibration: Calibration, session: SessionFacts | None, pictures: Mapping[str, bytes]
+    calibration: Calibration, session: SessionDocument | None, pictures: Mapping[str, bytes]
 ) -> str:
     """Return stage 2: from volts to angles."""
     rows = [_mirror_row(calibration, role) for role in _EYES]
@@ -157,7 +159,7 @@ def rectify_stage(calibration: Calibration, pictures: Mapping[str, bytes]) -> st
     return section("rectify", "Stage 3: rectification", *parts)
 
 
-def _board_sentence(session: SessionFacts | None) -> str:
+def _board_sentence(session: SessionDocument | None) -> str:
     board = session.board if session is not None else None
     if board is None:
         return ""
@@ -167,7 +169,7 @@ def _board_sentence(session: SessionFacts | None) -> str:
     )
 
 
-def _lens_row(fit: LensFacts) -> tuple[str, ...]:
+def _lens_row(fit: WideFitDocument) -> tuple[str, ...]:
     return (
         fit.model,
         f"{fit.rms_px:.3f} px",
@@ -189,7 +191,7 @@ def _mirror_row(calibration: Calibration, role: Role) -> tuple[str, ...]:
     )
 
 
-def _sweeps(session: SessionFacts | None) -> list[str]:
+def _sweeps(session: SessionDocument | None) -> list[str]:
     if session is None or not session.sweeps:
         return [not_measured("a sweep of the mirrors", "foveacam calibrate mirrors")]
     heads = (
@@ -212,13 +214,13 @@ def _sweeps(session: SessionFacts | None) -> list[str]:
     return [*parts, _refusals(session)]
 
 
-def _sweep_row(sweep: SweepFacts) -> tuple[str, ...]:
+def _sweep_row(sweep: SweepDocument) -> tuple[str, ...]:
     states = [[getattr(pose, eye) for pose in sweep.poses] for eye in ("left", "right")]
     counts = [str(found.count(state)) for found in states for state in _STATES[:3]]
     return sweep.station, number(sweep.distance_m, 2, " m"), f"{sweep.done} of {sweep.nodes}", *counts
 
 
-def _refusals(session: SessionFacts) -> str:
+def _refusals(session: SessionDocument) -> str:
     rows = [
         (sweep.station, f"{pose.ax_deg:.2f}°, {pose.ay_deg:.2f}°", eye, reason)
         for sweep in session.sweeps
@@ -229,7 +231,7 @@ def _refusals(session: SessionFacts) -> str:
     return table(("station", "pose", "eye", "why refused"), rows, caption="Refused poses") if rows else ""
 
 
-def mount_drift(session: SessionFacts | None) -> str:
+def mount_drift(session: SessionDocument | None) -> str:
     """Return a paragraph on the drift of the mounts during the sweeps and after them."""
     if session is None or session.fit is None:
         return ""
@@ -238,7 +240,7 @@ def mount_drift(session: SessionFacts | None) -> str:
     return paragraph(f"{drift_sentence(session.fit.drift)}{closing_sentence(session.closing)}")
 
 
-def drift_sentence(drift: dict[str, MountDriftFacts]) -> str:
+def drift_sentence(drift: dict[str, MountDriftDocument]) -> str:
     """Return a sentence on the speed and distance of each mount's drift."""
     eyes = "; ".join(
         f"{eye} eye {found.px_per_minute:.2f} fovea px a minute, {found.moved_px:.2f} ± "
@@ -251,7 +253,7 @@ def drift_sentence(drift: dict[str, MountDriftFacts]) -> str:
     )
 
 
-def knock_sentence(drift: dict[str, MountDriftFacts]) -> str:
+def knock_sentence(drift: dict[str, MountDriftDocument]) -> str:
     """Return a sentence on the mounts that were knocked during a sweep, empty where there was none."""
     eyes = " and ".join(
         f"the {eye} eye's by {', then '.join(f'{size_px:.1f}' for size_px in found.knocks_px)} fovea px"
@@ -261,7 +263,7 @@ def knock_sentence(drift: dict[str, MountDriftFacts]) -> str:
     return f" Mounts were knocked amid the sweeps, taken out too: {eyes}." if eyes else ""
 
 
-def closing_sentence(closing: ClosingFacts | None) -> str:
+def closing_sentence(closing: ClosingDocument | None) -> str:
     """Return a sentence on the drift between the sweeps and the check, empty where it is unknown."""
     if closing is None:
         return ""

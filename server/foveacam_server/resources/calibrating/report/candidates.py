@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.drawings import score_bars
-from foveacam_pipeline.calibrate.report.facts import FitFacts, SessionFacts
-from foveacam_pipeline.calibrate.report.markup import (
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.reports.markup import (
     drawing,
     facts,
     named_figures,
@@ -13,13 +12,14 @@ from foveacam_pipeline.calibrate.report.markup import (
     paragraph,
     table,
 )
-from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.resources.calibrating.report.drawings import score_bars
+from foveacam_server.resources.calibrating.sessions.schema import FitDocument, SessionDocument
 
 _EYES = ("left", "right")
 _STEPS = ("pointing_rms_px", "rectification_rms_px", "epipolar_rms_px")
 
 
-def candidate_parts(session: SessionFacts | None, calibration: Calibration) -> list[str]:
+def candidate_parts(session: SessionDocument | None, calibration: Calibration) -> list[str]:
     """Return the HTML parts on the compared models, or a note that there were none."""
     fit = session.fit if session is not None else None
     if fit is None or not fit.models:
@@ -35,7 +35,7 @@ def candidate_parts(session: SessionFacts | None, calibration: Calibration) -> l
     ]
 
 
-def _paper_comparison(fit: FitFacts, calibration: Calibration) -> list[str]:
+def _paper_comparison(fit: FitDocument, calibration: Calibration) -> list[str]:
     paper = fit.paper or {}
     if not paper:
         return []
@@ -112,7 +112,7 @@ def _eye_value(found: object, eye: str) -> object:
     return found.get(eye) if isinstance(found, Mapping) else None
 
 
-def _chosen_error(fit: FitFacts, eye: str) -> str:
+def _chosen_error(fit: FitDocument, eye: str) -> str:
     chosen = next((model.loo_deg for model in fit.models if model.chosen and model.eye == eye), None)
     return _angles(chosen)
 

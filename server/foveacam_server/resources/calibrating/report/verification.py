@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-from foveacam_pipeline.calibrate.report.drawings import drift_chart
-from foveacam_pipeline.calibrate.report.facts import AxisFacts, DriftFacts, SessionFacts
-from foveacam_pipeline.calibrate.report.markup import (
+from foveacam_pipeline.geometry.triangulate import depth_sigma_m
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.reports.markup import (
     drawing,
     facts,
     figure,
@@ -17,13 +17,14 @@ from foveacam_pipeline.calibrate.report.markup import (
     signed_deg,
     table,
 )
-from foveacam_pipeline.geometry.triangulate import depth_sigma_m
-from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
+from foveacam_server.resources.calibrating.report.drawings import drift_chart
+from foveacam_server.resources.calibrating.sessions.schema import SessionDocument, SettleAxisDocument
 
 _DISTANCES_M = (2.0, 5.0, 10.0, 15.0, 20.0)
 
 
-def check_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
+def check_part(session: SessionDocument | None, pictures: Mapping[str, bytes]) -> str:
     """Return the errors at poses outside the sweeps."""
     check = session.check if session is not None else None
     captions = {
@@ -44,7 +45,7 @@ def check_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> s
     return section("check", "Check at poses outside the sweep", found, figures(pictures, captions))
 
 
-def settle_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> str:
+def settle_part(session: SessionDocument | None, pictures: Mapping[str, bytes]) -> str:
     """Return the settling of each axis."""
     axes = session.settle.axes if session is not None and session.settle is not None else ()
     if not axes:
@@ -56,7 +57,7 @@ def settle_part(session: SessionFacts | None, pictures: Mapping[str, bytes]) -> 
     return section("settle", "How the mirrors settle", found, figures(pictures, captions))
 
 
-def drift_part(checks: Sequence[DriftFacts], pictures: Mapping[str, bytes]) -> str:
+def drift_part(checks: Sequence[DriftCheckDocument], pictures: Mapping[str, bytes]) -> str:
     """Return the drift checks, oldest first."""
     if not checks:
         return section(
@@ -130,7 +131,7 @@ def depth_part(calibration: Calibration) -> str:
     )
 
 
-def _axis_row(axis: AxisFacts) -> tuple[str, ...]:
+def _axis_row(axis: SettleAxisDocument) -> tuple[str, ...]:
     return (
         axis.eye,
         axis.axis,

@@ -1,17 +1,18 @@
 """Table 2 of the paper with the measured values of a rig."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.report.facts import AxisFacts, SessionFacts
 from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_pipeline.models.resolution import ahead_rad, px_per_deg
+from foveacam_server.resources.calibrating.sessions.schema import SessionDocument, SettleAxisDocument
 
 _GRID = 9
 
@@ -37,7 +38,7 @@ class _EyeOptics:
     step_px: tuple[float, float]
 
 
-def table2(calibration: Calibration, session: SessionFacts | None) -> tuple[Specification, ...]:
+def table2(calibration: Calibration, session: SessionDocument | None) -> tuple[Specification, ...]:
     """Return the rows of Table 2 for a rig."""
     eyes = [_optics(calibration, role) for role in (Role.LEFT, Role.RIGHT)]
     return (*_fields(calibration, eyes), *_steering(eyes), *_actuation(eyes, session))
@@ -109,7 +110,7 @@ def _steering(eyes: list[_EyeOptics]) -> list[Specification]:
     ]
 
 
-def _actuation(eyes: list[_EyeOptics], session: SessionFacts | None) -> list[Specification]:
+def _actuation(eyes: list[_EyeOptics], session: SessionDocument | None) -> list[Specification]:
     axes = session.settle.axes if session is not None and session.settle is not None else ()
     step_x, step_y = _mean([eye.step_px for eye in eyes])
     settle = _worst(axes, "settle_1pct_ms")
@@ -179,7 +180,7 @@ def _gain_deg_per_v(eye: EyeCalibration) -> NDArray[np.float64]:
     return gains
 
 
-def _worst(axes: tuple[AxisFacts, ...], name: str) -> float | None:
+def _worst(axes: Sequence[SettleAxisDocument], name: str) -> float | None:
     values = [value for axis in axes if (value := getattr(axis, name)) is not None]
     return max(values) if values else None
 

@@ -1,0 +1,1 @@
+"""What HTML reports share: their markup and style."""
