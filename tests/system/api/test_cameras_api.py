@@ -15,8 +15,8 @@ from tests.support.servers.running_server import API, CENTRE, Running
 @pytest.fixture(autouse=True)
 def as_the_rig_file_says(request: pytest.FixtureRequest) -> Iterator[None]:
     yield
-    if "server" in request.fixturenames:
-        server: Running = request.getfixturevalue("server")
+    if "api_server" in request.fixturenames:
+        server: Running = request.getfixturevalue("api_server")
         for role in Role:
             server.http.delete(f"{API}/cameras/{role.value}/settings")
 
