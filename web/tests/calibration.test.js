@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { facts, parts, sentenceNames, sentences } from "../foveacam_web/static/js/calibration/facts.js";
-import { knockWords } from "../foveacam_web/static/js/calibration/fit/knocks.js";
-import { healthReason, healthWord, verdictOf } from "../foveacam_web/static/js/calibration/verdict.js";
+import { facts, parts, sentenceNames, sentences } from "../foveacam_web/static/js/calibrating/calibration/facts.js";
+import { knockWords } from "../foveacam_web/static/js/calibrating/calibration/fit/knocks.js";
+import { healthReason, healthWord, verdictOf } from "../foveacam_web/static/js/calibrating/calibration/verdict.js";
 import { only } from "./documents.js";
 
 /** @param {Partial<import("#api").HealthDocument>} fields */

@@ -1,8 +1,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { displayState, patternOf, printPath, sizeWords } from "../foveacam_web/static/js/calibration/displays/words.js";
-import { isTooLarge, placeOf, screenKey } from "../foveacam_web/static/js/display/scale.js";
-import { nameOf, scaleWords, shownWords, warningWords } from "../foveacam_web/static/js/display/words.js";
+import {
+  displayState,
+  patternOf,
+  printPath,
+  sizeWords,
+} from "../foveacam_web/static/js/calibrating/calibration/displays/words.js";
+import { isTooLarge, placeOf, screenKey } from "../foveacam_web/static/js/devices/display/scale.js";
+import { nameOf, scaleWords, shownWords, warningWords } from "../foveacam_web/static/js/devices/display/words.js";
 import { only } from "./documents.js";
 
 const BOARD = only({ pattern: { kind: "checkerboard" }, description: "board", width_mm: 200, height_mm: 150 });

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { DrawingPace } from "../foveacam_web/static/js/scene/drawing_pace.js";
+import { DrawingPace } from "../foveacam_web/static/js/looking/scene/drawing_pace.js";
 
 /** A browser in which each picture takes `picture_ms`, and time passes only in `run`. @param {number} picture_ms */
 function browserOf(picture_ms) {

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as words from "../foveacam_web/static/js/engine/words.js";
+import * as words from "../foveacam_web/static/js/operating/engine/words.js";
 import { only } from "./documents.js";
 
 const WELL = {

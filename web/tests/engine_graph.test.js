@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as words from "../foveacam_web/static/js/engine/flow_words.js";
-import { BOX, columnsOf, layered } from "../foveacam_web/static/js/engine/layers.js";
+import * as words from "../foveacam_web/static/js/operating/engine/flow_words.js";
+import { BOX, columnsOf, layered } from "../foveacam_web/static/js/operating/engine/layers.js";
 import { only } from "./documents.js";
 
 const LINES = [

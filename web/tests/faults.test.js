@@ -9,7 +9,7 @@ import {
   whenWords,
   withoutPresent,
   withPageFault,
-} from "../foveacam_web/static/js/faults/words.js";
+} from "../foveacam_web/static/js/devices/faults/words.js";
 
 /** @param {Partial<import("#api").FaultDocument>} [fields] @returns {import("#api").FaultDocument} */
 const fault = (fields) => ({

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Fixations } from "../foveacam_web/static/js/fixations.js";
+import { Fixations } from "../foveacam_web/static/js/looking/fixations.js";
 import { Store } from "../foveacam_web/static/js/store.js";
 import { only } from "./documents.js";
 

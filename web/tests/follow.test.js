@@ -11,7 +11,7 @@ import {
   trailCsv,
   trailFile,
   trailRuns,
-} from "../foveacam_web/static/js/follow/words.js";
+} from "../foveacam_web/static/js/looking/follow/words.js";
 import { only } from "./documents.js";
 
 /** @param {Partial<import("#api").FollowedDocument>} [fields] @returns {import("#api").FollowedDocument} */

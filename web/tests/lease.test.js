@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { holderName, leaseBadge, leaseWays, leaseWords } from "../foveacam_web/static/js/lease/words.js";
+import { holderName, leaseBadge, leaseWays, leaseWords } from "../foveacam_web/static/js/operating/lease/words.js";
 
 /** @import { SignInDocument } from "#api" */
 

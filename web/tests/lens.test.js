@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { parameterRows } from "../foveacam_web/static/js/calibration/lens/words.js";
+import { parameterRows } from "../foveacam_web/static/js/calibrating/calibration/lens/words.js";
 
 /** @param {string} name @param {number} value @param {number} sigma @param {boolean} [assumed] */
 const parameter = (name, value, sigma, assumed = false) => ({ name, value, sigma, assumed });

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { LatestOrder } from "../foveacam_web/static/js/transport/latest_order.js";
-import { distanceRuns, errorCurves, recent } from "../foveacam_web/static/js/loop/plots.js";
-import { GROUPS, modeOf, MODES, numberOf, patchOf } from "../foveacam_web/static/js/loop/settings.js";
+import { distanceRuns, errorCurves, recent } from "../foveacam_web/static/js/looking/loop/plots.js";
+import { GROUPS, modeOf, MODES, numberOf, patchOf } from "../foveacam_web/static/js/looking/loop/settings.js";
 import {
   detailOf,
   eventMessage,
@@ -13,8 +13,8 @@ import {
   tuningRows,
   tuningWords,
   whyNotTuned,
-} from "../foveacam_web/static/js/loop/words.js";
-import { shareOf, valueAt } from "../foveacam_web/static/js/rig/scale.js";
+} from "../foveacam_web/static/js/looking/loop/words.js";
+import { shareOf, valueAt } from "../foveacam_web/static/js/devices/rig/scale.js";
 import { only, problem } from "./documents.js";
 
 /** @typedef {import("#api").LoopDocument} LoopDocument */

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { factsOf, valueText } from "../foveacam_web/static/js/measure/words.js";
+import { factsOf, valueText } from "../foveacam_web/static/js/looking/measure/words.js";
 import { only } from "./documents.js";
 
 /** @type {import("#api").MeasuredPointDocument} */

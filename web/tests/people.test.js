@@ -17,8 +17,15 @@ import {
   tokenWords,
   tokensOf,
   userName,
-} from "../foveacam_web/static/js/people/words.js";
-import { isNamed, may, offers, passwordFault, roleWords, whoWords } from "../foveacam_web/static/js/session/words.js";
+} from "../foveacam_web/static/js/operating/people/words.js";
+import {
+  isNamed,
+  may,
+  offers,
+  passwordFault,
+  roleWords,
+  whoWords,
+} from "../foveacam_web/static/js/operating/session/words.js";
 import { signIn } from "../foveacam_web/static/js/transport/sign_in.js";
 import { only } from "./documents.js";
 

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Fixations } from "../foveacam_web/static/js/fixations.js";
+import { Fixations } from "../foveacam_web/static/js/looking/fixations.js";
 import { FullResolution, largerLook } from "../foveacam_web/static/js/panels/full_resolution.js";
-import { binningWords } from "../foveacam_web/static/js/rig/words.js";
+import { binningWords } from "../foveacam_web/static/js/devices/rig/words.js";
 import { Store } from "../foveacam_web/static/js/store.js";
 import { ofLook, resolutionWords } from "../foveacam_web/static/js/video/resolution.js";
 import { fixation, only } from "./documents.js";

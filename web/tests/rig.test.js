@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { withEvent } from "../foveacam_web/static/js/event_log.js";
-import * as positioner from "../foveacam_web/static/js/rig/positioner_words.js";
-import * as scale from "../foveacam_web/static/js/rig/scale.js";
-import * as words from "../foveacam_web/static/js/rig/words.js";
+import { withEvent } from "../foveacam_web/static/js/operating/event_log.js";
+import * as positioner from "../foveacam_web/static/js/devices/rig/positioner_words.js";
+import * as scale from "../foveacam_web/static/js/devices/rig/scale.js";
+import * as words from "../foveacam_web/static/js/devices/rig/words.js";
 import { only } from "./documents.js";
 
 const EXPOSURE = { low: 0.03, high: 1000 };

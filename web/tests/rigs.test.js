@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { driverOf, kindOf, pictureOf, stateOf } from "../foveacam_web/static/js/rigs/words.js";
+import { driverOf, kindOf, pictureOf, stateOf } from "../foveacam_web/static/js/operating/rigs/words.js";
 
 /** @import { RigEntry } from "#api" */
 

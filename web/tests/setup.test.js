@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as words from "../foveacam_web/static/js/setup/words.js";
+import * as words from "../foveacam_web/static/js/devices/setup/words.js";
 
 const camera = /** @type {const} */ ({ kind: "pylon", name: "0815-0001" });
 /** @type {import("#api").RigDraft} */

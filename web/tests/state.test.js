@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import { isRunning, placeOf } from "../foveacam_web/static/js/calibration/state.js";
-import { isCapturing, shareOf } from "../foveacam_web/static/js/capture/state.js";
+import { isRunning, placeOf } from "../foveacam_web/static/js/calibrating/calibration/state.js";
+import { isCapturing, shareOf } from "../foveacam_web/static/js/capturing/capture/state.js";
 import { Deletions } from "../foveacam_web/static/js/deletions.js";
-import { shownOf } from "../foveacam_web/static/js/measure/state.js";
+import { shownOf } from "../foveacam_web/static/js/looking/measure/state.js";
 import { only } from "./documents.js";
 
 /**

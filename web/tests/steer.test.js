@@ -3,8 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import * as sticks from "../foveacam_web/static/js/steer/sticks.js";
-import * as words from "../foveacam_web/static/js/steer/words.js";
+import * as sticks from "../foveacam_web/static/js/looking/steer/sticks.js";
+import * as words from "../foveacam_web/static/js/looking/steer/words.js";
 import { only } from "./documents.js";
 
 const LIMITS = { max_v: 170, calibrated: true, shift_limit_deg: 0.5, silent_after_s: 0.25, park_after_s: 3 };

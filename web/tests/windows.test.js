@@ -13,8 +13,8 @@ import {
   sourcesOf,
   splitPane,
   windowAddress,
-} from "../foveacam_web/static/js/windows/layout.js";
-import { absenceWords, lossWords } from "../foveacam_web/static/js/windows/loss.js";
+} from "../foveacam_web/static/js/operating/windows/layout.js";
+import { absenceWords, lossWords } from "../foveacam_web/static/js/operating/windows/loss.js";
 import { only } from "./documents.js";
 
 const TEXT = "row-600(wide,column-500(left,right))";

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as answers from "../../foveacam_web/static/js/answers.js";
-import { withCorrected } from "../../foveacam_web/static/js/corrects.js";
+import * as answers from "../../foveacam_web/static/js/looking/answers.js";
+import { withCorrected } from "../../foveacam_web/static/js/looking/corrects.js";
 import { FAR, fixation, NEAR, only } from "../documents.js";
 
 const SEES = { sees_target: true, reason: "" };

@@ -1,6 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { placesOf, progressWords, resultWords, tickedWords } from "../../foveacam_web/static/js/gallery/batch_words.js";
+import {
+  placesOf,
+  progressWords,
+  resultWords,
+  tickedWords,
+} from "../../foveacam_web/static/js/capturing/gallery/batch_words.js";
 
 test("how many datasets are ticked, or what ticks are for", () => {
   assert.equal(tickedWords(0), "Tick datasets to make something of them together.");

@@ -1,9 +1,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { blamed } from "../../foveacam_web/static/js/capture/blame.js";
-import { asSetPoints, placeOf, planOf, viewSize } from "../../foveacam_web/static/js/capture/plan.js";
-import * as stills from "../../foveacam_web/static/js/capture/still_words.js";
-import { endWords, farWords, percent, sizeText, stateWords } from "../../foveacam_web/static/js/capture/words.js";
+import { blamed } from "../../foveacam_web/static/js/capturing/capture/blame.js";
+import { asSetPoints, placeOf, planOf, viewSize } from "../../foveacam_web/static/js/capturing/capture/plan.js";
+import * as stills from "../../foveacam_web/static/js/capturing/capture/still_words.js";
+import {
+  endWords,
+  farWords,
+  percent,
+  sizeText,
+  stateWords,
+} from "../../foveacam_web/static/js/capturing/capture/words.js";
 import { pixelOf } from "../../foveacam_web/static/js/video/angles.js";
 import { LENS, only, problem } from "../documents.js";
 

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as words from "../../foveacam_web/static/js/compare/words.js";
+import * as words from "../../foveacam_web/static/js/looking/compare/words.js";
 
 /** @param {string} name @param {Partial<import("#api").DepthBackendDocument>} [more] */
 function backend(name, more = {}) {

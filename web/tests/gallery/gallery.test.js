@@ -1,11 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as datasets from "../../foveacam_web/static/js/gallery/dataset_words.js";
-import { DepthTile, ticksOf } from "../../foveacam_web/static/js/gallery/mosaic/depth.js";
-import { leftOf, percent, size } from "../../foveacam_web/static/js/gallery/mosaic/words.js";
-import { frameAt, PlayerClock } from "../../foveacam_web/static/js/replay/clock.js";
-import * as recordings from "../../foveacam_web/static/js/gallery/recording_words.js";
-import { referenceWords } from "../../foveacam_web/static/js/gallery/reference_words.js";
+import * as datasets from "../../foveacam_web/static/js/capturing/gallery/dataset_words.js";
+import { DepthTile, ticksOf } from "../../foveacam_web/static/js/capturing/gallery/mosaic/depth.js";
+import { leftOf, percent, size } from "../../foveacam_web/static/js/capturing/gallery/mosaic/words.js";
+import { frameAt, PlayerClock } from "../../foveacam_web/static/js/capturing/replay/clock.js";
+import * as recordings from "../../foveacam_web/static/js/capturing/gallery/recording_words.js";
+import { referenceWords } from "../../foveacam_web/static/js/capturing/gallery/reference_words.js";
 import { actWords, removedWords, ruleWords } from "../../foveacam_web/static/js/preferences/retention_words.js";
 import { only } from "../documents.js";
 

@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { blamed, unfilled } from "../../foveacam_web/static/js/planner/blame.js";
-import * as geometry from "../../foveacam_web/static/js/planner/geometry.js";
-import { Newest } from "../../foveacam_web/static/js/planner/newest.js";
-import { readPlan, written } from "../../foveacam_web/static/js/planner/settings.js";
-import { area, chance, length, sightWords } from "../../foveacam_web/static/js/planner/words.js";
+import { blamed, unfilled } from "../../foveacam_web/static/js/studying/planner/blame.js";
+import * as geometry from "../../foveacam_web/static/js/studying/planner/geometry.js";
+import { Newest } from "../../foveacam_web/static/js/studying/planner/newest.js";
+import { readPlan, written } from "../../foveacam_web/static/js/studying/planner/settings.js";
+import { area, chance, length, sightWords } from "../../foveacam_web/static/js/studying/planner/words.js";
 import { problem } from "../documents.js";
 
 const told = (/** @type {string} */ detail) => blamed(problem(detail)).map(({ place, words }) => [place, words]);

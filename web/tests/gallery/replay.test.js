@@ -3,13 +3,13 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { PlayerClock } from "../../foveacam_web/static/js/replay/clock.js";
-import { Newest } from "../../foveacam_web/static/js/replay/newest.js";
-import * as scale from "../../foveacam_web/static/js/replay/scale.js";
-import { isShowable, stereoOf, withStereo } from "../../foveacam_web/static/js/replay/stereo.js";
-import * as tracks from "../../foveacam_web/static/js/replay/tracks.js";
-import { nameOf, sendRecording } from "../../foveacam_web/static/js/replay/upload.js";
-import { layoutOf, layoutText } from "../../foveacam_web/static/js/windows/layout.js";
+import { PlayerClock } from "../../foveacam_web/static/js/capturing/replay/clock.js";
+import { Newest } from "../../foveacam_web/static/js/capturing/replay/newest.js";
+import * as scale from "../../foveacam_web/static/js/capturing/replay/scale.js";
+import { isShowable, stereoOf, withStereo } from "../../foveacam_web/static/js/capturing/replay/stereo.js";
+import * as tracks from "../../foveacam_web/static/js/capturing/replay/tracks.js";
+import { nameOf, sendRecording } from "../../foveacam_web/static/js/capturing/replay/upload.js";
+import { layoutOf, layoutText } from "../../foveacam_web/static/js/operating/windows/layout.js";
 import { only } from "../documents.js";
 
 test("the wheel zooms about the moment under the pointer, and not beyond the recording", () => {

@@ -2,13 +2,13 @@
 
 import { RequestError, SIGNED_OUT, request } from "./transport/api.js";
 import { Deletions } from "./deletions.js";
-import { NO_LEASE, holderName } from "./lease/words.js";
+import { NO_LEASE, holderName } from "./operating/lease/words.js";
 
 /**
  * @import { DepthDocument, FixationDocument, FixationRequest, JobDocument } from "#api"
  * @import { LeaseDocument, StopDocument } from "#api"
  * @import { Point } from "#page"
- * @import { Fixations } from "./fixations.js"
+ * @import { Fixations } from "./looking/fixations.js"
  * @import { Store } from "./store.js"
  * @import { Toasts } from "./elements/toasts.js"
  */

@@ -10,20 +10,20 @@ import {
   RIG_ADDRESS,
   wizardAddress,
 } from "./addresses.js";
-import { CalibrationOrders } from "./calibration/orders.js";
-import { CalibrationReader } from "./calibration/reader.js";
-import { WorkFollower } from "./calibration/work.js";
-import { CaptureOrders } from "./capture/orders.js";
-import { CaptureReader } from "./capture/reader.js";
-import { StillReader } from "./capture/still_reader.js";
+import { CalibrationOrders } from "./calibrating/calibration/orders.js";
+import { CalibrationReader } from "./calibrating/calibration/reader.js";
+import { WorkFollower } from "./calibrating/calibration/work.js";
+import { CaptureOrders } from "./capturing/capture/orders.js";
+import { CaptureReader } from "./capturing/capture/reader.js";
+import { StillReader } from "./capturing/capture/still_reader.js";
 import { fill, html, need } from "./elements/dom.js";
-import { FaultReader } from "./faults/reader.js";
-import { mountFaultTray } from "./faults/tray.js";
-import { mountFollowed } from "./follow/panel.js";
-import { FollowReader } from "./follow/reader.js";
-import { GalleryReader } from "./gallery/reader.js";
+import { FaultReader } from "./devices/faults/reader.js";
+import { mountFaultTray } from "./devices/faults/tray.js";
+import { mountFollowed } from "./looking/follow/panel.js";
+import { FollowReader } from "./looking/follow/reader.js";
+import { GalleryReader } from "./capturing/gallery/reader.js";
 import { icon } from "./elements/icons.js";
-import { LoopReader } from "./loop/reader.js";
+import { LoopReader } from "./looking/loop/reader.js";
 import {
   actions,
   begun,
@@ -37,11 +37,11 @@ import {
   toasts,
   views,
 } from "./main.js";
-import { MeasureOrders } from "./measure/orders.js";
-import { mountMeasurements } from "./measure/panel.js";
-import { MeasureTool } from "./measure/tool.js";
-import { makeLease } from "./lease/dialog.js";
-import { watchLease } from "./lease/watch.js";
+import { MeasureOrders } from "./looking/measure/orders.js";
+import { mountMeasurements } from "./looking/measure/panel.js";
+import { MeasureTool } from "./looking/measure/tool.js";
+import { makeLease } from "./operating/lease/dialog.js";
+import { watchLease } from "./operating/lease/watch.js";
 import { makeHelp, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
 import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
@@ -54,23 +54,23 @@ import { WideDepth } from "./panels/wide_depth.js";
 import { followAddress, openPage, turnPages } from "./pages.js";
 import { toolButton } from "./elements/parts.js";
 import { Preferences } from "./preferences/reader.js";
-import { makeRecordButton } from "./recording/button.js";
-import { LiveRecording } from "./recording/live.js";
-import { RigOrders } from "./rig/orders.js";
-import { RigReader } from "./rig/reader.js";
-import { mountSession } from "./session/menu.js";
-import { SessionReader } from "./session/reader.js";
-import { watchSignIn } from "./session/signed_out.js";
-import { SetupOrders } from "./setup/orders.js";
-import { SetupReader } from "./setup/reader.js";
-import { mountStart } from "./setup/start.js";
+import { makeRecordButton } from "./capturing/recording/button.js";
+import { LiveRecording } from "./capturing/recording/live.js";
+import { RigOrders } from "./devices/rig/orders.js";
+import { RigReader } from "./devices/rig/reader.js";
+import { mountSession } from "./operating/session/menu.js";
+import { SessionReader } from "./operating/session/reader.js";
+import { watchSignIn } from "./operating/session/signed_out.js";
+import { SetupOrders } from "./devices/setup/orders.js";
+import { SetupReader } from "./devices/setup/reader.js";
+import { mountStart } from "./devices/setup/start.js";
 import { changeSettings } from "./settings.js";
-import { GamepadSteering } from "./steer/gamepad.js";
+import { GamepadSteering } from "./looking/steer/gamepad.js";
 import { Sync } from "./transport/sync.js";
 import { connectTabs } from "./elements/tabs.js";
 import { exposeHooks } from "./testhooks.js";
 import { ReachReader } from "./video/reach_reader.js";
-import { offerWindows } from "./windows/opener.js";
+import { offerWindows } from "./operating/windows/opener.js";
 
 const LEASE_RENEWAL_MS = 5000;
 
@@ -180,15 +180,15 @@ turnPages({
   views,
   loaders: {
     wizard: async () => {
-      const { mountWizard } = await import("./calibration/page.js");
+      const { mountWizard } = await import("./calibrating/calibration/page.js");
       return (place) => mountWizard(place, { store, orders, reader, work, toasts, views });
     },
     rig_page: async () => {
-      const { mountRigPage } = await import("./rig/page.js");
+      const { mountRigPage } = await import("./devices/rig/page.js");
       return (place) => mountRigPage(place, { store, orders, rig_orders: rigOrders, steering });
     },
     setup_page: async () => {
-      const { mountSetupPage } = await import("./setup/page.js");
+      const { mountSetupPage } = await import("./devices/setup/page.js");
       return (place) => mountSetupPage(place, { store, orders: setupOrders, reader: setupReader });
     },
     settings_page: async () => {
@@ -196,7 +196,7 @@ turnPages({
       return (place) => mountSettingsPage(place, { store, commands, preferences });
     },
     capture_page: async () => {
-      const { mountCapturePage } = await import("./capture/page.js");
+      const { mountCapturePage } = await import("./capturing/capture/page.js");
       return (place) =>
         mountCapturePage(place, {
           store,
@@ -208,35 +208,35 @@ turnPages({
         });
     },
     follow_page: async () => {
-      const { mountFollowPage } = await import("./follow/page.js");
+      const { mountFollowPage } = await import("./looking/follow/page.js");
       return (place) => mountFollowPage(place, { store, orders: followOrders });
     },
     loop_page: async () => {
-      const { mountLoopPage } = await import("./loop/page.js");
+      const { mountLoopPage } = await import("./looking/loop/page.js");
       return (place) => mountLoopPage(place, { store, orders: loopOrders });
     },
     gallery: async () => {
-      const { mountGallery } = await import("./gallery/page.js");
+      const { mountGallery } = await import("./capturing/gallery/page.js");
       return (place) => mountGallery(place, { store, commands, reader: galleryReader });
     },
     planner_page: async () => {
-      const { mountPlannerPage } = await import("./planner/page.js");
+      const { mountPlannerPage } = await import("./studying/planner/page.js");
       return (place) => mountPlannerPage(place, { store });
     },
     people: async () => {
-      const { mountPeoplePage } = await import("./people/page.js");
+      const { mountPeoplePage } = await import("./operating/people/page.js");
       return (place) => mountPeoplePage(place, { store, commands, session });
     },
     compare_page: async () => {
-      const { mountComparePage } = await import("./compare/page.js");
+      const { mountComparePage } = await import("./looking/compare/page.js");
       return (place) => mountComparePage(place, { store, commands });
     },
     engine_page: async () => {
-      const { mountEnginePage } = await import("./engine/page.js");
+      const { mountEnginePage } = await import("./operating/engine/page.js");
       return (place) => mountEnginePage(place, { store });
     },
     rigs_page: async () => {
-      const { mountRigsPage } = await import("./rigs/page.js");
+      const { mountRigsPage } = await import("./operating/rigs/page.js");
       return (place) => mountRigsPage(place, { store });
     },
   },

@@ -1,13 +1,13 @@
 // Starts the page that shows the calibration pattern at its true size, on any screen that opens it.
 
-import { Bareness } from "./display/bareness.js";
-import { Link } from "./display/link.js";
-import { Sheet } from "./display/sheet.js";
-import { ScaleDialog } from "./display/scale_dialog.js";
-import { Scales, screenKey } from "./display/scale.js";
+import { Bareness } from "./devices/display/bareness.js";
+import { Link } from "./devices/display/link.js";
+import { Sheet } from "./devices/display/sheet.js";
+import { ScaleDialog } from "./devices/display/scale_dialog.js";
+import { Scales, screenKey } from "./devices/display/scale.js";
 import { h, html, need, update } from "./elements/dom.js";
 import { icon } from "./elements/icons.js";
-import { nameOf, scaleWords, shownWords, warningWords } from "./display/words.js";
+import { nameOf, scaleWords, shownWords, warningWords } from "./devices/display/words.js";
 
 /** @import { PatternDocument } from "#api" */
 

@@ -5,13 +5,13 @@ import { pagesAt } from "./addresses.js";
 import { Commands } from "./commands.js";
 import { need } from "./elements/dom.js";
 import { Toasts } from "./elements/toasts.js";
-import { Fixations } from "./fixations.js";
-import { FollowOrders } from "./follow/orders.js";
+import { Fixations } from "./looking/fixations.js";
+import { FollowOrders } from "./looking/follow/orders.js";
 import { Keyboard } from "./keys.js";
-import { LoopOrders } from "./loop/orders.js";
+import { LoopOrders } from "./looking/loop/orders.js";
 import { mountOffline, mountStop } from "./panels/stop_button.js";
 import { createStore } from "./state.js";
-import { Steering } from "./steer/steering.js";
+import { Steering } from "./looking/steer/steering.js";
 import { Views } from "./video/views.js";
 
 const LONGEST_WAIT_MS = 3000; // for a first picture that the server has

@@ -5,20 +5,20 @@ import { RequestError, request } from "./transport/api.js";
 import { decoded, galleryAddress } from "./addresses.js";
 import { Commands } from "./commands.js";
 import { html, need, update } from "./elements/dom.js";
-import { Fixations } from "./fixations.js";
+import { Fixations } from "./looking/fixations.js";
 import { sentence } from "./elements/format.js";
-import { recordingPath } from "./gallery/recording_words.js";
+import { recordingPath } from "./capturing/gallery/recording_words.js";
 import { Keyboard } from "./keys.js";
 import { mountOffline, mountStop } from "./panels/stop_button.js";
-import { followPlayer } from "./replay/link.js";
-import { ReplayPanes } from "./replay/panes.js";
-import { titleOf } from "./replay/slot.js";
-import { isShowable } from "./replay/stereo.js";
-import { watchSignIn } from "./session/signed_out.js";
+import { followPlayer } from "./capturing/replay/link.js";
+import { ReplayPanes } from "./capturing/replay/panes.js";
+import { titleOf } from "./capturing/replay/slot.js";
+import { isShowable } from "./capturing/replay/stereo.js";
+import { watchSignIn } from "./operating/session/signed_out.js";
 import { createStore } from "./state.js";
 import { Sync } from "./transport/sync.js";
 import { Toasts } from "./elements/toasts.js";
-import { layoutOf, layoutText } from "./windows/layout.js";
+import { layoutOf, layoutText } from "./operating/windows/layout.js";
 
 /** @import { RecordingDocument, TimelineDocument, TracksDocument } from "#api" */
 
@@ -57,7 +57,7 @@ async function open() {
   }
 }
 
-/** @param {RecordingDocument} recording @param {string} text the layout @param {import("./replay/panes.js").Replayed} replayed */
+/** @param {RecordingDocument} recording @param {string} text the layout @param {import("./capturing/replay/panes.js").Replayed} replayed */
 function show({ id, name }, text, replayed) {
   const layout = layoutOf(text);
   const panes = new ReplayPanes(need("panes"), replayed, {

@@ -1,8 +1,8 @@
 // Composes the state of the console: what all pages share, and what each page holds of its own.
 
-import { CALIBRATION_STATE } from "./calibration/state.js";
-import { CAPTURE_STATE } from "./capture/state.js";
-import { MEASURE_STATE } from "./measure/state.js";
+import { CALIBRATION_STATE } from "./calibrating/calibration/state.js";
+import { CAPTURE_STATE } from "./capturing/capture/state.js";
+import { MEASURE_STATE } from "./looking/measure/state.js";
 import { loadSettings } from "./settings.js";
 import { Store } from "./store.js";
 

@@ -3,10 +3,10 @@
 import { decoded } from "./addresses.js";
 import { need } from "./elements/dom.js";
 import { openViewsPage } from "./video/page.js";
-import { Board } from "./windows/board.js";
-import { keepLayout } from "./windows/last_layout.js";
-import { layoutOf, layoutText } from "./windows/layout.js";
-import { Slot, titleOf } from "./windows/slot.js";
+import { Board } from "./operating/windows/board.js";
+import { keepLayout } from "./operating/windows/last_layout.js";
+import { layoutOf, layoutText } from "./operating/windows/layout.js";
+import { Slot, titleOf } from "./operating/windows/slot.js";
 
 const page = openViewsPage();
 const board = new Board(need("panes"), {

@@ -3,7 +3,7 @@
 import { absent, fill, h, html, say } from "./dom.js";
 import { MISSING } from "./format.js";
 import { icon } from "./icons.js";
-import { isRunning } from "../calibration/state.js";
+import { isRunning } from "../calibrating/calibration/state.js";
 
 /**
  * @import { ConsoleState } from "#page"

@@ -1,6 +1,6 @@
 // Buttons that correct an answer: choose another alternative, or fixate again nearer or farther.
 
-import { answerText, basisOf, basisWords, chosenOf, percent } from "../answers.js";
+import { answerText, basisOf, basisWords, chosenOf, percent } from "../looking/answers.js";
 import { html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 

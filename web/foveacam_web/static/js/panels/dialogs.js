@@ -4,7 +4,7 @@ import { PEOPLE_ADDRESS, SETTINGS_ADDRESS } from "../addresses.js";
 import { fill, h, html, say } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { changeSettings } from "../settings.js";
-import { distanceText } from "../steer/words.js";
+import { distanceText } from "../looking/steer/words.js";
 import { ROOT } from "../root.js";
 
 /**

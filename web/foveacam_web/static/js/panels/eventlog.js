@@ -1,7 +1,7 @@
 // Shows the events, newest first; repeated lines are counted.
 
 import { fill, h, html } from "../elements/dom.js";
-import { folded, MOST } from "../event_log.js";
+import { folded, MOST } from "../operating/event_log.js";
 import { clockTime } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 

@@ -1,7 +1,7 @@
 // Shows the fixation: while it runs its steps, then distance, error, final state and reason.
 
-import { answerOf, basisMeaning, basisOf, basisWords, boundText, chosenOf, heading } from "../answers.js";
-import { spoken, spokenEstimate } from "../answers.js";
+import { answerOf, basisMeaning, basisOf, basisWords, boundText, chosenOf, heading } from "../looking/answers.js";
+import { spoken, spokenEstimate } from "../looking/answers.js";
 import { request } from "../transport/api.js";
 import { changing, fill, h, html, say } from "../elements/dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../elements/format.js";
@@ -18,7 +18,7 @@ import { API } from "../root.js";
  * @import { CloudDocument, FixationDocument, FixationEstimate, FixationRequest } from "#api"
  * @import { ConsoleState, CurrentFixation, FullLook } from "#page"
  * @import { Commands } from "../commands.js"
- * @import { FollowOrders } from "../follow/orders.js"
+ * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { Store } from "../store.js"
  * @import { FullResolution } from "./full_resolution.js"
  * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution}} Orders
@@ -239,7 +239,7 @@ function reasonBeside({ reason, bound }) {
   return limits && whole.startsWith(limits) ? whole.slice(limits.length).trim() : whole;
 }
 
-/** @param {import("../answers.js").Answer} answer */
+/** @param {import("../looking/answers.js").Answer} answer */
 function far({ distance_m, distance_sigma_m }) {
   const { value, sigma, unit } = distance(distance_m, distance_sigma_m);
   return html`<p class="big" data-role="distance">

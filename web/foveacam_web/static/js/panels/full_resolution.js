@@ -1,6 +1,6 @@
 // Orders one more look at full resolution for the cloud of a fixation, and follows its job until it ends.
 
-import { basisOf } from "../answers.js";
+import { basisOf } from "../looking/answers.js";
 import { RequestError, request } from "../transport/api.js";
 import { hasEnded, JobWatch } from "../transport/jobs.js";
 
@@ -8,7 +8,7 @@ import { hasEnded, JobWatch } from "../transport/jobs.js";
  * @import { CloudDocument, FixationDocument, JobDocument, Problem } from "#api"
  * @import { ConsoleState } from "#page"
  * @import { Commands } from "../commands.js"
- * @import { Fixations } from "../fixations.js"
+ * @import { Fixations } from "../looking/fixations.js"
  * @import { Store } from "../store.js"
  */
 

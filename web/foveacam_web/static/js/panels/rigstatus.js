@@ -1,7 +1,7 @@
 // Shows the state of every device in tables: cameras, views, mirrors and controller, calibration, clock.
 
 import { RIG_ADDRESS, wizardAddress } from "../addresses.js";
-import { healthReason, healthWord } from "../calibration/verdict.js";
+import { healthReason, healthWord } from "../calibrating/calibration/verdict.js";
 import { fill, h, html } from "../elements/dom.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../elements/format.js";
 

@@ -1,6 +1,6 @@
 // Lists the targets: name, distance, fixate again, follow, show in 3D, delete.
 
-import { answerText, basisMeaning, basisWords, boundText } from "../answers.js";
+import { answerText, basisMeaning, basisWords, boundText } from "../looking/answers.js";
 import { html, repeat, update } from "../elements/dom.js";
 import { angle } from "../elements/format.js";
 import { toolButton } from "../elements/parts.js";
@@ -9,7 +9,7 @@ import { namedRow } from "./named_row.js";
 /**
  * @import { TargetDocument } from "#api"
  * @import { Commands } from "../commands.js"
- * @import { FollowOrders } from "../follow/orders.js"
+ * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { Store } from "../store.js"
  * @typedef {{store: Store, commands: Commands, follows: FollowOrders, select: (target: TargetDocument) => void}} Context
  */

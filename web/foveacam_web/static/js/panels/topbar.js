@@ -1,14 +1,14 @@
 // The top bar: rig, state, health of the calibration, holder of the lease, and the stop button.
 
 import { CAPTURE_ADDRESS, SETUP_ADDRESS, wizardAddress } from "../addresses.js";
-import { healthReason, verdictOf } from "../calibration/verdict.js";
-import { isRunning, placeOf } from "../calibration/state.js";
-import { isCapturing, shareOf } from "../capture/state.js";
-import { farWords, stateWords } from "../capture/words.js";
+import { healthReason, verdictOf } from "../calibrating/calibration/verdict.js";
+import { isRunning, placeOf } from "../calibrating/calibration/state.js";
+import { isCapturing, shareOf } from "../capturing/capture/state.js";
+import { farWords, stateWords } from "../capturing/capture/words.js";
 import { fill, h, html, say } from "../elements/dom.js";
 import { baseline, remedyOf, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
-import { leaseBadge } from "../lease/words.js";
+import { leaseBadge } from "../operating/lease/words.js";
 
 /**
  * @import { ConsoleState } from "#page"

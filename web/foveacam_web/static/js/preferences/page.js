@@ -7,11 +7,11 @@ import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
 import { settingRows } from "../panels/dialogs.js";
 import { nothing, panel } from "../elements/parts.js";
-import { recordOptions } from "../recording/options.js";
+import { recordOptions } from "../capturing/recording/options.js";
 import { anaglyphColours } from "../video/anaglyph_colours.js";
 import { showRetention } from "./retention.js";
-import { lastLayout } from "../windows/last_layout.js";
-import { layoutAddress } from "../windows/layout.js";
+import { lastLayout } from "../operating/windows/last_layout.js";
+import { layoutAddress } from "../operating/windows/layout.js";
 
 /**
  * @import { CameraPreset, WindowLayout } from "#api"

@@ -3,9 +3,9 @@
 import { RequestError, request } from "../transport/api.js";
 import { html, update } from "../elements/dom.js";
 import { count, sentence } from "../elements/format.js";
-import { sizeWords, whenWords } from "../gallery/dataset_words.js";
+import { sizeWords, whenWords } from "../capturing/gallery/dataset_words.js";
 import { icon } from "../elements/icons.js";
-import { offers } from "../session/words.js";
+import { offers } from "../operating/session/words.js";
 import { nothing } from "../elements/parts.js";
 import { actWords, removedWords, ruleWords } from "./retention_words.js";
 

@@ -2,13 +2,13 @@
 
 import { request } from "./api.js";
 import { listenToEvents } from "./eventlink.js";
-import { withEvent } from "../event_log.js";
+import { withEvent } from "../operating/event_log.js";
 import { QuietReads } from "./quiet.js";
 import { signIn } from "./sign_in.js";
 
 /**
  * @import { CloudDocument, EventDocument, LeaseDocument, RigDocument, StopDocument, TargetDocument } from "#api"
- * @import { Fixations } from "../fixations.js"
+ * @import { Fixations } from "../looking/fixations.js"
  * @import { Store } from "../store.js"
  * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void}} Reader reads what is its own
  */

@@ -1,9 +1,9 @@
 // Draws over the wide picture: footprints, steerable field, targets, what is followed, the rectangle, the crosshair.
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
-import { answerText, estimateText } from "../answers.js";
+import { answerText, estimateText } from "../looking/answers.js";
 import { fill, h, html, s, say, svg } from "../elements/dom.js";
-import { followRings, marksOf, RING_PX } from "../follow/words.js";
+import { followRings, marksOf, RING_PX } from "../looking/follow/words.js";
 import { number } from "../elements/format.js";
 import { hasEnded } from "../transport/jobs.js";
 import { fieldOutline } from "./angles.js";

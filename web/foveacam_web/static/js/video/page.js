@@ -2,15 +2,15 @@
 
 import { Commands } from "../commands.js";
 import { need } from "../elements/dom.js";
-import { Fixations } from "../fixations.js";
-import { FollowOrders } from "../follow/orders.js";
-import { FollowReader } from "../follow/reader.js";
+import { Fixations } from "../looking/fixations.js";
+import { FollowOrders } from "../looking/follow/orders.js";
+import { FollowReader } from "../looking/follow/reader.js";
 import { Keyboard } from "../keys.js";
-import { LoopOrders } from "../loop/orders.js";
+import { LoopOrders } from "../looking/loop/orders.js";
 import { mountOffline, mountStop } from "../panels/stop_button.js";
 import { changeSettings } from "../settings.js";
-import { watchSignIn } from "../session/signed_out.js";
-import { Steering } from "../steer/steering.js";
+import { watchSignIn } from "../operating/session/signed_out.js";
+import { Steering } from "../looking/steer/steering.js";
 import { createStore } from "../state.js";
 import { Sync } from "../transport/sync.js";
 import { exposeHooks } from "../testhooks.js";

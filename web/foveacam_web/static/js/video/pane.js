@@ -2,8 +2,8 @@
 
 import { fill, h, html, say } from "../elements/dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../elements/format.js";
-import { isRunning } from "../calibration/state.js";
-import { isCapturing } from "../capture/state.js";
+import { isRunning } from "../calibrating/calibration/state.js";
+import { isCapturing } from "../capturing/capture/state.js";
 import { icon } from "../elements/icons.js";
 import { resolutionWords } from "./resolution.js";
 import { Viewport } from "./viewport.js";

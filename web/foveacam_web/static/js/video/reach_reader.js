@@ -1,7 +1,7 @@
 // Reads the reach of each eye: for targets far away at first, then for the last measured distance.
 
 import { request } from "../transport/api.js";
-import { answerOf } from "../answers.js";
+import { answerOf } from "../looking/answers.js";
 import { QuietReads } from "../transport/quiet.js";
 
 /**

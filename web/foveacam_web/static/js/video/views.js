@@ -11,9 +11,9 @@ import { WideView } from "./wide.js";
 /**
  * @import { PictureScale, StreamReport, Subscription, ViewName } from "#page"
  * @import { Commands } from "../commands.js"
- * @import { FollowOrders } from "../follow/orders.js"
- * @import { LoopOrders } from "../loop/orders.js"
- * @import { Steering } from "../steer/steering.js"
+ * @import { FollowOrders } from "../looking/follow/orders.js"
+ * @import { LoopOrders } from "../looking/loop/orders.js"
+ * @import { Steering } from "../looking/steer/steering.js"
  * @import { Store } from "../store.js"
  */
 

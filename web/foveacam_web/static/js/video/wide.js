@@ -1,6 +1,6 @@
 // Operates the wide view: click, rectangle, steering, zoom, keyboard crosshair.
 
-import { NEAR_CSS_PX, withCorrected } from "../corrects.js";
+import { NEAR_CSS_PX, withCorrected } from "../looking/corrects.js";
 import { h, html, say } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { directionOf, inField } from "./angles.js";
@@ -13,9 +13,9 @@ import { seeing } from "./reach.js";
 /**
  * @import { Point } from "#page"
  * @import { Commands } from "../commands.js"
- * @import { FollowOrders } from "../follow/orders.js"
- * @import { LoopOrders } from "../loop/orders.js"
- * @import { Steering } from "../steer/steering.js"
+ * @import { FollowOrders } from "../looking/follow/orders.js"
+ * @import { LoopOrders } from "../looking/loop/orders.js"
+ * @import { Steering } from "../looking/steer/steering.js"
  * @import { Store } from "../store.js"
  * @import { StreamLink } from "./link.js"
  * @import { Pane } from "./pane.js"

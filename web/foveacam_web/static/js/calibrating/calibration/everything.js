@@ -1,0 +1,128 @@
+// The dialog that starts a complete calibration: its steps, its label, and whether the result is put in use.
+
+import { h, html, say } from "../../elements/dom.js";
+import { sheet } from "../../panels/dialogs.js";
+import { starter, tickField } from "../../elements/parts.js";
+
+/**
+ * @import { SessionDocument } from "#api"
+ * @import { WizardContext } from "./page.js"
+ */
+
+/** @param {WizardContext} context @returns {() => void} opens the dialog */
+export function makeEverything({ store, orders }) {
+  const label = h("input", {
+    type: "text",
+    id: "all-label",
+    maxlength: 80,
+    placeholder: "date and time",
+    autocomplete: "off",
+  });
+  const named = h("div", { class: "setting" }, html`<label for="all-label">Label</label>`, label);
+  const start = choiceOfStart(() => (named.hidden = !start.fresh()));
+  const activate = tickField("Take the result into use", true);
+  const turn = h("p", { class: "remedy" });
+  const act = async () => {
+    dialog.close();
+    if (start.fresh() && !(await orders.newSession(label.value.trim()))) return;
+    await orders.run("all", { activate: activate.value() });
+  };
+  const button = starter({
+    label: "Start",
+    store,
+    act,
+    primary: true,
+    keys: ["pan_tilt"],
+    why: ({ pan_tilt }) =>
+      pan_tilt && !pan_tilt.present ? "This rig has no pan-tilt, and none by hand is set up." : null,
+  });
+  const dialog = sheet(
+    "Calibrate everything",
+    plan(),
+    turn,
+    start.element,
+    named,
+    activate.element,
+    h("p", { class: "actions" }, button),
+  );
+  store.on(["pan_tilt"], ({ pan_tilt }) =>
+    say(
+      turn,
+      !pan_tilt?.present
+        ? ""
+        : pan_tilt.moves_itself
+          ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work all the time, and what was measured is kept."
+          : "You turn the rig by hand: the wizard says where to. Cancel works all the time, and what was measured is kept.",
+    ),
+  );
+  /** @type {string | null} */
+  let offered = null;
+  const offer = (/** @type {SessionDocument | null} */ session) => {
+    offered = session?.id ?? null;
+    start.offer(session);
+  };
+  // the dialog may open before the sessions have been read
+  store.on(["session"], ({ session }) => dialog.open && (session?.id ?? null) !== offered && offer(session));
+  return () => {
+    offer(store.state.session);
+    dialog.showModal();
+  };
+}
+
+function plan() {
+  return html`<ol class="plan">
+    <li><b>Wide camera. </b>Somebody shows the board at its station.</li>
+    <li><b>Mirrors. </b>The rig turns to each station with markers; both eyes centre theirs at every node.</li>
+    <li><b>Rectify. </b>The models are fitted and chosen by cross-validation.</li>
+    <li><b>Check. </b>The result is proved at places that were not measured.</li>
+    <li><b>Settle times. </b>How fast the mirrors come to rest after a step.</li>
+  </ol>`;
+}
+
+/**
+ * Build the choice between the open session and a new one; an unfinished session is continued by default.
+ * @param {() => void} changed
+ */
+function choiceOfStart(changed) {
+  const radio = (/** @type {string} */ id) =>
+    h("input", { type: "radio", name: "all-start", id, on: { change: changed } });
+  const [on, anew] = [radio("all-on"), radio("all-anew")];
+  const words = h("span", {});
+  const element = h(
+    "div",
+    { class: "starts", role: "radiogroup", "aria-label": "Where to begin" },
+    html`<label class="field tick">${on}${words}</label>`,
+    html`<label class="field tick">
+      ${anew}
+      <span>Measure everything anew; what there is stays as it is</span>
+    </label>`,
+  );
+  return {
+    element,
+    fresh: () => anew.checked,
+    offer: (/** @type {SessionDocument | null} */ session) => {
+      element.hidden = session === null;
+      on.checked = session !== null && session.fit === null;
+      anew.checked = !on.checked;
+      say(words, session ? `Go on with “${session.label || session.id}”: ${heldBy(session)}` : "");
+      changed();
+    },
+  };
+}
+
+/** @param {SessionDocument} session */
+function heldBy({ wide, sweeps, fit }) {
+  const views = wide?.samples.length ?? 0;
+  const [done, nodes] = [sum(sweeps.map((sweep) => sweep.done)), sum(sweeps.map((sweep) => sweep.nodes))];
+  const held = [
+    views ? `${views} views of the board` : "",
+    nodes ? `${done} of ${nodes} nodes` : "",
+    fit ? "fitted" : "",
+  ].filter(Boolean);
+  return held.length ? held.join(", ") : "still empty";
+}
+
+/** @param {number[]} counts */
+function sum(counts) {
+  return counts.reduce((total, count) => total + count, 0);
+}

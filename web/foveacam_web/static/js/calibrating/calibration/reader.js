@@ -1,0 +1,221 @@
+// Keeps the calibration state equal to the server's: health always, the rest while the calibration page is open. The
+// pan-tilt is read for the rig page as well.
+
+import { request } from "../../transport/api.js";
+import { QuietReads } from "../../transport/quiet.js";
+import { isRunning } from "./state.js";
+
+/**
+ * @import { CalibrationDocument, DisplayDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
+ * @import { PanTiltDocument, PatternDocument, SessionDocument, SettleTimeDocument } from "#api"
+ * @import { ConsoleState, NodeState, SessionSummary } from "#page"
+ * @import { Store } from "../../store.js"
+ * @import { WorkFollower } from "./work.js"
+ */
+
+const MOVING_MS = 350;
+const RESTING_MS = 1500;
+const DISPLAYS_MS = 5000;
+const SESSION_MS = 1500; // each pose has an event; the session's document is read less often
+
+/** The calibration reads of one page. */
+export class CalibrationReader {
+  #store;
+  #work;
+  #reads = new QuietReads();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #later;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #next_pan_tilt;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #next_displays;
+  /** The session to show when it has been read. @type {string | null} */
+  #wanted = null;
+  /** The job whose session was opened. */
+  #along = "";
+
+  /** @param {{store: Store, work: WorkFollower}} context */
+  constructor({ store, work }) {
+    this.#store = store;
+    this.#work = work;
+    work.ended = () => void this.readAll();
+    let open = false;
+    store.on(["wizard"], ({ wizard }) => {
+      if (Boolean(wizard) === open) return;
+      open = Boolean(wizard);
+      if (open) void this.readAll();
+    });
+    store.on(["work", "sessions", "wizard"], (state) => this.#goAlong(state));
+  }
+
+  /**
+   * Open the session of a running procedure, once for each: an operator who then opens another session stays there.
+   * @param {ConsoleState} state
+   */
+  #goAlong({ work, sessions, wizard }) {
+    if (!wizard || !work || !isRunning(work) || work.job_id === this.#along) return;
+    const id = work.session_id ?? sessions?.find(({ running }) => running === work.job_id)?.id;
+    if (!id) return;
+    this.#along = work.job_id;
+    this.#work.place(id);
+    if (id === this.#store.state.session?.id) return;
+    this.#wanted = id;
+    void this.readSessions();
+  }
+
+  async readAll() {
+    await Promise.all([this.readHealth(), this.#reads.read("work", () => this.#work.resume())]);
+    if (!this.#store.state.wizard) return;
+    await Promise.all([
+      this.readRecords(),
+      this.readSessions(),
+      this.readDrift(),
+      this.readSettleTime(),
+      this.readPanTilt(),
+      this.readDisplays(),
+    ]);
+  }
+
+  readHealth() {
+    return this.#reads.read("health", async () => {
+      this.#store.set({ health: /** @type {HealthDocument} */ (await request("GET", "/calibrations/health")) });
+    });
+  }
+
+  readRecords() {
+    return this.#reads.read("records", async () => {
+      this.#store.set({ records: /** @type {CalibrationDocument[]} */ (await request("GET", "/calibrations")) });
+    });
+  }
+
+  readDrift() {
+    return this.#reads.read("drift", async () => {
+      const checks = /** @type {DriftCheckDocument[]} */ (await request("GET", "/drift_checks"));
+      this.#store.set({ drift_checks: checks.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
+    });
+  }
+
+  readSettleTime() {
+    return this.#reads.read("settle time", async () => {
+      this.#store.set({ settle_time: /** @type {SettleTimeDocument} */ (await request("GET", "/settle_time")) });
+    });
+  }
+
+  /** Read the list of sessions and the open session, or the newest if none is open. */
+  readSessions() {
+    return this.#reads.read("sessions", async () => {
+      const wanted = this.#wanted;
+      const sessions = /** @type {SessionSummary[]} */ (await request("GET", "/calibration_sessions"));
+      this.#store.set({ sessions });
+      if (this.#wanted !== wanted) return; // another session was opened meanwhile, and is being read
+      const open = this.#wanted ?? this.#store.state.session?.id;
+      const id = sessions.find((each) => each.id === open)?.id ?? sessions[0]?.id;
+      this.#wanted = id ?? null;
+      if (id) await this.#load(id);
+      else this.#store.set({ session: null });
+    });
+  }
+
+  /** Show a new session. @param {SessionDocument} session */
+  showSession(session) {
+    this.#wanted = session.id;
+    this.#store.set({ session });
+    return this.readSessions();
+  }
+
+  /** @param {string} id */
+  openSession(id) {
+    this.#wanted = id;
+    return this.#reads.read(`session ${id}`, () => this.#load(id));
+  }
+
+  /** @param {string} id */
+  async #load(id) {
+    const session = /** @type {SessionDocument} */ (await request("GET", `/calibration_sessions/${id}`));
+    if (this.#wanted === null || this.#wanted === id) this.#store.set({ session });
+  }
+
+  /** Read the pan-tilt now and repeatedly while a page shows it: no event reports its motion. */
+  readPanTilt() {
+    clearTimeout(this.#next_pan_tilt);
+    return this.#reads
+      .read("pan_tilt", async () => {
+        if (!document.hidden)
+          this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
+      })
+      .finally(() => {
+        const { wizard, rig_page, pan_tilt } = this.#store.state;
+        clearTimeout(this.#next_pan_tilt);
+        if (wizard || rig_page)
+          this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
+      });
+  }
+
+  /** Read the displays now and repeatedly while the page is open: no event tells that one has gone silent. */
+  readDisplays() {
+    clearTimeout(this.#next_displays);
+    return this.#reads
+      .read("displays", async () => {
+        const [displays, display_pattern] = await Promise.all([
+          /** @type {Promise<DisplayDocument[]>} */ (request("GET", "/displays")),
+          /** @type {Promise<PatternDocument>} */ (request("GET", "/displays/pattern")),
+        ]);
+        this.#store.set({ displays, display_pattern });
+      })
+      .finally(() => {
+        clearTimeout(this.#next_displays);
+        if (this.#store.state.wizard) this.#next_displays = setTimeout(() => void this.readDisplays(), DISPLAYS_MS);
+      });
+  }
+
+  /** @param {EventDocument} event */
+  hear(event) {
+    const data = event.data ?? {};
+    this.#work.hear(event);
+    if (event.kind === "calibration.health") void this.readHealth();
+    if (event.kind === "rig.calibration") void this.readAll();
+    if (!this.#store.state.wizard) return;
+    if (/^display\./.test(event.kind)) void this.readDisplays();
+    if (event.kind === "calibration.pose") this.#pose(data);
+    if (event.kind === "calibration.fitted") void this.readAll();
+    if (/^rig\.(settle_time|state)$/.test(event.kind)) void this.readSettleTime();
+    const open = this.#wanted; // also while it is being read
+    if (open && data["session_id"] === open && /^calibration\.(pose|sample|progress)$/.test(event.kind)) {
+      this.#later ??= setTimeout(() => {
+        this.#later = undefined;
+        if (this.#wanted) void this.openSession(this.#wanted);
+      }, SESSION_MS);
+    }
+  }
+
+  /**
+   * Show the result of a pose at once; the reasons follow with the session's document.
+   * @param {Record<string, unknown>} data
+   */
+  #pose(data) {
+    const { session } = this.#store.state;
+    if (!session || session.id !== data["session_id"]) return;
+    const sweeps = session.sweeps.map((sweep) =>
+      sweep.station !== data["station"]
+        ? sweep
+        : {
+            ...sweep,
+            poses: sweep.poses.map((pose) =>
+              pose.index !== data["index"]
+                ? pose
+                : {
+                    ...pose,
+                    left: state(data["left"], pose.left),
+                    right: state(data["right"], pose.right),
+                  },
+            ),
+          },
+    );
+    this.#store.set({ session: { ...session, sweeps } });
+  }
+}
+
+/** @param {unknown} word @param {NodeState} before @returns {NodeState} */
+function state(word, before) {
+  return word === "centred" || word === "rim" || word === "refused" || word === "waiting" ? word : before;
+}

@@ -1,0 +1,121 @@
+// Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
+
+import { figures, nothing } from "../../elements/parts.js";
+import { changing, html } from "../../elements/dom.js";
+import { count, number, sentence, span } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { percent, sizeText } from "./words.js";
+
+/**
+ * @import { Estimate } from "#page"
+ * @import { Child } from "../../elements/dom.js"
+ * @import { Store } from "../../store.js"
+ * @typedef {import("#page").Answered<Estimate>} Answered
+ */
+
+const RESERVE_BYTES = 64 * 2 ** 20; // the server's reserve
+
+/** @param {HTMLElement} place @param {Store} store */
+export function mountFigures(place, store) {
+  const show = changing(place, (/** @type {Estimate | null} */ document) =>
+    document
+      ? figuresOf(document)
+      : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")],
+  );
+  store.on(["estimate"], ({ estimate }) => {
+    place.classList.toggle("stale", estimate.stale);
+    place.setAttribute("aria-busy", String(estimate.stale));
+    show(
+      estimate.document && {
+        ...estimate.document,
+        coverage: { ...estimate.document.coverage, footprints: [] },
+        plan: shortened(estimate.document.plan),
+      },
+    );
+  });
+}
+
+/**
+ * Return the plan without its points: only their number is shown here.
+ * @param {Estimate["plan"]} plan
+ * @returns {Estimate["plan"]}
+ */
+function shortened(plan) {
+  return plan.points.kind === "grid" ? plan : { ...plan, points: { ...plan.points, points: [] } };
+}
+
+/** @param {Estimate} estimate @returns {Child[]} */
+function figuresOf(estimate) {
+  return [
+    html`<p class="budget">
+      <strong class="number">${span(estimate.total_s)}</strong>
+      <span class="lead">${timeWords(estimate)}</span>
+    </p>`,
+    figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
+    estimate.warnings.length > 0 &&
+      html`<ul class="warnings">
+        ${estimate.warnings.map((words) => html`<li>${icon("warn")}<span>${sentence(words)}</span></li>`)}
+      </ul>`,
+  ];
+}
+
+/** @param {Estimate} estimate */
+function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
+  const parts =
+    reverge_s + rail_s + hand_moves === 0
+      ? ["at least, by settling, exposing and reading out"]
+      : [`at least: ${span(limit_s)} settling, exposing and reading out`];
+  if (reverge_s > 0) parts.push(`${span(reverge_s)} verging anew`);
+  if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
+  if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
+  return parts.join(", ");
+}
+
+/** @param {Estimate} estimate @returns {[string, Child][]} */
+function pointRows({ points, shots, plan, distance_assumed }) {
+  const scans = Math.max(1, plan.rail_positions_mm.length);
+  const far =
+    plan.verging.distance_m === "infinity"
+      ? "∞"
+      : plan.verging.distance_m === null
+        ? "each its own"
+        : `${number(plan.verging.distance_m, 2)} m`;
+  return [
+    ["Points", scans > 1 ? `${scans} × ${count(points / scans)} = ${count(points)}` : count(points)],
+    ...(shots === points ? [] : /** @type {[string, Child][]} */ ([["Exposures", count(shots)]])),
+    ["Eyes meet at", distance_assumed ? `${far}, assumed until measured` : far],
+  ];
+}
+
+/** @param {Estimate} estimate @returns {[string, Child][]} */
+function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
+  const tight = stored_bytes + RESERVE_BYTES > free_bytes;
+  const smaller = stored_bytes < raw_bytes ? ` of ${sizeText(raw_bytes)} raw` : "";
+  return [
+    ["Files", `${count(files)} (${kinds.map((kind) => `${count(kind.files)} ${kind.kind}`).join(", ")})`],
+    ["Size", `${sizeText(stored_bytes)}${smaller}`],
+    [
+      "Free on the disk",
+      html`<span class=${tight ? "warn-text" : ""}>
+        ${tight ? `${sizeText(free_bytes)}: too little` : sizeText(free_bytes)}
+      </span>`,
+    ],
+  ];
+}
+
+/** @param {Estimate} estimate @returns {[string, Child][]} */
+function fieldRows({ plan: { points }, coverage }) {
+  const grid = points.kind === "grid" ? points : null;
+  const overlap = grid
+    ? `${percent(coverage.overlap_across)} across, ${percent(coverage.overlap_down)} down`
+    : `${percent(coverage.overlap_across)} with the nearest`;
+  return [
+    ...(grid
+      ? /** @type {[string, Child][]} */ ([
+          ["Field", `±${number(grid.half_width_deg, 1)}° × ±${number(grid.half_height_deg, 1)}°`],
+        ])
+      : []),
+    ["Least overlap", coverage.overlap_across === null && coverage.overlap_down === null ? "no neighbours" : overlap],
+    ["Seen by an eye, by both", `${percent(coverage.seen_either)}, ${percent(coverage.seen_both)}`],
+  ];
+}

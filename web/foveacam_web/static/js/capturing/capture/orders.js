@@ -1,0 +1,81 @@
+// Starts, resumes, pauses and cancels captures. The refusal of a start is returned, so that it is shown at its field.
+
+import { RequestError, request } from "../../transport/api.js";
+
+/**
+ * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"
+ * @import { Commands } from "../../commands.js"
+ * @import { Store } from "../../store.js"
+ * @import { CaptureReader } from "./reader.js"
+ */
+
+/** The capture commands of one page. */
+export class CaptureOrders {
+  #store;
+  #commands;
+  #reader;
+
+  /** @param {{store: Store, commands: Commands, reader: CaptureReader}} context */
+  constructor({ store, commands, reader }) {
+    this.#store = store;
+    this.#commands = commands;
+    this.#reader = reader;
+  }
+
+  /** @param {CaptureRequest} wish @returns {Promise<Problem | null>} the refusal */
+  async start(wish) {
+    try {
+      const options = { body: wish, headers: this.#commands.leaseHeader() };
+      const job = /** @type {JobDocument} */ (await request("POST", "/captures", options));
+      this.#reader.follow(job.id, { name: wish.name });
+      return null;
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      // shown as a message with a button
+      if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error));
+      return error.document;
+    }
+  }
+
+  /** Resume a partial capture. @param {CaptureDocument} capture */
+  async resume({ id, name }) {
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", `/captures/${id}/resume`));
+    if (job) this.#reader.follow(job.id, { name, capture_id: id });
+    else await this.#reader.readList();
+  }
+
+  pause() {
+    return this.#turn("pause");
+  }
+
+  goOn() {
+    return this.#turn("continue");
+  }
+
+  /** Cancel the running capture; its points stay on the disk. */
+  async cancel() {
+    const { capturing } = this.#store.state;
+    if (!capturing) return;
+    this.#reader.mark("cancel");
+    const answer = await this.#commands.send("POST", `/jobs/${capturing.job_id}/cancel`);
+    if (answer === null) this.#reader.mark(null);
+  }
+
+  /** @param {"pause" | "continue"} how */
+  async #turn(how) {
+    const id = this.#store.state.capturing?.capture_id;
+    if (!id) return;
+    this.#reader.mark(how);
+    const answer = await this.#commands.send("POST", `/captures/${id}/${how}`);
+    if (answer === null) this.#reader.mark(null);
+    else await this.#reader.readAll();
+  }
+
+  /** @param {RequestError} error */
+  #hasAWayOut({ slug, message }) {
+    const { lease, lease_token } = this.#store.state;
+    return (
+      slug === "stopped" || Boolean(slug === "busy" && lease?.holder && !lease_token && message.includes(lease.holder))
+    );
+  }
+}

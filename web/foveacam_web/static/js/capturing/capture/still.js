@@ -1,0 +1,69 @@
+// The panel of stills: the options of the next still, the button, and the last still.
+
+import { bar, panel } from "../../elements/parts.js";
+import { changing, h, html } from "../../elements/dom.js";
+import { count, remedyOf, sentence } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { makeStillForm } from "./still_form.js";
+import { StillOrders } from "./still_orders.js";
+import { makeStillShown } from "./still_shown.js";
+
+/**
+ * @import { Problem } from "#api"
+ * @import { StillPress } from "#page"
+ * @import { Commands } from "../../commands.js"
+ * @import { Store } from "../../store.js"
+ * @import { StillReader } from "./still_reader.js"
+ */
+
+/** @param {{store: Store, commands: Commands, reader: StillReader}} context */
+export function stillPanel({ store, commands, reader }) {
+  const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
+  const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];
+  const tell = changing(told, toldOf);
+  /** The refusal of the last request, until the next one. @type {Problem | null} */
+  let refused = null;
+  let sending = false;
+  const take = async () => {
+    const wish = form.read();
+    if (!wish || sending) return;
+    sending = true;
+    show();
+    const answer = await orders.take(wish);
+    sending = false;
+    refused = "status" in answer ? answer : null;
+    if (!("status" in answer)) reader.follow(answer);
+    show();
+  };
+  const button = h(
+    "button",
+    { type: "button", class: "plain primary start", on: { click: () => void take() } },
+    icon("pictures"),
+    "Take a still",
+  );
+  const show = () => {
+    const { press, held } = reader;
+    button.disabled = sending || store.state.stream === "down" || (press !== null && !press.over);
+    shown.show(held);
+    tell({ press, problem: refused ?? press?.problem ?? null });
+  };
+  reader.changed = show;
+  reader.taken = (still) => still.state === "kept" && orders.sayKept(still);
+  store.on(["stream"], show);
+  store.on(["capture_page"], ({ capture_page }) => capture_page && void reader.readAll());
+  const left = h("div", { class: "stack" }, form.element, html`<p class="actions">${button}</p>`, told);
+  return panel("Still", h("div", { class: "still-panel" }, left, shown.element));
+}
+
+/** @param {{press: StillPress | null, problem: Problem | null}} now */
+function toldOf({ press, problem }) {
+  if (press && !press.over) {
+    const words = press.total ? `${count(press.done)} of ${count(press.total)} frames` : "Waiting for the rig.";
+    return [
+      bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }),
+      html`<p class="why">${words}</p>`,
+    ];
+  }
+  if (!problem) return [];
+  return [html`<p class="refused" role="alert">${sentence(problem.detail)} ${remedyOf(problem)}</p>`];
+}

@@ -1,0 +1,51 @@
+// Takes stills, and keeps them.
+
+import { RequestError, request } from "../../transport/api.js";
+import { CollectionOrders } from "../gallery/collection_orders.js";
+import { galleryAddress } from "../../addresses.js";
+
+/**
+ * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
+ * @import { Commands } from "../../commands.js"
+ */
+
+/** The still commands of one page. @extends {CollectionOrders<StillDocument>} */
+export class StillOrders extends CollectionOrders {
+  /** @param {{commands: Commands, changed?: () => unknown}} context `changed`: called when an order has changed what there is */
+  constructor({ commands, changed }) {
+    super({ commands, resource: "/stills", changed });
+  }
+
+  /** @param {StillRequest} wish @returns {Promise<JobDocument | Problem>} a problem has a `status` */
+  async take(wish) {
+    try {
+      return await request("POST", this.resource, { body: wish, headers: this.commands.leaseHeader() });
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      // shown as a message with a button
+      if (error.slug === "stopped") await this.commands.attempt(() => Promise.reject(error));
+      return error.document;
+    }
+  }
+
+  /** @param {string} id @param {string} name */
+  async keep(id, name) {
+    const body = name === "" ? {} : { name };
+    const kept = /** @type {StillDocument | null} */ (
+      await this.commands.send("POST", this.path(id, "/keep"), { body })
+    );
+    if (kept) this.sayKept(kept);
+    this.changed();
+    return kept !== null;
+  }
+
+  /** @param {Pick<StillDocument, "id" | "name">} still */
+  sayKept({ id, name }) {
+    this.commands.say({
+      tone: "good",
+      title: `“${name}” is kept`,
+      detail: "",
+      action: { label: "Show it in the gallery", act: () => (location.hash = galleryAddress("stills", id)) },
+    });
+  }
+}

@@ -1,0 +1,75 @@
+// Words for captures: sizes, shares, states and results. Pure functions.
+
+import { count, MISSING, number, remedyOf, sentence, span } from "../../elements/format.js";
+
+/** @import { CaptureEnd, Capturing } from "#page" */
+
+/** Format a number of bytes with three significant digits. @param {number | null | undefined} bytes */
+export function sizeText(bytes) {
+  if (bytes === null || bytes === undefined || !Number.isFinite(bytes)) return MISSING;
+  const units = ["B", "kB", "MB", "GB", "TB"];
+  let size = bytes;
+  let unit = 0;
+  while (size >= 999.5 && unit < units.length - 1) {
+    size /= 1000;
+    unit += 1;
+  }
+  return `${number(size, unit === 0 || size >= 99.5 ? 0 : size >= 9.95 ? 1 : 2)} ${units[unit]}`;
+}
+
+/** @param {number | null} share 0 … 1 */
+export function percent(share) {
+  return share === null ? MISSING : `${number(100 * share, share < 0.1 && share > 0 ? 1 : 0)} %`;
+}
+
+const PHASES = Object.freeze({
+  survey: "measuring the scene's distance",
+  rail: "moving along the rail",
+  points: "",
+  paused: "",
+  closing: "writing the last points",
+});
+
+/** @param {Capturing} capturing */
+export function stateWords({ state, asked, progress, why }) {
+  if (asked === "cancel") return "cancelling";
+  if (why) return "waits for you";
+  if (state === "paused") return "paused";
+  if (asked === "pause") return "pausing after this point";
+  if (!progress) return "starting";
+  return PHASES[progress.phase];
+}
+
+/** Word a capture's progress: points done, time left, rate. @param {Capturing} capturing */
+export function farWords({ progress, state }) {
+  if (!progress || progress.total === 0) return "";
+  const { done, total, left_s, bytes_per_s, written_bytes } = progress;
+  const left = left_s === null || state === "paused" ? "" : `${span(left_s)} left`;
+  const written = written_bytes > 0 ? `${sizeText(written_bytes)} at ${sizeText(bytes_per_s)}/s` : "";
+  return [`${count(done)} of ${count(total)}`, left, written].filter(Boolean).join(", ");
+}
+
+/** Word a capture's end: tone, headline, reason, remedy. @param {Capturing & {end: CaptureEnd}} capturing */
+export function endWords({ name, end }) {
+  const { job, state, why, problem, taken, planned } = end;
+  const title = name ? `“${name}”` : "The capture";
+  if (state === "complete")
+    return {
+      tone: "good",
+      head: `${title}: complete`,
+      why: `${count(taken)} of ${count(planned)} points are on the disk.`,
+      remedy: "",
+    };
+  const cancelled = job === "cancelled";
+  const head = `${title}: ${cancelled ? "cancelled" : job === "failed" ? "failed" : (state ?? "ended")}`;
+  const reason = sentence(problem && !cancelled ? problem.detail : why || problem?.detail);
+  const told = reason.includes(`${taken} of ${planned}`);
+  const kept =
+    state === null
+      ? "Nothing was taken yet."
+      : told
+        ? ""
+        : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
+  const remedy = cancelled ? "" : remedyOf(problem);
+  return { tone: cancelled ? "warn" : "bad", head, why: [reason, kept].filter(Boolean).join(" "), remedy };
+}

@@ -1,0 +1,50 @@
+// A text line that is edited in place: saved on blur or Enter, reset by Escape or a refusal.
+
+import { h, html, say } from "../../elements/dom.js";
+
+let lists = 0;
+
+/**
+ * Return a function that shows a value and returns the field.
+ * @param {string} label
+ * @param {{save: (value: string) => Promise<boolean>, usual?: string[], hint?: string}} options `save`: whether the server accepted it
+ */
+export function makeEditable(label, { save, usual = [], hint = "" }) {
+  lists += 1;
+  const id = `editable-${lists}`;
+  const list = usual.length > 0 ? `${id}-usual` : undefined;
+  const told = h("span", { class: "why", role: "status" });
+  let kept = "";
+  let saving = false;
+  const keep = async () => {
+    const wanted = input.value.trim();
+    if (wanted === kept || saving) return;
+    saving = true;
+    say(told, "Saving …");
+    const taken = await save(wanted);
+    saving = false;
+    if (taken) kept = wanted;
+    else if (document.activeElement !== input) input.value = kept;
+    say(told, taken ? "Saved" : "Not saved");
+    if (taken && document.activeElement !== input) void keep(); // it was edited again and left meanwhile
+  };
+  const on = {
+    change: () => void keep(),
+    input: () => say(told, ""),
+    keydown: (/** @type {KeyboardEvent} */ event) => {
+      if (event.key === "Enter") void keep();
+      if (event.key !== "Escape") return;
+      input.value = kept;
+      input.blur();
+    },
+  };
+  const input = h("input", { type: "text", id, maxlength: 400, placeholder: hint, list, autocomplete: "off", on });
+  const options = html`<datalist id=${list ?? ""}>${usual.map((value) => html`<option value=${value}></option>`)}</datalist>`;
+  const field = h("div", { class: "field" }, html`<label for=${id}>${label}</label>`, input, told, list && options);
+  return (/** @type {string} */ value) => {
+    const untouched = input.value === kept;
+    kept = value;
+    if (untouched && !saving) input.value = value;
+    return field;
+  };
+}

@@ -1,0 +1,50 @@
+// The record button of the top bar: a click starts a recording as the settings say, the next click ends it.
+
+import { fill, h, html, say } from "../../elements/dom.js";
+import { count } from "../../elements/format.js";
+import { icon } from "../../elements/icons.js";
+import { boundWords, clockWords, droppedOf, tallyWords } from "../gallery/recording_words.js";
+import { recordingOf } from "./options.js";
+
+/** @param {{store: import("../../store.js").Store, live: import("./live.js").LiveRecording}} context */
+export function makeRecordButton({ store, live }) {
+  const words = h("span", { class: "words" });
+  const button = h("button", { type: "button", class: "tool record" });
+  const said = h("span", { class: "unseen", role: "status" });
+  const place = h("span", { class: "record-place" }, button, said);
+  let busy = false;
+  button.addEventListener("click", async () => {
+    if (busy) return;
+    busy = true;
+    await (store.state.recording ? live.stop() : live.begin(recordingOf(store.state.settings.record, new Date())));
+    busy = false;
+  });
+  let on = /** @type {boolean | null} */ (null);
+  store.on(["recording"], ({ recording }) => {
+    const now = recording !== null;
+    if (on !== now) {
+      if (on !== null) say(said, now ? "Recording has begun" : "Recording has ended");
+      on = now;
+      button.classList.toggle("on", now);
+      fill(button, icon(now ? "square" : "record"), now && words);
+    }
+    const name = now ? `Stop the recording “${recording.name}”` : "Record";
+    button.setAttribute("aria-label", name);
+    button.title = now
+      ? `${name}: ${tallyWords(recording)}; ${boundWords(recording)}`
+      : "Record what the cameras deliver (R), until it is stopped, for five minutes at most";
+    button.disabled = recording?.state === "ending";
+    if (recording)
+      fill(
+        words,
+        html`<span class="number">${clockWords(recording.duration_s, 0)}</span>`,
+        dropWords(droppedOf(recording)),
+      );
+  });
+  return { element: place, press: () => button.click() };
+}
+
+/** @param {number} dropped */
+function dropWords(dropped) {
+  return html`<span class=${dropped > 0 ? "dropped some" : "dropped"}>${count(dropped)} dropped</span>`;
+}

@@ -1,0 +1,83 @@
+// Builds the rig page: cameras, trigger, controller, rail and pan-tilt.
+
+import { mountPanTilt } from "../../calibrating/calibration/pantilt.js";
+import { ENGINE_ADDRESS, RIGS_ADDRESS, SETUP_ADDRESS } from "../../addresses.js";
+import { icon } from "../../elements/icons.js";
+import { panel } from "../../elements/parts.js";
+import { fill, h, html, say } from "../../elements/dom.js";
+import { pageHead } from "../../pages.js";
+import { mountBinning } from "./binning.js";
+import { makeCamera } from "./camera.js";
+import { mountController } from "./controller.js";
+import { mountFaults } from "./faults.js";
+import { mountPair } from "./pair.js";
+import { mountRail } from "./rail.js";
+import { mountSteering } from "../../looking/steer/panel.js";
+import { mountTrigger } from "./trigger.js";
+
+/**
+ * @import { Role } from "#page"
+ * @import { Store } from "../../store.js"
+ * @import { Slots } from "../../pages.js"
+ * @typedef {{
+ *   store: Store, rig_orders: import("./orders.js").RigOrders, orders: import("../../calibrating/calibration/orders.js").CalibrationOrders,
+ *   steering: import("../../looking/steer/steering.js").Steering
+ * }} RigContext
+ */
+
+/** @type {Role[]} */
+const ROLES = ["wide", "left", "right"];
+
+/** @param {HTMLElement} place @param {RigContext} context @returns {Slots} */
+export function mountRigPage(place, { store, rig_orders, orders, steering }) {
+  const context = { store, orders: rig_orders };
+  const cameras = new Map(ROLES.map((role) => [role, makeCamera(role, context)]));
+  const [apart, binning, trigger, controller, turner, rail, faults] = [
+    h("div", { class: "panel apart-place", hidden: true }),
+    inside(),
+    inside(),
+    inside(),
+    inside(),
+    inside(),
+    inside(),
+  ];
+  const steer = inside();
+  mountSteering(steer, { ...context, steering });
+  mountPair(apart, context);
+  mountBinning(binning, context);
+  mountTrigger(trigger, context);
+  mountController(controller, context);
+  mountPanTilt(turner, { store, orders });
+  mountRail(rail, context);
+  fill(
+    place,
+    head(store),
+    html`<div class="rig-steer">${panel("Steer by hand", steer)}</div>`,
+    html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
+    html`<div class="rig-devices">
+      <div class="column">${panel("Working binning", binning)}${panel("Trigger", trigger)}${panel("Faults", faults)}</div>
+      ${panel("Controller", controller)}
+      <div class="column">${panel("Pan-tilt", turner)}${panel("Rail", rail)}</div>
+    </div>`,
+  );
+  mountFaults(faults, context);
+  return new Map([...cameras].map(([role, { place: slot }]) => [role, slot]));
+}
+
+function inside() {
+  return h("div", { class: "stack" });
+}
+
+/** @param {Store} store */
+function head(store) {
+  const name = h("span", { class: "lead" });
+  store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
+  return pageHead(
+    "rig-page-title",
+    "Rig",
+    name,
+    html`<a class="plain to-setup" href=${SETUP_ADDRESS}>${icon("gear")}Set up</a>`,
+    html`<a class="plain" href=${ENGINE_ADDRESS}>${icon("scope")}Engine</a>`,
+    html`<a class="plain" href=${RIGS_ADDRESS}>${icon("columns")}All rigs</a>`,
+  );
+}

@@ -1,0 +1,96 @@
+// Keeps the rig page's state equal to the server's: once a second while it is open, and at each event.
+
+import { request } from "../../transport/api.js";
+import { QuietReads } from "../../transport/quiet.js";
+
+/**
+ * @import { EventDocument, RailDocument, SimulatedFaults, TriggerTestDocument } from "#api"
+ * @import { Store } from "../../store.js"
+ */
+
+const READ_BACK_MS = 1000;
+const MOVING_MS = 350;
+const RESTING_MS = 1500;
+
+/** The reads of one page. */
+export class RigReader {
+  #store;
+  #pan_tilt;
+  #reads = new QuietReads();
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #next_rail;
+  /** How many answers to orders have shown the faults. */
+  #faults_set = 0;
+  /** Read the rig's document. */
+  readRig = () => Promise.resolve();
+
+  /** @param {{store: Store, pan_tilt: {readPanTilt(): Promise<void>}}} context */
+  constructor({ store, pan_tilt }) {
+    this.#store = store;
+    this.#pan_tilt = pan_tilt;
+    store.on(["rig_page"], ({ rig_page }) => rig_page && void this.readAll());
+    store.on(["rig"], ({ rig_page, faults }) => rig_page && !faults && void this.readFaults());
+    setInterval(() => this.#shows && store.state.stream === "open" && void this.readRig(), READ_BACK_MS);
+  }
+
+  get #shows() {
+    return this.#store.state.rig_page && !document.hidden;
+  }
+
+  async readAll() {
+    if (!this.#store.state.rig_page) return;
+    await Promise.all([
+      this.readRig(),
+      this.readRail(),
+      this.#pan_tilt.readPanTilt(),
+      this.readTest(),
+      this.readFaults(),
+    ]);
+  }
+
+  readTest() {
+    return this.#reads.read("trigger test", async () => {
+      this.#store.set({
+        trigger_test: /** @type {TriggerTestDocument} */ (await request("GET", "/cameras/self_tests/newest")),
+      });
+    });
+  }
+
+  /** Read the simulated faults; a real rig has none. */
+  async readFaults() {
+    if (!this.#store.state.rig?.simulated) return;
+    await this.#reads.read("faults", async () => {
+      const before = this.#faults_set;
+      const faults = /** @type {SimulatedFaults} */ (await request("GET", "/simulation/faults"));
+      if (before === this.#faults_set) this.#store.set({ faults });
+    });
+  }
+
+  /** Show the faults that an order has set; what is being read meanwhile may be older. @param {SimulatedFaults} faults */
+  showFaults(faults) {
+    this.#faults_set += 1;
+    this.#store.set({ faults });
+  }
+
+  /** Read the rail now and repeatedly while the page is open: no event reports its position. */
+  readRail() {
+    clearTimeout(this.#next_rail);
+    return this.#reads
+      .read("rail", async () => {
+        if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
+      })
+      .finally(() => {
+        const { rig_page, rail } = this.#store.state;
+        clearTimeout(this.#next_rail);
+        if (rig_page) this.#next_rail = setTimeout(() => void this.readRail(), rail?.moving ? MOVING_MS : RESTING_MS);
+      });
+  }
+
+  /** @param {EventDocument} event */
+  hear(event) {
+    if (!this.#store.state.rig_page) return;
+    if (event.kind === "camera.self_test") void this.readTest();
+    if (event.kind === "simulation.faults") void this.readFaults();
+    if (event.kind.startsWith("rail.")) void this.readRail();
+  }
+}

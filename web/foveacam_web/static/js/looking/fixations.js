@@ -1,0 +1,234 @@
+// Follows the running fixation, whoever requested it: its steps by events, its result at the end.
+
+import { RequestError, request } from "../transport/api.js";
+import { hasEnded, JobWatch } from "../transport/jobs.js";
+
+/**
+ * @import { EventDocument, FixationDocument, FixationEstimate, FixationRequest, JobDocument } from "#api"
+ * @import { Problem, StepDocument } from "#api"
+ * @import { CurrentFixation } from "#page"
+ * @import { Store } from "../store.js"
+ */
+
+const LOOK_MS = 700; // interval of reading the job, in case its events do not arrive
+const REQUESTS = 8; // the newest orders of this page whose requests are kept
+
+/** The fixation tracker of one page. */
+export class Fixations {
+  #store;
+  #watch = new JobWatch({
+    every_ms: LOOK_MS,
+    found: (job) => this.#take(job),
+    lost: (problem) => this.running && this.#fail(problem),
+  });
+  /** @type {CurrentFixation | null} what was shown before the request that is being sent */
+  #before = null;
+
+  /** @type {Map<string, FixationRequest | null>} the requests of this page by job, oldest first */
+  #requests = new Map();
+
+  /** @param {Store} store */
+  constructor(store) {
+    this.#store = store;
+  }
+
+  get running() {
+    const state = this.#store.state.current?.state;
+    return state !== undefined && !hasEnded(state);
+  }
+
+  /** @param {FixationRequest | null} request_body */
+  sending(request_body) {
+    if (this.running) return; // it queues behind the running one, which stays visible
+    this.#before = this.#store.state.current;
+    this.#set({ ...fresh(null, request_body, true), state: "sending" });
+  }
+
+  /** @param {JobDocument} job @param {FixationRequest | null} request_body @param {boolean} mine */
+  follow(job, request_body, mine) {
+    if (mine) this.#remember(job.id, request_body);
+    const current = this.#store.state.current;
+    // its events may have arrived before the response
+    const known = current?.job_id === job.id ? current : fresh(job.id, null, mine);
+    this.#set({ ...known, request: request_body, mine });
+    this.#take(job);
+  }
+
+  /** Show the previous fixation again: the request was refused. */
+  refused() {
+    if (this.#store.state.current?.state === "sending") this.#store.set({ current: this.#before });
+  }
+
+  /** @param {EventDocument} event */
+  hear(event) {
+    const data = event.data ?? {};
+    if (event.kind === "fixation.step") this.#step(data);
+    else if (event.kind === "fixation.estimate")
+      this.#estimate(/** @type {FixationEstimate} */ (/** @type {unknown} */ (data)));
+    else if (event.kind === "fixation.done")
+      this.#ended(/** @type {FixationDocument} */ (data)); // the event carries the whole fixation
+    else if (event.kind === "fixation.updated")
+      this.changed(/** @type {FixationDocument} */ (/** @type {unknown} */ (data)));
+    else if (event.kind === "job.updated") this.#job(data);
+    else if (event.kind === "cloud.created") this.#cloud(data);
+    else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string")
+      void this.recall(data["fixation_id"]);
+  }
+
+  /** Read which fixation runs, or else the last one, after the page has opened or the server has come back. */
+  async resume() {
+    const current = this.#store.state.current;
+    if (current?.job_id && this.running) await this.#watch.read(current.job_id);
+    if (this.#store.state.current) return;
+    const [runs, recent] = await Promise.all([
+      /** @type {Promise<FixationEstimate[]>} */ (request("GET", "/fixations/estimates")),
+      /** @type {Promise<FixationDocument[]>} */ (request("GET", "/fixations?limit=1")),
+    ]);
+    const last = recent[0];
+    if (runs[0]) this.#estimate(runs[0]);
+    else if (last && !this.#store.state.current)
+      this.#set({ ...fresh(last.job_id, last.request, false), state: "succeeded", steps: last.steps, fixation: last });
+  }
+
+  /** Show an earlier fixation, unless it was deleted meanwhile or another one runs. @param {string} fixation_id */
+  async recall(fixation_id) {
+    if (this.running) return;
+    try {
+      const past = /** @type {FixationDocument} */ (await request("GET", `/fixations/${fixation_id}`));
+      if (this.running) return;
+      this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
+      const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
+      if (target) this.#store.set({ selected_target: target.id });
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+    }
+  }
+
+  /** Show the new answer of a fixation after the operator has chosen one. @param {FixationDocument} fixation */
+  changed(fixation) {
+    const current = this.#store.state.current;
+    if (current?.fixation?.id === fixation.id) this.#set({ ...current, fixation });
+  }
+
+  /** @param {Record<string, unknown>} data */
+  #step(data) {
+    const job_id = typeof data["job_id"] === "string" ? data["job_id"] : null;
+    const step = /** @type {StepDocument} */ (data["step"] ?? data);
+    if (typeof step.index !== "number") return;
+    const current = this.#runningOf(job_id);
+    if (!current) return;
+    const steps = [...current.steps.filter(({ index }) => index !== step.index), step].sort(
+      (a, b) => a.index - b.index,
+    );
+    this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
+    if (current.job_id) this.#watch.watch(current.job_id);
+  }
+
+  /** Show what is known of the distance so far. @param {FixationEstimate} estimate */
+  #estimate(estimate) {
+    const current = this.#runningOf(estimate.job_id);
+    if (!current || hasEnded(current.state)) return;
+    this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", estimate });
+    this.#watch.watch(estimate.job_id);
+  }
+
+  /**
+   * Return the fixation of a job that runs; null when its result was read before the event of it came.
+   * @param {string | null} job_id
+   */
+  #runningOf(job_id) {
+    const current = this.#store.state.current;
+    if (current?.fixation && current.job_id === job_id) return null;
+    if (current && (!job_id || current.job_id === job_id)) return current;
+    const asked = (job_id && this.#requests.get(job_id)) || (current?.state === "sending" ? current.request : null);
+    const mine = job_id !== null && this.#requests.has(job_id);
+    return { ...fresh(job_id, asked, mine), state: /** @type {const} */ ("running") };
+  }
+
+  /** @param {string} job_id @param {FixationRequest | null} request_body */
+  #remember(job_id, request_body) {
+    this.#requests.set(job_id, request_body);
+    const oldest = this.#requests.keys().next().value;
+    if (this.#requests.size > REQUESTS && oldest) this.#requests.delete(oldest);
+  }
+
+  /** Add the cloud to the shown fixation; it arrives a moment later. @param {Record<string, unknown>} data */
+  #cloud(data) {
+    const current = this.#store.state.current;
+    const cloud_id = data["id"];
+    if (!current?.fixation || current.fixation.id !== data["fixation_id"] || typeof cloud_id !== "string") return;
+    this.#set({ ...current, fixation: { ...current.fixation, cloud_id } });
+  }
+
+  /** @param {Record<string, unknown>} data */
+  #job(data) {
+    const job = /** @type {JobDocument | undefined} */ (data["job"] ?? data);
+    const id = job?.id ?? data["job_id"];
+    const current = this.#store.state.current;
+    if (typeof id !== "string" || current?.job_id !== id || current.fixation) return;
+    if (job?.state && job.result_url !== undefined) this.#take(job);
+    else void this.#watch.read(id);
+  }
+
+  /** @param {JobDocument} job */
+  #take(job) {
+    const current = this.#store.state.current;
+    if (!current || current.job_id !== job.id || current.fixation) return;
+    if (hasEnded(job.state)) this.#watch.stop();
+    if (job.state === "succeeded" && job.result_url) {
+      void this.#load(job.result_url.replace(/^.*\/api\/v1/, ""));
+      return;
+    }
+    this.#set({ ...current, state: job.state, problem: job.problem, note: job.progress?.note ?? null });
+    if (!hasEnded(job.state)) this.#watch.watch(job.id);
+  }
+
+  /** @param {Problem} problem */
+  #fail(problem) {
+    const current = this.#store.state.current;
+    if (current) this.#set({ ...current, state: "failed", problem });
+  }
+
+  /** @param {string} path */
+  async #load(path) {
+    try {
+      this.#ended(await request("GET", path));
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      this.#fail(error.document);
+    }
+  }
+
+  /** @param {FixationDocument} fixation */
+  #ended(fixation) {
+    const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
+    if (current.job_id !== fixation.job_id) return; // another fixation has begun meanwhile
+    this.#watch.stop();
+    this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
+  }
+
+  /** @param {CurrentFixation} current */
+  #set(current) {
+    this.#store.set({ current });
+  }
+}
+
+/**
+ * @param {string | null} job_id
+ * @param {FixationRequest | null} request_body
+ * @param {boolean} mine
+ * @returns {CurrentFixation}
+ */
+function fresh(job_id, request_body, mine) {
+  return {
+    job_id,
+    request: request_body,
+    state: "queued",
+    steps: [],
+    estimate: null,
+    note: null,
+    fixation: null,
+    problem: null,
+    mine,
+  };
+}

@@ -1,0 +1,59 @@
+// Lists what is followed, one card a target: the tab of the console, and the cards of the page.
+
+import { FOLLOW_ADDRESS } from "../../addresses.js";
+import { html, repeat, update } from "../../elements/dom.js";
+import { icon } from "../../elements/icons.js";
+import { followCard } from "./card.js";
+
+/**
+ * @import { FollowedDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { Store } from "../../store.js"
+ * @import { FollowOrders } from "./orders.js"
+ * @typedef {{store: Store, orders: FollowOrders}} FollowContext
+ */
+
+/** @param {HTMLElement} place @param {FollowContext} context */
+export function mountFollowed(place, { store, orders }) {
+  store.on(["followed"], (state) =>
+    update(
+      place,
+      html`<p class="follow-head">
+          <a href=${FOLLOW_ADDRESS}>Page with trails</a>
+          ${allButtons(state, orders)}
+        </p>
+        ${cards(state, { orders, how: "switch on Follow at the wide view (T), then click something that moves" })}`,
+    ),
+  );
+}
+
+/**
+ * @param {ConsoleState} state
+ * @param {{orders: FollowOrders, how: string, added?: (followed: FollowedDocument) => {tools: unknown, more: unknown}}} parts `how`: how to follow something here
+ */
+export function cards({ followed }, { orders, how, added }) {
+  const empty = followed === null ? "Loading …" : `Nothing is followed: ${how}.`;
+  const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, ...added?.(each) });
+  return html`<ul class="follow-cards">${repeat(followed ?? [], ({ id }) => id, card)}</ul>
+    <p class="empty" ?hidden=${(followed ?? []).length > 0}>${empty}</p>`;
+}
+
+/** @param {ConsoleState} state @param {FollowOrders} orders */
+export function allButtons({ followed }, orders) {
+  const some = (followed ?? []).some(({ hits = 0 }) => hits > 0);
+  return html`<button
+      type="button" class="plain capture-all" ?hidden=${!some}
+      title="One look at each target, kept as a dataset; they are followed on"
+      @click=${() => void orders.captureAll()}
+    >
+      ${icon("raster")}
+      Capture all
+    </button>
+    <button
+    type="button" class="plain let-all-go" ?hidden=${(followed ?? []).length < 2}
+    @click=${() => void orders.letAllGo()}
+  >
+    ${icon("close")}
+    Let all go
+  </button>`;
+}

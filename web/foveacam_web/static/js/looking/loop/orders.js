@@ -1,0 +1,177 @@
+// The commands about the vergence loop: its target, its axes, its settings, tuning. Refusals of values are returned, so
+// that they are shown beside their controls.
+
+import { RequestError, request } from "../../transport/api.js";
+import { LatestOrder } from "../../transport/latest_order.js";
+
+/**
+ * @import { JobDocument, LoopDocument, LoopDrag, LoopPatch, LoopSettingsDocument, LoopSettingsPatch } from "#api"
+ * @import { LoopTargetRequest } from "#api"
+ * @import { Point } from "#page"
+ * @import { Commands } from "../../commands.js"
+ * @import { Store } from "../../store.js"
+ * @import { GainGroup, GroupName } from "./settings.js"
+ */
+
+const DRAG_PAUSE_MS = 66; // 15 a second at most
+/** The settings that tuning finds. @type {GainGroup[]} */
+const GAINS = ["pan", "depth", "vertical"];
+
+/** The commands about the vergence loop of one page. */
+export class LoopOrders {
+  #store;
+  #commands;
+  /** @type {LatestOrder<LoopDrag>} */
+  #drags;
+  /** Called when settings have changed, of which no event tells: a read under way may have found those before. */
+  changed = () => {};
+
+  /** @param {{store: Store, commands: Commands}} context */
+  constructor({ store, commands }) {
+    this.#store = store;
+    this.#commands = commands;
+    this.#drags = new LatestOrder({
+      pause_ms: DRAG_PAUSE_MS,
+      send: (body) => commands.send("PUT", "/loop/drag", { body }),
+    });
+  }
+
+  /**
+   * Keep both foveae on what was chosen in the wide view, of a rectangle its middle.
+   * @param {Pick<import("#api").FixationRequest, "pixel" | "rectangle">} chosen
+   */
+  async lookAt({ pixel, rectangle }) {
+    const at = rectangle
+      ? { x_px: rectangle.x_px + rectangle.width_px / 2, y_px: rectangle.y_px + rectangle.height_px / 2 }
+      : pixel;
+    if (!at) return;
+    const { overlay } = this.#store.state;
+    /** @type {LoopTargetRequest} */
+    const body = { pixel: at, ...(overlay && { frame_seq: overlay.seq }) };
+    this.#adopt(await this.#commands.send("POST", "/loop", { body }));
+  }
+
+  /** Let both eyes look at a place of the wide view. Called at every move of the pointer. @param {Point} pixel */
+  drag({ x, y }) {
+    this.#drags.give({ x_px: x, y_px: y });
+  }
+
+  /** Let the loop go on with its target. */
+  async release() {
+    await this.#drags.drop();
+    await this.#commands.send("DELETE", "/loop/drag");
+  }
+
+  /** Let an eye keep a place of its own picture in the middle. @param {"left" | "right"} eye @param {Point} pixel */
+  async partEye(eye, { x, y }) {
+    const body = { x_px: Math.max(0, x), y_px: Math.max(0, y) };
+    this.#adopt(await this.#commands.send("PUT", `/loop/eyes/${eye}`, { body }));
+  }
+
+  /** Let both eyes look at one target again. */
+  async uniteEyes() {
+    this.#adopt(await this.#commands.send("DELETE", "/loop/eyes"));
+  }
+
+  /** Pause the loop, or let it go on. */
+  async togglePause() {
+    const { loop } = this.#store.state;
+    if (!loop?.running) return;
+    this.#adopt(await this.#commands.send("PATCH", "/loop", { body: { paused: !loop.paused } }));
+  }
+
+  async end() {
+    await this.#commands.send("DELETE", "/loop");
+  }
+
+  async resetTrigger() {
+    this.#adopt(await this.#commands.send("POST", "/loop/trigger/reset"));
+  }
+
+  /** Hold axes or set their commands; return the refusal, if any. @param {LoopPatch} body */
+  async change(body) {
+    const { document, refusal } = await this.#tried(
+      () => /** @type {Promise<LoopDocument>} */ (this.#request("PATCH", "/loop", body)),
+    );
+    this.#adopt(document);
+    return refusal;
+  }
+
+  /** @param {LoopSettingsPatch} body */
+  set(body) {
+    return this.#settings(() => this.#request("PATCH", "/loop/settings", body));
+  }
+
+  /** Put one group of settings, or all, back to their defaults. @param {GroupName | null} group */
+  async reset(group) {
+    const query = group === null ? "" : `?group=${group}`;
+    const { refusal } = await this.#settings(() => this.#request("DELETE", `/loop/settings${query}`));
+    if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
+    return refusal;
+  }
+
+  async resetGains() {
+    for (const group of GAINS) if (await this.reset(group)) return;
+  }
+
+  /** @param {boolean} polish whether the gains of the relays are improved by CMA-ES */
+  async tune(polish) {
+    this.#store.set({ tune_refusal: "" });
+    const { document, refusal } = await this.#tried(
+      () => /** @type {Promise<JobDocument>} */ (this.#request("POST", "/loop/tune", { polish })),
+    );
+    this.#store.set(document ? { loop_tuning: document } : { tune_refusal: refusal ?? "" });
+  }
+
+  async abortTuning() {
+    const { loop_tuning } = this.#store.state;
+    const path = `/jobs/${loop_tuning?.id}/cancel`;
+    const job = /** @type {JobDocument | null} */ (loop_tuning && (await this.#commands.send("POST", path)));
+    if (job) this.#store.set({ loop_tuning: job });
+  }
+
+  /**
+   * @param {() => Promise<LoopSettingsDocument>} send
+   * @returns {Promise<{settings: LoopSettingsDocument | null, refusal: string | null}>}
+   */
+  async #settings(send) {
+    const { document, refusal } = await this.#tried(send);
+    const { loop } = this.#store.state;
+    if (document && loop) this.#store.set({ loop: { ...loop, settings: document } });
+    if (document) this.changed();
+    return { settings: document, refusal };
+  }
+
+  /**
+   * @template T
+   * @param {"POST" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {object} [body]
+   * @returns {Promise<T>}
+   */
+  #request(method, path, body) {
+    return request(method, path, { body, headers: this.#commands.leaseHeader() });
+  }
+
+  /**
+   * Return a document or why it was refused; what no value can mend, such as a lease, is shown as a message as well.
+   * @template T
+   * @param {() => Promise<T>} send
+   * @returns {Promise<{document: T | null, refusal: string | null}>}
+   */
+  async #tried(send) {
+    try {
+      return { document: await send(), refusal: null };
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      if (![409, 422].includes(error.document.status) || this.#store.state.lease?.holder)
+        await this.#commands.attempt(() => Promise.reject(error));
+      return { document: null, refusal: error.message };
+    }
+  }
+
+  /** @param {unknown} document of the loop; null where the order was refused */
+  #adopt(document) {
+    if (document) this.#store.set({ loop: /** @type {LoopDocument} */ (document) });
+  }
+}

@@ -1,0 +1,148 @@
+// Builds the page of the vergence loop: panes, status, axes, plots, settings, tuning, trigger, match.
+
+import { bandPlot } from "../../elements/band_plot.js";
+import { fill, h, html, update } from "../../elements/dom.js";
+import { icon } from "../../elements/icons.js";
+import { pageHead } from "../../pages.js";
+import { badge, figures, panel } from "../../elements/parts.js";
+import { AxisControl } from "./axis.js";
+import { matchPicture } from "./match.js";
+import { distanceRuns, errorCurves, SPAN_S } from "./plots.js";
+import { mountSettings } from "./settings_panel.js";
+import { tuningParts } from "./tuning.js";
+import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from "./words.js";
+
+/**
+ * @import { LoopDocument, LoopSample, LoopTriggerDocument } from "#api"
+ * @import { Role } from "#page"
+ * @import { Slots } from "../../pages.js"
+ * @import { Store } from "../../store.js"
+ * @import { LoopOrders } from "./orders.js"
+ */
+
+const LEAST_DEG = 0.001; // errors far below a pixel of a fovea must not fill the plot
+
+/** @param {HTMLElement} place @param {{store: Store, orders: LoopOrders}} context @returns {Slots} */
+export function mountLoopPage(place, { store, orders }) {
+  /** @type {Role[]} */
+  const roles = ["wide", "left", "right"];
+  const places = new Map(roles.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
+  const stack = () => h("div", { class: "stack" });
+  const [status, plots, tuning, trigger, settings] = [stack(), stack(), stack(), stack(), stack()];
+  const axes = AXES.map((about) => ({ axis: about.axis, control: new AxisControl(about, orders) }));
+  const showSettings = mountSettings(settings, { orders, settings: () => store.state.loop?.settings ?? null });
+  fill(
+    place,
+    pageHead("loop-title", "Vergence loop"),
+    html`<div class="loop-body">
+      <div class="column loop-see">
+        ${places.get("wide") ?? null}
+        <p class="lead">
+          Click in the wide view to choose the target. While the loop runs, Alt and drag takes the eyes by hand; released,
+          it goes on. A click in the picture of one eye lets that eye follow what is there by itself.
+        </p>
+        <div class="capture-eyes">${places.get("left") ?? null}${places.get("right") ?? null}</div>
+      </div>
+      <div class="column">
+        ${panel("Status", status)} ${panel("Trigger", trigger)}
+        ${panel("Axes", ...axes.map(({ control }) => control.element))}
+        ${panel(`The last ${SPAN_S} s`, plots)}
+        ${matchPicture(store)}
+        ${panel("Tuning", tuning)}
+        ${panel("Settings", settings)}
+      </div>
+    </div>`,
+  );
+  store.on(["loop", "loop_page", "rig"], (state) => {
+    const { loop } = state;
+    if (!state.loop_page) return;
+    update(status, loop ? statusParts(loop, orders) : html`<p class="empty">Loading …</p>`);
+    if (!loop) return;
+    update(trigger, triggerParts(loop.trigger, orders));
+    const now = {
+      open: loop.running && loop.tune_job_id === null && loop.eyes.length === 0,
+      baseline_m: state.rig?.calibration?.baseline_m ?? 0,
+    };
+    for (const { axis, control } of axes) {
+      const found = loop.axes.find((each) => each.axis === axis);
+      if (found) control.show(found, now);
+    }
+    showSettings(loop.settings, loop.tune_job_id === null);
+  });
+  store.on(["loop", "loop_page", "loop_tuning", "tune_refusal"], (state) => {
+    if (state.loop_page) update(tuning, tuningParts(state, orders));
+  });
+  store.on(["loop_samples", "loop_page"], ({ loop_page, loop_samples }) => {
+    if (loop_page) update(plots, plotParts(loop_samples));
+  });
+  return places;
+}
+
+/** @param {LoopDocument} loop @param {LoopOrders} orders */
+function statusParts(loop, orders) {
+  const { tone, text } = STATUSES[loop.status];
+  const { running, paused, dragged, eyes } = loop;
+  return html`<div class="loop-status" data-status=${loop.status}>
+      <p class="loop-word" role="status">${badge(tone, text)}</p>
+      <p class="distance number">${distanceOf(loop)}</p>
+      <div class="actions">
+        <button
+          type="button" class="plain pause" title="Correct nothing, or go on (P)"
+          ?disabled=${!running || eyes.length > 0}
+          @click=${() => void orders.togglePause()}
+        >
+          ${icon(paused ? "play" : "pause")}
+          ${paused ? "Go on" : "Pause"}
+        </button>
+        <button
+          type="button" class="plain end" title="End the loop; the mirrors stay where they are" ?disabled=${!running}
+          @click=${() => void orders.end()}
+        >
+          ${icon("close")}
+          End
+        </button>
+        ${
+          eyes.length > 0 &&
+          html`<button
+            type="button" class="plain unite" title="Let both eyes look at one target again" @click=${() => void orders.uniteEyes()}
+          >
+            Unite the eyes
+          </button>`
+        }
+        ${
+          dragged &&
+          html`<button type="button" class="plain" @click=${() => void orders.release()}>Let the loop go on</button>`
+        }
+      </div>
+    </div>
+    <p class="lead detail">${detailOf(loop)}</p>
+    ${figures(figuresOf(loop))}`;
+}
+
+/** @param {LoopTriggerDocument} trigger @param {LoopOrders} orders */
+function triggerParts(trigger, orders) {
+  return html`${
+    trigger.latched &&
+    html`<div class="strip warn" role="alert">
+        ${icon("warn")}
+        <div><strong>The loop waits: exposures fail again and again. </strong>${trigger.reason}</div>
+        <button type="button" class="plain" @click=${() => void orders.resetTrigger()}>Reset trigger</button>
+      </div>`
+  }
+    ${figures(triggerFigures(trigger))}`;
+}
+
+/** @param {LoopSample[]} samples */
+function plotParts(samples) {
+  const axis = { from: -SPAN_S, to: 0, x_name: "before the last look, s" };
+  const { runs, kinds } = errorCurves(samples);
+  const distances = distanceRuns(samples);
+  if (runs.length === 0) return html`<p class="empty">Errors and distance over time appear here.</p>`;
+  return html`<div class="loop-plots">
+    <div>
+      ${bandPlot(runs, { ...axis, kinds, least: LEAST_DEG, y_name: "error, °", words: `Errors of ${samples.length} looks`, height: 170 })}
+      <p class="legend">${AXES.map(({ axis: kind, name }) => html`<span class="key ${kind}">${name}</span>`)}</p>
+    </div>
+    ${distances.length > 0 && bandPlot(distances, { ...axis, y_name: "distance, m", words: "Distance with its error", height: 170 })}
+  </div>`;
+}

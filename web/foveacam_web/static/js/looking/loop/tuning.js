@@ -1,0 +1,90 @@
+// Tuning of the loop: its buttons, its progress, and what the last tuning found.
+
+import { html } from "../../elements/dom.js";
+import { clockTime, number } from "../../elements/format.js";
+import { bar } from "../../elements/parts.js";
+import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
+import { API } from "../../root.js";
+
+/**
+ * @import { JobDocument, LoopTuneDocument } from "#api"
+ * @import { ConsoleState } from "#page"
+ * @import { LoopOrders } from "./orders.js"
+ */
+
+const SVG_URL = `${API}/loop/tune.svg`;
+const CAPTION = "How each loop answers a step, before and after";
+const HEADS = ["Axis", "Settled before", "after", "Overshoot before", "after", "Ultimate gain", "Period"];
+
+/** @param {ConsoleState} state @param {LoopOrders} orders */
+export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
+  const words = loop_tuning && tuningWords(loop_tuning);
+  const why = words?.running ? "It is being tuned." : whyNotTuned(loop);
+  const button = (/** @type {string} */ text, /** @type {boolean} */ polish, /** @type {string} */ title) =>
+    html`<button
+      type="button" class="plain" title=${title} ?disabled=${why !== null} @click=${() => void orders.tune(polish)}
+    >
+      ${text}
+    </button>`;
+  return html`<p class="lead">
+      Finds the gains on the target as it is. A relay swings each axis by a little and tells how it answers, which takes
+      about a minute; polishing then tries 48 candidates by CMA-ES, which takes some minutes. Aborted, it leaves the
+      gains as they were.
+    </p>
+    <div class="actions">
+      ${button("Tune", false, "By relays alone, about a minute")}
+      ${button("Tune and polish", true, "By relays, then by CMA-ES: some minutes")}
+      <button
+        type="button" class="plain" title="The gains of pan, depth and vertical shift as they were at first"
+        ?disabled=${words?.running ?? false} @click=${() => void orders.resetGains()}
+      >
+        Back to default gains
+      </button>
+      <span class="why">${why ?? ""}</span>
+    </div>
+    ${tune_refusal && html`<p class="refused" role="alert">${tune_refusal}</p>`}
+    ${words?.running && progressOf(words, loop_tuning, orders)}
+    ${words && !words.running && html`<p class="refused" role="status">${words.text}</p>`}
+    ${loop?.tuned && resultOf(loop.tuned)}`;
+}
+
+/**
+ * @param {{share: number | null, text: string}} words
+ * @param {JobDocument | null} job
+ * @param {LoopOrders} orders
+ */
+function progressOf({ share, text }, job, orders) {
+  return html`<div class="job running">
+    <div class="words">Tuning: ${text}</div>
+    <div class="progress">${bar("Tuning the loop", { share, text })}</div>
+    <button type="button" class="plain" ?disabled=${job?.state === "cancelling"} @click=${() => void orders.abortTuning()}>
+      Abort
+    </button>
+  </div>`;
+}
+
+/** @param {LoopTuneDocument} tuned */
+function resultOf(tuned) {
+  const { tuned_utc, cost_before, cost, candidates, picture_url } = tuned;
+  const how = candidates > 0 ? `relays and ${candidates} candidates` : "relays";
+  const words = `Tuned at ${clockTime(tuned_utc)} by ${how}: the cost of a step fell from ${number(cost_before, 2)} to ${number(cost, 2)}.`;
+  return html`<p class="lead">${words}</p>
+    <div class="scroll-x">
+      <table class="compare tuned">
+        <thead><tr>${HEADS.map((head) => html`<th scope="col">${head}</th>`)}</tr></thead>
+        <tbody>
+          ${tuningRows(tuned).map(
+            ([axis, ...values]) =>
+              html`<tr><th scope="row">${axis}</th>${values.map((value) => html`<td>${value}</td>`)}</tr>`,
+          )}
+        </tbody>
+      </table>
+    </div>
+    <figure class="diagram">
+      <a href=${SVG_URL} target="_blank" rel="noopener" title="Open it as SVG">
+        <img src=${`${picture_url}?at=${encodeURIComponent(tuned_utc)}`} alt=${CAPTION} loading="lazy" />
+      </a>
+      <figcaption>${CAPTION}</figcaption>
+    </figure>
+    <p><a href=${SVG_URL} target="_blank" rel="noopener">The picture as SVG</a></p>`;
+}

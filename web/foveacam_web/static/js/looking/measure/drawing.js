@@ -1,0 +1,99 @@
+// Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
+
+import { svg } from "../../elements/dom.js";
+import { shownOf } from "./state.js";
+import { valueText } from "./words.js";
+
+/**
+ * @import { MeasurementDocument } from "#api"
+ * @import { ConsoleState, MeasureDraft, MeasuredView, Point } from "#page"
+ * @import { Viewport } from "../../video/viewport.js"
+ */
+
+const SAME_GAZE_V = 0.1;
+const LABEL_HEIGHT_PX = 18;
+const LETTER_PX = 7;
+
+/** Return the measurements that a view can show now. @param {ConsoleState} state @param {MeasuredView} view */
+export function visibleIn(state, view) {
+  if (!state.settings.marks) return [];
+  const look = state.clouds[0]?.fixation_id;
+  return shownOf(state).filter(({ fixation_ids, drawn_px, gaze }) => {
+    if (!drawn_px[view]?.length) return false;
+    if (view === "wide") return true;
+    if (fixation_ids.length !== 1 || fixation_ids[0] !== look) return false;
+    return (view !== "left" && view !== "right") || standsAt(state.rig?.mirrors, gaze);
+  });
+}
+
+/** @param {import("#api").MirrorsDocument | null | undefined} mirrors @param {MeasurementDocument["gaze"]} gaze */
+function standsAt(mirrors, gaze) {
+  if (!gaze || !mirrors?.left || !mirrors.right) return false;
+  const off_v = [
+    (mirrors.left.x_v ?? NaN) - gaze.left_v[0],
+    (mirrors.left.y_v ?? NaN) - gaze.left_v[1],
+    (mirrors.right.x_v ?? NaN) - gaze.right_v[0],
+    (mirrors.right.y_v ?? NaN) - gaze.right_v[1],
+  ];
+  return off_v.every((off) => Math.abs(off) < SAME_GAZE_V);
+}
+
+/**
+ * @param {MeasurementDocument} measured
+ * @param {MeasuredView} view
+ * @param {Viewport} viewport
+ * @param {{selected: boolean, box: {width: number, height: number}}} how `box`: the view's size, CSS px
+ */
+export function drawMeasurement(measured, view, viewport, { selected, box }) {
+  const places = (measured.drawn_px[view] ?? []).map(([x, y]) => viewport.toCss({ x, y }));
+  const line = pathOf(places, measured.kind === "plane");
+  return svg`<g class=${selected ? "measured selected" : "measured"} data-id=${measured.id}>
+    ${places.length > 1 ? [svg`<path class="under" d=${line}></path>`, svg`<path class="line" d=${line}></path>`] : null}
+    ${measured.kind === "plane" ? null : places.map(({ x, y }) => cross(x, y))}
+    ${selected ? label(valueText(measured), places, box) : null}
+  </g>`;
+}
+
+/** @param {MeasureDraft} draft @param {Viewport} viewport */
+export function drawDraft({ kind, from, to }, viewport) {
+  const a = viewport.toCss(from);
+  const b = viewport.toCss(to);
+  const places = kind === "plane" ? [a, { x: b.x, y: a.y }, b, { x: a.x, y: b.y }] : [a, b];
+  const line = pathOf(places, kind === "plane");
+  return svg`<g class="measured draft">
+    <path class="under" d=${line}></path>
+    <path class="line" d=${line}></path>
+    ${kind === "plane" ? null : cross(a.x, a.y)}
+  </g>`;
+}
+
+/** @param {Point[]} places @param {boolean} closed */
+function pathOf(places, closed) {
+  return `M${places.map(({ x, y }) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}${closed ? "Z" : ""}`;
+}
+
+/** @param {number} x @param {number} y */
+function cross(x, y) {
+  const arms = `M${x - 6} ${y}H${x - 2}M${x + 2} ${y}H${x + 6}M${x} ${y - 6}V${y - 2}M${x} ${y + 2}V${y + 6}`;
+  return svg`<g><path class="under" d=${arms}></path><path class="line" d=${arms}></path></g>`;
+}
+
+/**
+ * Draw the value beside the first point, inside the view.
+ * @param {string} text
+ * @param {Point[]} places
+ * @param {{width: number, height: number}} box
+ */
+function label(text, places, box) {
+  const middle = { x: mean(places.map(({ x }) => x)), y: Math.min(...places.map(({ y }) => y)) };
+  const half = Math.min((text.length * LETTER_PX) / 2 + 4, box.width / 2);
+  const x = Math.min(box.width - half, Math.max(half, middle.x));
+  const above = middle.y - 10 > LABEL_HEIGHT_PX;
+  const y = above ? middle.y - 10 : Math.max(...places.map((place) => place.y)) + LABEL_HEIGHT_PX + 4;
+  return svg`<text class="value" x=${x} y=${Math.min(box.height - 6, y)} text-anchor="middle">${text}</text>`;
+}
+
+/** @param {number[]} values */
+function mean(values) {
+  return values.reduce((sum, value) => sum + value, 0) / values.length;
+}

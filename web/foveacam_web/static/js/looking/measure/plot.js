@@ -1,0 +1,36 @@
+// Plots a profile: depth over length; unknown samples leave gaps.
+
+import { bandPlot } from "../../elements/band_plot.js";
+import { number } from "../../elements/format.js";
+
+/**
+ * @import { ProfileDocument } from "#api"
+ * @import { BandPoint } from "../../elements/band_plot.js"
+ */
+
+/** @param {ProfileDocument} profile */
+export function profilePlot(profile) {
+  const runs = runsOf(profile);
+  const known = runs.flat();
+  const long_m = profile.samples.at(-1)?.along_m || 1;
+  const low_m = Math.min(...known.map(({ y, sigma }) => y - sigma));
+  const high_m = Math.max(...known.map(({ y, sigma }) => y + sigma));
+  return bandPlot(runs, {
+    from: 0,
+    to: long_m,
+    x_name: "along the line, m",
+    y_name: "Z, m",
+    words: `Depth along ${number(long_m, 3)} m: from ${number(low_m, 3)} to ${number(high_m, 3)} m`,
+  });
+}
+
+/** Split the samples into runs without a gap. @param {ProfileDocument} profile */
+function runsOf({ samples }) {
+  /** @type {BandPoint[][]} */
+  const runs = [[]];
+  for (const { along_m, z_m, z_sigma_m } of samples) {
+    if (z_m === null) runs.push([]);
+    else runs.at(-1)?.push({ x: along_m, y: z_m, sigma: z_sigma_m ?? 0 });
+  }
+  return runs.filter((run) => run.length > 0);
+}

@@ -1,0 +1,63 @@
+// The rows that a part of the page reads from the server, and what was refused about which of them.
+
+import { RequestError, request } from "../../transport/api.js";
+import { QuietReads } from "../../transport/quiet.js";
+
+/** @import { Problem } from "#api" */
+
+/** A list of the server. @template T */
+export class Listing {
+  /** @type {T[] | null} */
+  rows = null;
+  /** Why it cannot be read. @type {Problem | null} */
+  fault = null;
+  /** `at`: the row it is about. @type {{at: string, problem: Problem} | null} */
+  refused = null;
+  /** Called when something of it has changed. */
+  changed = () => {};
+  #reads = new QuietReads();
+  #path;
+  #rowsOf;
+
+  /** @param {string} path below /api/v1 @param {(answer: any) => T[]} rowsOf any: an answer of that path */
+  constructor(path, rowsOf) {
+    this.#path = path;
+    this.#rowsOf = rowsOf;
+  }
+
+  read() {
+    return this.#reads.read("rows", async () => {
+      try {
+        this.rows = this.#rowsOf(await request("GET", this.#path));
+        this.fault = null;
+      } catch (error) {
+        if (!(error instanceof RequestError)) throw error;
+        if (error.document.status > 0) this.fault = error.document; // a lost server is told elsewhere
+      }
+      this.changed();
+    });
+  }
+
+  /**
+   * Send an order about a row and read the list again; return the answer, null where it was refused.
+   * @template A
+   * @param {string} at the row
+   * @param {"POST" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {object} [body]
+   * @returns {Promise<A | true | null>} true where the answer has no body
+   */
+  async order(at, method, path, body) {
+    try {
+      const answer = /** @type {A | null} */ (await request(method, path, { body }));
+      this.refused = null;
+      return answer ?? true;
+    } catch (error) {
+      if (!(error instanceof RequestError)) throw error;
+      this.refused = { at, problem: error.document };
+      return null;
+    } finally {
+      await this.read();
+    }
+  }
+}
