@@ -39,6 +39,8 @@ from foveacam_server.resources.devices.rig_state import health_routes
 from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, prepare_kernels
 
 API = "/api/v1"
+OUTSIDE = (health_routes, viser_relay)
+"""Modules whose routes are not of the interface below `API`."""
 
 
 def create_app(
@@ -68,7 +70,7 @@ def create_app(
     inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)
     for router in load_routers():
         inclusion.add(app, router)
-    for module in (health_routes, viser_relay):
+    for module in OUTSIDE:
         app.include_router(module.router, max_body_size=BODY_BYTES)
     openapi_document.install(app, token_needed=app.state.gate.token is not None, root_path=settings.root_path)
     return app
@@ -92,7 +94,7 @@ async def _lifespan(
         await run_beside(stack.close)
         raise
     app.state.services = services
-    app.state.provided = registry_of(services, load_routers())
+    app.state.provided = registry_of(services, [*load_routers(), *(module.router for module in OUTSIDE)])
     app.state.gate.accounts = services.accounts
     app.state.gate.viewers_may_stop = services.rig_setup.viewers_may_stop
     yield

@@ -145,5 +145,6 @@ def registry_of(services: Services, routers: Iterable[GuardedRouter]) -> Service
     for router in routers:
         for opened in router.opens:
             registry.open(opened)
-    registry.check()
+        for route in router.declared:
+            registry.check(route.endpoint)
     return registry

@@ -8,7 +8,6 @@ from fastapi import FastAPI
 from tests.support.servers.local_server import serving
 
 from foveacam_hardware.contract import DeviceFault
-from foveacam_server.foundation.http import provided
 from foveacam_server.foundation.http.provided import Provided, ServiceRegistry
 
 
@@ -19,12 +18,6 @@ class Counter:
 
 class Counting(Protocol):
     count: int
-
-
-@pytest.fixture(autouse=True)
-def asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the routes of this file ask for stays here."""
-    monkeypatch.setattr(provided, "_asked", set())
 
 
 def test_a_route_gets_the_service_of_its_class_and_of_a_protocol() -> None:
@@ -40,7 +33,6 @@ def test_a_route_gets_the_service_of_its_class_and_of_a_protocol() -> None:
     registry = ServiceRegistry({Counter | None: None})
     registry.add(Counter, counter)
     registry.add(Counting, other)
-    registry.check()
     app.state.provided = registry
     with serving(app) as port:
         answer = httpx.post(f"http://127.0.0.1:{port}/count", trust_env=False)
@@ -48,9 +40,23 @@ def test_a_route_gets_the_service_of_its_class_and_of_a_protocol() -> None:
     assert counter.count == 1
 
 
-def test_the_start_fails_when_a_route_asks_for_what_was_not_opened() -> None:
+def test_a_route_that_asks_for_what_was_not_opened_is_named() -> None:
     def route(_counter: Provided[Counter], _seen: Provided[Counting]) -> None: ...
 
     registry = ServiceRegistry({Counting: Counter()})
-    with pytest.raises(DeviceFault, match=r"not opened: Counter; open them in"):
-        registry.check()
+    with pytest.raises(DeviceFault, match=r"test_provided\..*route asks for .* not opened: Counter; open"):
+        registry.check(route)
+    registry.add(Counter, Counter())
+    registry.check(route)
+
+
+def test_a_service_is_opened_of_what_its_constructor_asks_for() -> None:
+    class Clerk:
+        def __init__(self, counter: Counter, *, pace: float = 2.0) -> None:
+            self.counter, self.pace = counter, pace
+
+    counter = Counter()
+    registry = ServiceRegistry({Counter: counter})
+    registry.open(Clerk)
+    clerk = registry.get(Clerk)
+    assert (clerk.counter, clerk.pace) == (counter, 2.0)

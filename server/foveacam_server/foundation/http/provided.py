@@ -1,19 +1,17 @@
 """Services of the running server by type: `fixations: Provided[FixationService]` is a route's parameter."""
 
-import functools
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from inspect import Parameter, signature
-from typing import TYPE_CHECKING, Annotated, TypeAlias, TypeVar, cast, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, cast, get_type_hints
 
 from fastapi import Depends
+from fastapi.params import Depends as Dependency
 from starlette.requests import HTTPConnection
 
 from foveacam_hardware.contract import DeviceFault
 
 T = TypeVar("T")
-
-_asked: set[object] = set()
-"""The types for which the routes of all imported modules ask."""
 
 
 class ServiceRegistry:
@@ -36,14 +34,25 @@ class ServiceRegistry:
         """Return the service of a type."""
         return cast(T, self._services[kind])
 
-    def check(self) -> None:
+    def check(self, endpoint: Callable[..., Any]) -> None:  # Any: a route's own arguments and answer
         """Raise `DeviceFault` when a route asks for a type that no service has."""
-        missing = sorted(_name(kind) for kind in _asked - self._services.keys())
+        missing = [_name(kind) for kind in asked_by(endpoint) if kind not in self._services]
         if missing:
             raise DeviceFault(
-                f"routes ask for services that were not opened: {', '.join(missing)}; open them in"
-                " foveacam_server/assembly"
+                f"route {endpoint.__module__}.{endpoint.__qualname__} asks for services that were not opened:"
+                f" {', '.join(missing)}; open them in foveacam_server/assembly, or by `opens` of its router"
             )
+
+
+@dataclass(frozen=True, slots=True)
+class _Finder:
+    """A dependency of requests and WebSockets; equal for all parameters of one type."""
+
+    kind: Any  # a type, or a union of types
+
+    async def __call__(self, connection: HTTPConnection) -> object:
+        registry: ServiceRegistry = connection.app.state.provided
+        return registry.get(self.kind)
 
 
 if TYPE_CHECKING:
@@ -54,19 +63,15 @@ else:
         """`Provided[T]` annotates a route's parameter as the opened service of type T."""
 
         def __class_getitem__(cls, kind: object) -> object:
-            _asked.add(kind)
-            return Annotated[kind, Depends(_finder(kind))]
+            return Annotated[kind, Depends(_Finder(kind))]
 
 
-@functools.cache
-def _finder(kind: type[object]) -> Callable[[HTTPConnection], Awaitable[object]]:
-    """Return a dependency of requests and WebSockets; the same for every parameter of a type."""
-
-    async def find(connection: HTTPConnection) -> object:
-        registry: ServiceRegistry = connection.app.state.provided
-        return registry.get(kind)
-
-    return find
+def asked_by(endpoint: Callable[..., Any]) -> Iterator[object]:  # Any: a route's own arguments and answer
+    """Yield the types that a route's parameters ask for."""
+    for parameter in signature(endpoint).parameters.values():
+        for note in getattr(parameter.annotation, "__metadata__", ()):
+            if isinstance(note, Dependency) and isinstance(note.dependency, _Finder):
+                yield note.dependency.kind
 
 
 def _name(kind: object) -> str:
