@@ -53,7 +53,7 @@ def test_a_helper_of_tests_and_the_fixtures_of_a_folder_reach_its_tests(changed_
     ("changed", "among"),
     [
         ("CONTRIBUTING.md", "tests/system/test_recipe.py"),
-        ("web/foveacam_web/static/js/commands.js", "tests/system/console/test_console_work.py"),
+        ("web/foveacam_web/static/js/commands.js", "tests/system/console/looking/test_console_work.py"),
         (
             "server/foveacam_server/resources/calibrating/calibrations/shipped/sim-paper.json",
             "tests/unit/calibration/test_compare.py",

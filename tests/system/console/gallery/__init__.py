@@ -1,1 +1,0 @@
-"""Tests of the gallery's pages, in a browser."""

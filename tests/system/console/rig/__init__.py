@@ -1,1 +1,0 @@
-"""Tests of the pages about the rig, in a browser."""
