@@ -24,7 +24,7 @@ const every = setInterval;
 window.setInterval = (run, period_ms, ...rest) =>
   every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
 }</script>"""
-_PACE = Path(__file__).parent / "static" / "js" / "scene" / "drawing_pace.js"
+_PACE = Path(__file__).parent / "static" / "js" / "looking" / "scene" / "drawing_pace.js"
 # Inside the console: hides the docked views, which the console has itself, folds the panel, and hides the
 # bottom sheet, which would cover most of a phone's pane
 _BARE = """<style>
