@@ -27,9 +27,8 @@ def score_map(
     """
     if patch.shape[0] > picture.shape[0] or patch.shape[1] > picture.shape[1]:  # OpenCV would swap the two
         raise ValueError(f"a patch of {patch.shape} px does not fit in a picture of {picture.shape}; cut it")
-    scores = np.asarray(
-        cv2.matchTemplate(picture, patch, cv2.TM_CCOEFF_NORMED, mask=weights), dtype=np.float32
-    )
+    found = cv2.matchTemplate(picture, patch, cv2.TM_CCOEFF_NORMED, mask=weights)
+    scores = np.asarray(found, dtype=np.float32)
     if weights is not None:  # OpenCV divides by a weighted deviation of 0
         np.nan_to_num(scores, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
     elif scores[0, 0] == 1.0 and float(np.var(patch, dtype=np.float64)) < FLAT_VARIANCE:
@@ -42,7 +41,7 @@ def correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float(score_map(one, other)[0, 0])
 
 
-def largest(scores: NDArray[np.float32]) -> tuple[int, int]:
+def largest(scores: NDArray[np.float32] | NDArray[np.float64]) -> tuple[int, int]:
     """Return the (x, y) of the largest entry of a map, the first of equal ones."""
     y, x = divmod(int(np.argmax(scores)), scores.shape[1])
     return x, y

@@ -94,11 +94,8 @@ class SettledPicture:
         height, width = image.shape
         x0, y0 = (int(max(0, v)) // step * step for v in low)
         x1, y1 = int(min(width, high[0])), int(min(height, high[1]))
-        part = cv2.resize(
-            image[y0:y1, x0:x1],
-            ((x1 - x0) // step, (y1 - y0) // step),
-            interpolation=cv2.INTER_AREA,
-        )
+        size = ((x1 - x0) // step, (y1 - y0) // step)
+        part = cv2.resize(image[y0:y1, x0:x1], size, interpolation=cv2.INTER_AREA)
         x, y, score = peak(score_map(np.asarray(part, dtype=np.float32), self._small))
         start = self._at - half_px
         return np.array([x0 + step * x - start[0], y0 + step * y - start[1]]), score
