@@ -23,7 +23,8 @@ def score_map(
     """Return the correlation, -1 to 1, of a patch at each place, (H - h + 1, W - w + 1) float32.
 
     `picture`: (H, W), `patch`: (h, w), of one dtype. `weights`: (h, w), enter squared. A flat patch and flat
-    parts of the picture score 0. Raise ValueError where the patch is larger than the picture.
+    parts of the picture score 0; with weights, what OpenCV's rounding leaves of such parts is finite but may
+    be anything. Raise ValueError where the patch is larger than the picture.
     """
     if patch.shape[0] > picture.shape[0] or patch.shape[1] > picture.shape[1]:  # OpenCV would swap the two
         raise ValueError(f"a patch of {patch.shape} px does not fit in a picture of {picture.shape}; cut it")
