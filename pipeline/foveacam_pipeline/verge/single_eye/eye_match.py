@@ -97,9 +97,9 @@ def profile_of(
     first, last = max(0, row - ROWS_PX), min(eye.image.shape[0] - height + 1, row + ROWS_PX + 1)
     if last <= first or eye.image.shape[1] < width:
         return CorrelationProfile(inverse_z_per_m=inverse_z_per_m, scores=scores)
-    band = score_map(eye.image[first : last + height - 1], template.patch).astype(np.float64)
     offsets = (np.arange(first, last) - row) / ROWS_PX
-    band -= ROW_PENALTY * (offsets * offsets)[:, None]
+    loss = ROW_PENALTY * (offsets * offsets)[:, None]
+    band = score_map(eye.image[first : last + height - 1], template.patch) - loss
     band[eye.hidden(template.patch.shape, slice(first, last))] = UNSEEN
     u_px = template.f_px * (target[0] + side_of(role) * 0.5 * baseline_m * inverse_z_per_m)
     columns = u_px - eye.u0_px - half_x
