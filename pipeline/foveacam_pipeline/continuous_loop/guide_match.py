@@ -7,12 +7,12 @@ corrects.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Sighting
 from foveacam_pipeline.continuous_loop.settings import LoopSettings
+from foveacam_pipeline.matching.correlation import peak, score_map
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -20,7 +20,7 @@ from foveacam_pipeline.verge.aim import Gazes, gazes_under
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.survey import reduce_look
-from foveacam_pipeline.verge.matching.wide_patch import cut_view, peak
+from foveacam_pipeline.verge.matching.wide_patch import cut_view
 
 LARGEST_ENLARGEMENT = 4.0
 NEEDLE_SHARE = 0.5
@@ -89,17 +89,13 @@ def match_guide(
     half = (round(settings.expand_x * width / 2), round(settings.expand_y * height / 2))
     strip = cut_view(gray(to_uint8(sighting.wide)), calibration.wide, target, f_px=f_px, half=half)
     needles = [_middle(eye.image) for eye in (look.left, look.right)]
-    scores = [_scores(strip, needle) for needle in needles]
+    scores = [score_map(strip, needle) for needle in needles]
     rows = _rows(scores[0], scores[1], lower_px=lower_rad * f_px, quarter_px=needles[0].shape[0] / 4.0)
     left, right = (
         _place(found, row, needle.shape, strip.shape, target, f_px)
         for found, row, needle in zip(scores, rows, needles, strict=True)
     )
     return GuideMatch(strip=strip, target=target, f_px=f_px, left=left, right=right)
-
-
-def _scores(strip: NDArray[np.float32], needle: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.nan_to_num(cv2.matchTemplate(strip, needle, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
 
 
 def _rows(

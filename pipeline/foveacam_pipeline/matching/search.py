@@ -7,10 +7,10 @@ because another position looks alike, which follows from the lead of the best sc
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import best_outside, largest, score_map
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow
@@ -75,10 +75,9 @@ def find_point(
     if rows < 0 or high - low < 2 or patch is None:
         return None
     strip = second[y - half - rows : y + half + rows + 1, x + low - half : x + high + half + 1]
-    scores = np.nan_to_num(cv2.matchTemplate(strip, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
-    row, column = divmod(int(np.argmax(scores)), scores.shape[1])
-    best = float(scores[row, column])
-    scores[:, max(0, column - GUARD_PX) : column + GUARD_PX + 1] = -1.0
+    scores = score_map(strip, patch)
+    column, row = largest(scores)
+    rival = best_outside(scores, (column, row), guard_px=(GUARD_PX, len(scores)))
     dx, dy = column + low, row - rows
     spare = half + SPARE_PX
     one, two = _part(first, x, y, spare, half), _part(second, x + dx, y + dy, spare, spare)
@@ -105,7 +104,7 @@ def find_point(
         sigma_x_px=math.hypot(STRUCTURE * found.sigma_px[0], FLOOR_SIGMA_PX),
         sigma_y_px=math.hypot(STRUCTURE * found.sigma_px[1], FLOOR_SIGMA_PX),
         score=found.score,
-        lead=best - float(scores.max()),
+        lead=float(scores[row, column]) - rival,
     )
 
 

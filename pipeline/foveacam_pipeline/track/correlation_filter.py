@@ -7,6 +7,7 @@ takes 60 ms an image.
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import largest, vertex
 from foveacam_pipeline.track.image_tracker import LEAST_SIDE_PX, GreyImage, TrackBox, TrackMatch, cut_box
 from foveacam_pipeline.track.template_tracker import TemplateTracker
 
@@ -103,12 +104,10 @@ class CorrelationFilterTracker:
 
 def _peak_of_period(answer: NDArray[np.float64]) -> tuple[float, float, float]:
     """Return the (x, y) shift of the largest entry of a periodic answer, to a fraction, and its height."""
-    row, column = divmod(int(np.argmax(answer)), answer.shape[1])
+    column, row = largest(answer)
     shifts = []
     for index, line in ((column, answer[row]), (row, answer[:, column])):
-        before, middle, after = (float(line[(index + step) % len(line)]) for step in (-1, 0, 1))
-        bend = before - 2.0 * middle + after
-        part = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+        three = (float(line[(index + step) % len(line)]) for step in (-1, 0, 1))
         signed = index - len(line) if index > len(line) // 2 else index
-        shifts.append(signed + part)
+        shifts.append(signed + vertex(*three))
     return shifts[0], shifts[1], float(answer[row, column])

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Sighting
+from foveacam_pipeline.matching.correlation import correlation, peak, score_map
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes, gazes_under
 from foveacam_pipeline.verge.distance import LocatedPoint, triangulate
 from foveacam_pipeline.verge.matching.fine import REACH_PX, FineMatch, MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook, reduce_look
-from foveacam_pipeline.verge.matching.wide_patch import peak, survey_f_px
+from foveacam_pipeline.verge.matching.wide_patch import survey_f_px
 
 HALF_PX = 30
 """Half side of a target's picture, survey px: a quarter of a degree."""
@@ -158,7 +159,7 @@ class FoveaPicture:
         for index, (eye, offset) in enumerate(zip((left, right), offsets, strict=True)):
             picture = self._pictures[index]
             seen = _cut(eye, offset, self._f_px, scale=scale)
-            if float(cv2.matchTemplate(seen, picture.first, cv2.TM_CCOEFF_NORMED)[0, 0]) < RENEWED_SCORE:
+            if correlation(seen, picture.first) < RENEWED_SCORE:
                 continue
             renewed = cv2.addWeighted(picture.renewed, 1.0 - RENEWAL, seen, RENEWAL, 0.0)
             self._pictures[index] = _EyePicture(
@@ -191,8 +192,7 @@ def _best_place(eye: ReducedEye, picture: _EyePicture, scale: float) -> tuple[ND
     middle_y, middle_x = ((length - side) / 2 for length in eye.image.shape)
     best, place = -1.0, np.zeros(2)
     for template in (picture.first, picture.renewed):
-        scores = np.nan_to_num(cv2.matchTemplate(eye.image, _resized(template, side), cv2.TM_CCOEFF_NORMED))
-        x, y, score = peak(np.asarray(scores, dtype=np.float32))
+        x, y, score = peak(score_map(eye.image, _resized(template, side)))
         if score > best:
             best, place = score, np.array([x - middle_x, y - middle_y])
     return place, best

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import OutOfRange
+from foveacam_pipeline.matching.correlation import correlation, peak, score_map
 from foveacam_pipeline.track.image_tracker import (
     LEAST_SIDE_PX,
     GreyImage,
@@ -17,7 +18,6 @@ from foveacam_pipeline.track.image_tracker import (
     check_inside,
     cut_box,
 )
-from foveacam_pipeline.verge.matching.wide_patch import peak
 
 FOUND_SCORE = 0.45
 LOCKED_SCORE = 0.6
@@ -101,7 +101,7 @@ class TemplateTracker:
         reach = self._reach_px()
         while True:
             part = cut_box(image, x_px=x, y_px=y, width_px=width + 2 * reach, height_px=height + 2 * reach)
-            right, down, score = peak(_scores(part, template))
+            right, down, score = peak(score_map(part, template))
             beside = max(abs(right - reach), abs(down - reach))
             if beside < reach or score < FOUND_SCORE or reach == MOST_REACH_PX:
                 return TrackMatch(x_px=x - reach + right, y_px=y - reach + down, score=score)
@@ -111,7 +111,7 @@ class TemplateTracker:
         """Return the best place in the whole image, but for a refused one: at half size, then about it."""
         height, width = self._first.shape
         small, template = _halved(image), _halved(self._first)
-        scores = _scores(small, template)
+        scores = score_map(small, template)
         middle_y, middle_x = ((side - 1) / 2 / STRIDE for side in (height, width))
         if self._refused is not None:
             refused = tuple(
@@ -128,7 +128,7 @@ class TemplateTracker:
             width_px=width + 2 * LEAST_REACH_PX,
             height_px=height + 2 * LEAST_REACH_PX,
         )
-        right, down, score = peak(_scores(part, self._first))
+        right, down, score = peak(score_map(part, self._first))
         return TrackMatch(
             x_px=about[0] - LEAST_REACH_PX + right, y_px=about[1] - LEAST_REACH_PX + down, score=score
         )
@@ -136,7 +136,7 @@ class TemplateTracker:
     def _renew(self, image: GreyImage, found: TrackMatch) -> None:
         height, width = self._first.shape
         seen = cut_box(image, x_px=found.x_px, y_px=found.y_px, width_px=width, height_px=height)
-        if float(cv2.matchTemplate(seen, self._first, cv2.TM_CCOEFF_NORMED)[0, 0]) >= RENEWED_SCORE:
+        if correlation(seen, self._first) >= RENEWED_SCORE:
             self._renewed = np.asarray(
                 cv2.addWeighted(self._renewed, 1.0 - RENEWAL, seen, RENEWAL, 0.0), dtype=np.float32
             )
@@ -145,8 +145,3 @@ class TemplateTracker:
 def _halved(picture: GreyImage | NDArray[np.float32]) -> NDArray[np.float32]:
     small = cv2.resize(picture, None, fx=1.0 / STRIDE, fy=1.0 / STRIDE, interpolation=cv2.INTER_AREA)
     return np.asarray(small, dtype=np.float32)
-
-
-def _scores(part: NDArray[np.float32], template: NDArray[np.float32]) -> NDArray[np.float32]:
-    found = cv2.matchTemplate(part, template, cv2.TM_CCOEFF_NORMED)
-    return np.asarray(np.nan_to_num(found), dtype=np.float32)

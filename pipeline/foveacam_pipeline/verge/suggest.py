@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.geometry.binning import enlarge
+from foveacam_pipeline.matching.correlation import best_outside, score_map
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.reach import outline_margin_px, reach_outline_px
 
@@ -124,7 +125,5 @@ def _unlike_its_row(gray: NDArray[np.uint8], point: NDArray[np.intp]) -> bool:
     left = max(0, x - ALIKE_REACH_PX - half)
     row = gray[y - half : y + half + 1, left : x + ALIKE_REACH_PX + half + 1]
     patch = gray[y - half : y + half + 1, x - half : x + half + 1]
-    alike = cv2.matchTemplate(row, patch, cv2.TM_CCOEFF_NORMED)[0]
     here = x - half - left
-    alike[max(0, here - half) : here + half + 1] = 0.0
-    return float(alike.max()) < ALIKE_SCORE
+    return best_outside(score_map(row, patch), (here, 0), guard_px=(half, 0)) < ALIKE_SCORE

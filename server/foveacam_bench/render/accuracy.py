@@ -6,7 +6,6 @@ diffraction, noise and 8 bits measures what a procedure obtains.
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +19,7 @@ from foveacam_bench.render.scene import (
     wide_view,
 )
 from foveacam_hardware.sim.render import Projection, Renderer, Scene, SensorExposure, expose, place
+from foveacam_pipeline.matching.correlation import peak, score_map
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
@@ -93,11 +93,8 @@ def _correlate(left: F32, right: F32, x: int, y: int, start_px: float) -> float:
     n, m = NCC_HALF, NCC_SEARCH
     template = left[y - n : y + n + 1, x - n : x + n + 1]
     strip = right[y - n : y + n + 1, x0 - n - m : x0 + n + m + 1]
-    strip, template = np.ascontiguousarray(strip), np.ascontiguousarray(template)
-    score = cv2.matchTemplate(strip, template, cv2.TM_CCOEFF_NORMED)[0]
-    k = int(np.clip(np.argmax(score), 1, len(score) - 2))
-    before, here, after = (float(s) for s in score[k - 1 : k + 2])
-    return x - (x0 + k - m + 0.5 * (before - after) / (before - 2 * here + after))
+    shift_px, _, _ = peak(score_map(strip, template))
+    return x - (x0 + shift_px - m)
 
 
 def depth_max_rel_error() -> float:

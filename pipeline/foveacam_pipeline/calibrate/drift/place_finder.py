@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Head, OutOfRange, Role, Sighting
 from foveacam_pipeline.calibrate.drift.patches import DriftPatch
 from foveacam_pipeline.calibrate.drift.values import DriftPlace, DriftSettings
+from foveacam_pipeline.matching.correlation import UNSEEN, peak, score_map
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -23,7 +23,7 @@ from foveacam_pipeline.verge.aim import Gazes, aim_at, gazes_under, reach_span, 
 from foveacam_pipeline.verge.matching.centre_fit import vicinity
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.survey import ReducedEye, reduce_look
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow, peak
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow
 
 SEARCH_INVERSE_DEPTHS = (0.0, 0.2, 0.4, 0.6)
 """Inverse depths that are searched when nothing is known, 1/m: infinity to 1.7 m."""
@@ -31,12 +31,10 @@ SAME_SPAN = 0.09
 """Looks at inverse depths closer than this show the same, 1/m."""
 REACH_MARGIN_PER_M = 0.03
 """Margin to the nearest depth that the eyes reach, because they may have drifted, 1/m."""
-MIN_COVER = 0.97
 EYES_AGREE_PX = 3.0
 """Maximum difference between the wide patch's offset in the eyes and their match to each other, survey px."""
 EXPECTED_REACH_PX = 14.0
 """Search radius about the expected row once other places were found, survey px."""
-OUT_OF_SEARCH = -1.0
 
 
 @dataclass(slots=True)
@@ -225,15 +223,11 @@ def _locate_patch(
     """
     height, width = template.patch.shape
     half_x, half_y = (width - 1) // 2, (height - 1) // 2
-    scores = np.nan_to_num(
-        np.asarray(cv2.matchTemplate(eye.image, template.patch, cv2.TM_CCOEFF_NORMED), dtype=np.float32)
-    )
-    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
-    rows, columns = scores.shape
-    scores[cover[half_y : half_y + rows, half_x : half_x + columns] < MIN_COVER] = OUT_OF_SEARCH
+    scores = score_map(eye.image, template.patch)
+    scores[eye.hidden(template.patch.shape)] = UNSEEN
     if math.isfinite(reach_px):
-        v_px = np.arange(rows) + eye.v0_px + half_y
-        scores[np.abs(v_px - row_px) > reach_px] = OUT_OF_SEARCH
+        v_px = np.arange(len(scores)) + eye.v0_px + half_y
+        scores[np.abs(v_px - row_px) > reach_px] = UNSEEN
     x, y, score = peak(scores)
     at = np.array([eye.u0_px + half_x + x, eye.v0_px + half_y + y])
     return (at - eye.centre_px) / f_px, score

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Binning
+from foveacam_pipeline.matching.correlation import peak, score_map
 from foveacam_pipeline.verge.matching.contrast import even
-from foveacam_pipeline.verge.matching.wide_patch import peak
 
 REDUCTION = 4
 HALF_PX = 136
@@ -73,9 +73,9 @@ class SettledPicture:
         self._even = _normalised(gray, binning)
         self._at = _best_patch_centre(self._even, self._low, self._high, binning)
         self._patch = _cut_patch(self._even, self._at, self._half_px)
-        self._small = cv2.resize(
-            self._patch, None, fx=1 / self._reduction, fy=1 / self._reduction, interpolation=cv2.INTER_AREA
-        )
+        scale = 1 / self._reduction
+        small = cv2.resize(self._patch, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        self._small = np.asarray(small, dtype=np.float32)
 
     def shift(self, gray: NDArray[np.uint8]) -> PictureShift:
         """Return the shift of a picture against the reference."""
@@ -94,13 +94,9 @@ class SettledPicture:
         height, width = image.shape
         x0, y0 = (int(max(0, v)) // step * step for v in low)
         x1, y1 = int(min(width, high[0])), int(min(height, high[1]))
-        part = cv2.resize(
-            image[y0:y1, x0:x1],
-            ((x1 - x0) // step, (y1 - y0) // step),
-            interpolation=cv2.INTER_AREA,
-        )
-        scores = cv2.matchTemplate(part, self._small, cv2.TM_CCOEFF_NORMED)
-        x, y, score = peak(np.nan_to_num(scores).astype(np.float32))
+        size = ((x1 - x0) // step, (y1 - y0) // step)
+        part = cv2.resize(image[y0:y1, x0:x1], size, interpolation=cv2.INTER_AREA)
+        x, y, score = peak(score_map(np.asarray(part, dtype=np.float32), self._small))
         start = self._at - half_px
         return np.array([x0 + step * x - start[0], y0 + step * y - start[1]]), score
 

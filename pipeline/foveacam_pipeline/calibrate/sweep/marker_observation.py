@@ -15,6 +15,7 @@ from foveacam_hardware.contract import Binning, Frame, Role
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
+from foveacam_pipeline.matching.correlation import best_outside, largest, score_map
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -23,7 +24,7 @@ MIN_SCORE = 0.55
 """Minimum correlation of a match in the wide view."""
 MIN_SCORE_LEAD = 0.05
 """Minimum lead of that correlation over any other position."""
-GUARD = 9
+GUARD_PX = 9
 FULL_LEVEL = 251.0
 """White above this level is clipped by its noise."""
 WIDE_REDUCTION = 2
@@ -130,12 +131,11 @@ def gaze_from_wide(
     share = wide.binning_of(wide_gray.shape) / WIDE_REDUCTION
     whole = cv2.resize(wide_gray, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     patch = _shrunk(gray(observation.image), observation.binning / (WIDE_REDUCTION * zoom), turn_rad)
-    scores = np.asarray(cv2.matchTemplate(whole, patch, cv2.TM_CCOEFF_NORMED))
-    y, x = np.unravel_index(int(np.argmax(scores)), scores.shape)
+    scores = score_map(np.asarray(whole, dtype=np.uint8), patch)
+    x, y = largest(scores)
     best = float(scores[y, x])
-    rest = scores.copy()
-    rest[max(0, y - GUARD) : y + GUARD + 1, max(0, x - GUARD) : x + GUARD + 1] = -1.0
-    if best < MIN_SCORE or best - float(rest.max()) < MIN_SCORE_LEAD:
+    second = best_outside(scores, (x, y), guard_px=(GUARD_PX, GUARD_PX))
+    if best < MIN_SCORE or best - second < MIN_SCORE_LEAD:
         return None
     half = (np.array([patch.shape[1], patch.shape[0]]) - 1.0) / 2.0
     pixel = (np.array([float(x), float(y)]) + half) * WIDE_REDUCTION + (WIDE_REDUCTION - 1) / 2.0

@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import UNSEEN, peak, score_map
 from foveacam_pipeline.verge.matching.survey import ReducedLook
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, bell, leaning, peak
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, bell, leaning
 
 REACH_PX = 16
 """How far from the centres a target is looked for, survey px: 73 fovea px."""
@@ -15,7 +16,6 @@ ROW_PENALTY = 0.04
 """What a place at the end of the reach loses of its correlation: where texture cannot tell, rows match."""
 CENTRE_PENALTY = 0.2
 """The same for the middle between both eyes, along x and y: the calibration knows it well."""
-UNSEEN = -1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,8 +68,7 @@ def vicinity(
         part = cv2.getRectSubPix(
             eye.image, (2 * reach_x + 1, 2 * reach_y + 1), (float(middle_x), float(middle_y))
         )
-        found = np.nan_to_num(cv2.matchTemplate(part, patch, cv2.TM_CCOEFF_NORMED, mask=bell(patch.shape)))
-        maps.append(np.asarray(found, dtype=np.float32))
+        maps.append(score_map(np.asarray(part, dtype=np.float32), patch, weights=bell(patch.shape)))
     return CentreFit(left=maps[0], right=maps[1], expected_px=expected * look.f_px, f_px=look.f_px)
 
 

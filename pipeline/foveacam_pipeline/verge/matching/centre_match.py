@@ -12,9 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import peak, score_map
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, cut_view, leaning, peak
+from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, cut_view, leaning
 
 HALF_PX = 4
 """Half side of the middle that is compared, survey px: two wide px."""
@@ -74,9 +75,7 @@ def _match_centre(
     size = (2 * half[0] + 1, 2 * half[1] + 1)
     centre = cv2.getRectSubPix(eye.image, size, ((width - 1) / 2, (height - 1) / 2))
     centre = leaning(np.asarray(centre, dtype=np.float32), *lean)
-    scores = np.asarray(
-        np.nan_to_num(cv2.matchTemplate(strip, centre, cv2.TM_CCOEFF_NORMED)), dtype=np.float32
-    )
+    scores = score_map(strip, centre)
     x_px, _, best = peak(scores)
     here = scores[:, REACH_PX - HERE_PX : REACH_PX + HERE_PX + 1]
     return CentreMatch(here=float(here.max()), best=best, aside_wide_px=(x_px - REACH_PX) / ENLARGED)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Binning, Role, Sighting
 from foveacam_pipeline.geometry.binning import common_binning
+from foveacam_pipeline.matching.correlation import peak, score_map
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement, doubled
 from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
@@ -21,7 +22,6 @@ from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import gazes_under
 from foveacam_pipeline.verge.matching.contrast import even
 from foveacam_pipeline.verge.matching.match_in_rows import SubpixelPosition, match_in_rows
-from foveacam_pipeline.verge.matching.wide_patch import peak
 
 WIDER = MatchWindow(half_px=64, weight_sigma_px=28.0)
 """Its weights are three wide px wide: as well as anybody can click. Sensor px, as all sizes here."""
@@ -223,7 +223,7 @@ def _placed(pair: _Pair, of_sensor: MatchWindow, *, across: float = 0.0) -> Subp
     half = window.half_px
     patch = pair.left.cut((half, half))
     field = pair.right.cut((half + reach_px[0], half + reach_px[1]), WindowPlacement(xy=across))
-    scores = np.nan_to_num(cv2.matchTemplate(field, patch, cv2.TM_CCOEFF_NORMED)).astype(np.float32)
+    scores = score_map(field, patch)
     rows = np.linspace(-1.0, 1.0, scores.shape[0], dtype=np.float32)
     scores -= ROW_PENALTY * rows[:, None] ** 2
     x, y, _ = peak(scores)

@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import UNSEEN, peak, score_map
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, peak
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 
 BAND_PX = 14
 """How far above or below its row a target may appear: calibration drift, survey px."""
@@ -27,8 +28,6 @@ ROW_PENALTY = 0.04
 GUARD_PX = 6
 """Candidates lie at least so far apart, survey px."""
 CANDIDATES = 3
-UNSEEN = -1.0
-LEAST_SEEN = 0.97
 LEAST_NORM = 1e-3
 
 Scores: TypeAlias = NDArray[np.float32]
@@ -133,13 +132,10 @@ def _band(eye: ReducedEye, template: WidePatch, target_v_px: float) -> _Band | N
     first, last = max(0, row - BAND_PX), min(rows, row + BAND_PX + 1)
     if last <= first or eye.image.shape[1] < width:
         return None
-    found = cv2.matchTemplate(eye.image[first : last + height - 1], template.patch, cv2.TM_CCOEFF_NORMED)
-    scores = np.nan_to_num(np.asarray(found, dtype=np.float32))
+    scores = score_map(eye.image[first : last + height - 1], template.patch)
     offsets = (np.arange(first, last, dtype=np.float32) - row) / BAND_PX
     scores -= ROW_PENALTY * (offsets * offsets)[:, None]
-    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
-    inside = cover[half_y + first : half_y + last, half_x : half_x + scores.shape[1]]
-    scores[inside < LEAST_SEEN] = UNSEEN
+    scores[eye.hidden(template.patch.shape, slice(first, last))] = UNSEEN
     return _Band(scores=scores, u0_px=eye.u0_px + half_x, v0_px=eye.v0_px + half_y + first)
 
 

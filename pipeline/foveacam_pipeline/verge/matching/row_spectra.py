@@ -11,14 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
+from foveacam_pipeline.verge.matching.survey import LEAST_SEEN, ReducedEye, ReducedLook
 
 LEAST_SHARE = 1.0e-4
 """Variance of a window below this share of its mean square is rounding."""
 LEAST_VARIANCE = 1.0e-3
 """Summed weighted variance of a window without any contrast, grey levels squared."""
-LEAST_SEEN = 0.97
-"""Least share of a window that must lie in the fovea's frame."""
 
 Spectrum: TypeAlias = NDArray[np.complex64]
 

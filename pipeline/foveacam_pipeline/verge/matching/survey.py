@@ -19,6 +19,8 @@ REDUCTION = 4
 """Whole-number part of the zoom, averaged away before the warp, sensor px."""
 BLUR_SIGMA_PX = 1.0
 """The reduced foveae are sharper than the enlarged wide image; this brings them closer, survey px."""
+LEAST_SEEN = 0.97
+"""Least share of a window that must lie in the fovea's frame."""
 ROLLED_AWAY_PX = 12
 """What the image's rotation (up to 10 degrees) takes from the field at the patch's height, survey px."""
 
@@ -40,6 +42,17 @@ class ReducedEye:
         """(2,) plane px of the fovea's image centre."""
         height, width = self.image.shape
         return np.array([self.u0_px + (width - 1) / 2, self.v0_px + (height - 1) / 2])
+
+    def hidden(self, shape: tuple[int, ...], rows: slice = slice(None)) -> NDArray[np.bool_]:
+        """Return which windows of an odd (h, w) look past the frame, (H - h + 1, W - w + 1) bool.
+
+        `rows`: of these, the ones to return.
+        """
+        height, width = shape
+        cover = cv2.blur(self.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
+        half_y, half_x = (height - 1) // 2, (width - 1) // 2
+        inside = cover[half_y : cover.shape[0] - half_y, half_x : cover.shape[1] - half_x]
+        return np.asarray(inside[rows] < LEAST_SEEN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,14 +8,14 @@ distances would be wrong as well.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import UNSEEN, best_outside, correlation, peak, score_map
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.matching.register import BAND_PX, GUARD_PX, LEAST_SEEN, SLACK_PX, UNSEEN
+from foveacam_pipeline.verge.matching.register import BAND_PX, GUARD_PX, SLACK_PX
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view, peak
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view
 
 SURE_SCORE = 0.75
 """Least correlation of each fovea with the patch."""
@@ -74,10 +74,8 @@ def stands_alone(
     height, width = template.patch.shape
     half = ((width - 1) // 2 + REACH_PX[0], (height - 1) // 2 + REACH_PX[1])
     view = cut_view(gray, wide, target, f_px=template.f_px, half=half)
-    scores = np.nan_to_num(cv2.matchTemplate(view, template.patch, cv2.TM_CCOEFF_NORMED))
-    middle_x, middle_y = REACH_PX
-    scores[middle_y - HERE_PX : middle_y + HERE_PX + 1, middle_x - HERE_PX : middle_x + HERE_PX + 1] = UNSEEN
-    return float(scores.max()) < ALONE_SCORE
+    scores = score_map(view, template.patch)
+    return best_outside(scores, REACH_PX, guard_px=(HERE_PX, HERE_PX)) < ALONE_SCORE
 
 
 def _only_place(eye: ReducedEye, template: WidePatch) -> NDArray[np.float64] | None:
@@ -86,15 +84,11 @@ def _only_place(eye: ReducedEye, template: WidePatch) -> NDArray[np.float64] | N
     if eye.image.shape[0] < height or eye.image.shape[1] < width:
         return None
     half_y, half_x = (height - 1) // 2, (width - 1) // 2
-    found = cv2.matchTemplate(eye.image, template.patch, cv2.TM_CCOEFF_NORMED)
-    scores = np.nan_to_num(np.asarray(found, dtype=np.float32))
-    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
-    seen = cover[half_y : half_y + scores.shape[0], half_x : half_x + scores.shape[1]]
-    scores[seen < LEAST_SEEN] = UNSEEN
+    scores = score_map(eye.image, template.patch)
+    scores[eye.hidden(template.patch.shape)] = UNSEEN
     x, y, best = peak(scores)
-    top, left = max(0, round(y) - GUARD_PX), max(0, round(x) - GUARD_PX)
-    scores[top : round(y) + GUARD_PX + 1, left : round(x) + GUARD_PX + 1] = UNSEEN
-    if best < SURE_SCORE or float(scores.max()) > best - LEAD:
+    second = best_outside(scores, (round(x), round(y)), guard_px=(GUARD_PX, GUARD_PX))
+    if best < SURE_SCORE or second > best - LEAD:
         return None
     return np.array([eye.u0_px + half_x + x, eye.v0_px + half_y + y])
 
@@ -104,7 +98,7 @@ def _alike(
 ) -> float:
     """Return the correlation of both foveae with each other about the two places."""
     windows = [_window(eye, template, place) for eye, place in ((look.left, left), (look.right, right))]
-    return float(cv2.matchTemplate(windows[0], windows[1], cv2.TM_CCOEFF_NORMED)[0, 0])
+    return correlation(windows[0], windows[1])
 
 
 def _window(eye: ReducedEye, template: WidePatch, place: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, StereoVolts
+from foveacam_pipeline.matching.correlation import peak, score_map
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -158,9 +159,7 @@ def _fits(
     half = ((width - 1) // 2 + reach_px + MARGIN_PX, (height - 1) // 2 + reach_px + MARGIN_PX)
     view = evened(wide_window(gray, wide, template.target, f_px=template.f_px, half=half))
     inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
-    weights = bell(template.patch.shape)
-    scores = cv2.matchTemplate(view[inner], template.patch, cv2.TM_CCOEFF_NORMED, mask=weights)
-    return np.asarray(np.nan_to_num(scores), dtype=np.float32)
+    return score_map(view[inner], template.patch, weights=bell(template.patch.shape))
 
 
 def cut_view(
@@ -204,23 +203,6 @@ def bell(shape: tuple[int, ...]) -> NDArray[np.float32]:
     weights = np.outer(y, x).astype(np.float32)
     weights.flags.writeable = False
     return weights
-
-
-def peak(scores: NDArray[np.float32]) -> tuple[float, float, float]:
-    """Return (x, y, score) of the largest entry, x and y to a fraction by a parabola each."""
-    row, column = divmod(int(np.argmax(scores)), scores.shape[1])
-    x = column + _vertex(scores[row, max(0, column - 1) : column + 2], column, scores.shape[1])
-    y = row + _vertex(scores[max(0, row - 1) : row + 2, column], row, scores.shape[0])
-    return x, y, float(scores[row, column])
-
-
-def _vertex(three: NDArray[np.float32], index: int, length: int) -> float:
-    """Return how far the parabola through three neighbours peaks from the middle one; 0 at a border."""
-    if not 0 < index < length - 1:
-        return 0.0
-    before, middle, after = (float(v) for v in three)
-    bend = before - 2.0 * middle + after
-    return 0.5 * (before - after) / bend if bend < 0.0 else 0.0
 
 
 def wide_window(

@@ -8,16 +8,15 @@ line; each peak is then registered to a fraction of a pixel. Both pictures are c
 import math
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.matching.correlation import UNSEEN, score_map
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.matching.windows import MatchWindow
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.matching.match_in_rows import SubpixelPosition, match_in_rows
-from foveacam_pipeline.verge.matching.register import LEAST_SEEN, UNSEEN
 from foveacam_pipeline.verge.matching.survey import ReducedEye
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 
@@ -98,13 +97,10 @@ def profile_of(
     first, last = max(0, row - ROWS_PX), min(eye.image.shape[0] - height + 1, row + ROWS_PX + 1)
     if last <= first or eye.image.shape[1] < width:
         return CorrelationProfile(inverse_z_per_m=inverse_z_per_m, scores=scores)
-    found = cv2.matchTemplate(eye.image[first : last + height - 1], template.patch, cv2.TM_CCOEFF_NORMED)
-    band = np.nan_to_num(np.asarray(found, dtype=np.float64))
     offsets = (np.arange(first, last) - row) / ROWS_PX
-    band -= ROW_PENALTY * (offsets * offsets)[:, None]
-    cover = cv2.blur(eye.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
-    inside = cover[half_y + first : half_y + last, half_x : half_x + band.shape[1]]
-    band[inside < LEAST_SEEN] = UNSEEN
+    loss = ROW_PENALTY * (offsets * offsets)[:, None]
+    band = score_map(eye.image[first : last + height - 1], template.patch) - loss
+    band[eye.hidden(template.patch.shape, slice(first, last))] = UNSEEN
     u_px = template.f_px * (target[0] + side_of(role) * 0.5 * baseline_m * inverse_z_per_m)
     columns = u_px - eye.u0_px - half_x
     scores = np.interp(columns, np.arange(band.shape[1]), band.max(axis=0), left=UNSEEN, right=UNSEEN)

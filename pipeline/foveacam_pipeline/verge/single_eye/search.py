@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.matching.correlation import UNSEEN
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
@@ -15,7 +16,6 @@ from foveacam_pipeline.verge.aim import EYES, Gazes, aim_at, clamp_gazes, reache
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
-from foveacam_pipeline.verge.matching.register import UNSEEN
 from foveacam_pipeline.verge.matching.support import SURVEY_SCALE, MatchSupport, support_of
 from foveacam_pipeline.verge.matching.survey import (
     ReducedEye,

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.matching.correlation import UNSEEN, vertex
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_pipeline.verge.matching.register import UNSEEN
 from foveacam_pipeline.verge.matching.row_spectra import LookRows, PictureRows, WeightedPatch
 from foveacam_pipeline.verge.matching.wide_patch import bell, wide_window
 
@@ -247,6 +247,4 @@ def _top(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(x[k])
-    bend = y[k - 1] - 2.0 * y[k] + y[k + 1]
-    shift = 0.5 * (y[k - 1] - y[k + 1]) / bend if bend < 0.0 else 0.0
-    return float(x[k] + shift * (x[1] - x[0]))
+    return float(x[k] + vertex(*y[k - 1 : k + 2].tolist()) * (x[1] - x[0]))

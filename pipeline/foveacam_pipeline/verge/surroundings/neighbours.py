@@ -7,10 +7,10 @@ points about a target the nearest surfaces in each direction from it matter.
 import math
 from collections.abc import Collection, Iterable, Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.matching.correlation import score_map
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.verge.aim import EYES
@@ -92,7 +92,7 @@ def repeats_in_row(
     half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
     half = (half_x + REPEAT_REACH_PX, half_y + REPEAT_ROWS_PX)
     view = cut_view(gray, wide, target, f_px=template.f_px, half=half)
-    scores = np.nan_to_num(cv2.matchTemplate(view, template.patch, cv2.TM_CCOEFF_NORMED)).max(axis=0)
+    scores = score_map(view, template.patch).max(axis=0)
     for outward in (scores[REPEAT_REACH_PX:], scores[REPEAT_REACH_PX::-1]):
         apart = np.flatnonzero(outward < REPEAT_DIP)
         if len(apart) and float(outward[apart[0] :].max()) >= REPEAT_SCORE:
