@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from tests.support.devices import guarded_host
 from tests.support.devices.controllers import Controllers, started
 
 from foveacam_hardware.contract import MonotonicClock
@@ -24,7 +25,7 @@ from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 
 REST = (29490,) * 8
-HOST = Path(__file__).parent / "guarded_host.py"
+HOST = Path(guarded_host.__file__)
 PATIENCE_S = 30.0
 
 

@@ -94,9 +94,9 @@ def test_what_changes_the_values_in_use_or_measures_in_a_session_is_refused(
 @pytest.mark.parametrize(
     ("module", "arguments"),
     [
-        ("resources.captures.cli_run", ("capture", "--name", "a")),
-        ("resources.stills.cli_run", ("still",)),
-        ("resources.recordings.cli_record", ("record", "a.fcap")),
+        ("resources.capturing.captures.cli_run", ("capture", "--name", "a")),
+        ("resources.capturing.stills.cli_run", ("still",)),
+        ("resources.capturing.recordings.cli_record", ("record", "a.fcap")),
     ],
 )
 def test_what_writes_a_folder_or_file_of_its_own_comes_to_opening_a_rig(
