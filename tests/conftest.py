@@ -2,6 +2,8 @@
 
 import gc
 import os
+import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -11,10 +13,15 @@ from xdist.scheduler import LoadFileScheduling
 
 from tests.support.cpu_seconds import CpuSeconds
 
+ROOT = Path(__file__).parents[1]
 CONTROLLER_PORT = "FOVEACAM_CONTROLLER_PORT"
 """Names the port of a mirror controller that is none of ours."""
-SHARING = ("tests/system/console", "tests/system/api")
-"""Folders whose files share a server or a browser: what a whole folder opens, one worker opens."""
+CONSOLE, API = "tests/system/console", "tests/system/api"
+"""Folders whose files share a server or a browser."""
+SHARED_SERVER = re.compile(r"\b(page_server|page_rig|shared_rig)\b")
+"""Names by which a file of the console's tests uses the one live server of that folder."""
+SHARING = (f"{CONSOLE} on its server", f"{CONSOLE} without", API)
+"""Groups of files that one worker runs, since it opens what they share."""
 LASTING = ("server", "api_server", "page_server", "own_server", "shared_rig", "shared_server")
 """Fixtures with a simulated rig: the files that need none of them come first, while another worker compiles
 the renderer; those come last whose servers run until their folder ends."""
@@ -66,7 +73,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadFileScheduling | None:
-    """Let one worker run all files that share a server or a browser."""
+    """Let one worker run all files of a group that shares a server or a browser."""
     return _FolderScheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
@@ -76,9 +83,13 @@ class _FolderScheduling(LoadFileScheduling):  # type: ignore[misc]  # xdist ship
         return _sharing(file) or file
 
 
+@cache
 def _sharing(path: str) -> str | None:
-    """Return the folder whose files share a server or a browser in which a file is."""
-    return next((folder for folder in SHARING if path.startswith(f"{folder}/")), None)
+    """Return the group of files that share a server or a browser in which a file is."""
+    if path.startswith(f"{CONSOLE}/"):
+        source = (ROOT / path).read_text(encoding="utf-8")
+        return SHARING[0] if SHARED_SERVER.search(source) else SHARING[1]
+    return API if path.startswith(f"{API}/") else None
 
 
 def _turn(item: pytest.Item) -> int:
