@@ -1,4 +1,4 @@
-"""What README.md says can be typed, typed; and the Python of every page, imported."""
+"""What README.md and the guide say can be typed, typed; and the Python of every page, imported."""
 
 import ast
 import re
@@ -13,20 +13,23 @@ from foveacam_bench.catalogue import bench_names
 
 ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+GUIDE = "server/foveacam_server/console/guide"
+CAPTURING = (ROOT / GUIDE / "capturing.md").read_text(encoding="utf-8")
+MOST_LINES = 150
 PAGES = [
     path
-    for place in (".", "server", "server/foveacam_client", "web", "hardware", "pipeline", "docker")
+    for place in (".", "server", "server/foveacam_client", "web", "hardware", "pipeline", "docker", GUIDE)
     for path in (ROOT / place).glob("*.md")
 ]
 
 
 def block_of(language: str, word: str) -> str:
-    """Return the first code block in a language that has a word in it."""
-    blocks = re.findall(r"^```(\w*)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+    """Return the guide's first code block about capturing in a language that has a word in it."""
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", CAPTURING, flags=re.DOTALL | re.MULTILINE)
     return next(str(block) for found, block in blocks if found == language and word in block)
 
 
-def test_a_capture_is_loaded_in_python_by_the_lines_of_the_readme(
+def test_a_capture_is_loaded_in_python_by_the_lines_of_the_guide(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     typed = shlex.split(block_of("", "foveacam capture --name"))
@@ -39,7 +42,7 @@ def test_a_capture_is_loaded_in_python_by_the_lines_of_the_readme(
     lines = block_of("python", "Dataset.open")
     assert len([line for line in lines.splitlines() if line]) <= 5
 
-    exec(compile(lines, "README.md", "exec"), {})  # noqa: S102 - our own page
+    exec(compile(lines, "capturing.md", "exec"), {})  # noqa: S102 - our own page
 
     printed = capsys.readouterr().out
     assert printed.startswith(f"{count} StereoVolts(")
@@ -56,6 +59,10 @@ def test_the_python_of_a_page_is_python_and_what_it_imports_exists(page: Path) -
         exec(compile(tree, page.name, "exec"), {})  # noqa: S102 - our own pages
 
 
+def test_the_readme_is_read_in_a_few_minutes() -> None:
+    assert len(README.splitlines()) <= MOST_LINES
+
+
 def test_the_readme_names_every_bench() -> None:
     found = re.search(r"`foveacam bench NAME --json` .* with NAME one of\s(.*?)\.\n", README, re.DOTALL)
     assert found is not None
@@ -66,7 +73,7 @@ def test_the_readme_names_every_bench() -> None:
 def test_the_links_of_a_page_lead_to_files_and_sections(page: Path) -> None:
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
-        if target.startswith(("http", "mailto:")):
+        if target.startswith(("http", "mailto:", "/")):  # "/": the guide's links to pages of the server
             continue
         name, _, section = target.partition("#")
         found = page.parent / name if name else page
