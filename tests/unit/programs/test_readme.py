@@ -1,8 +1,9 @@
-"""What README.md and the guide say can be typed, typed; and the Python of every page, imported."""
+"""What README.md and the guide say can be typed, typed; the Python of every page; the changelog."""
 
 import ast
 import re
 import shlex
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,8 @@ ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 GUIDE = "server/foveacam_server/console/guide"
 CAPTURING = (ROOT / GUIDE / "capturing.md").read_text(encoding="utf-8")
-MOST_LINES = 150
+CHANGELOG = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+MOST_LINES, MOST_LINES_OF_A_RELEASE = 150, 60
 PAGES = [
     path
     for place in (".", "server", "server/foveacam_client", "web", "hardware", "pipeline", "docker", GUIDE)
@@ -61,6 +63,21 @@ def test_the_python_of_a_page_is_python_and_what_it_imports_exists(page: Path) -
 
 def test_the_readme_is_read_in_a_few_minutes() -> None:
     assert len(README.splitlines()) <= MOST_LINES
+
+
+def test_the_changelog_has_a_section_of_a_screen_for_each_release() -> None:
+    sections = re.split(r"^(?=## )", CHANGELOG, flags=re.MULTILINE)[1:]
+    assert sections[0].startswith("## [Unreleased]\n")
+    released = [re.match(r"## \[(\d+)\.(\d+)\.(\d+)\] - (\d{4}-\d\d-\d\d)\n", text) for text in sections[1:]]
+    versions = [tuple(map(int, found.groups()[:3])) for found in released if found is not None]
+    dates = [found[4] for found in released if found is not None]
+    assert len(versions) == len(sections) - 1
+    assert versions == sorted(set(versions), reverse=True)
+    assert dates == sorted(dates, reverse=True)
+    assert max(len(text.rstrip().splitlines()) for text in sections) <= MOST_LINES_OF_A_RELEASE
+    for folder in (".", "server/foveacam_client"):
+        project = tomllib.loads((ROOT / folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        assert project["version"] == ".".join(map(str, versions[0]))
 
 
 def test_the_readme_names_every_bench() -> None:
