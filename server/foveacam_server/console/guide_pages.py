@@ -5,9 +5,7 @@ Links among its files become links among the pages; all others are links of this
 
 import re
 from functools import lru_cache
-from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse, RedirectResponse
@@ -17,9 +15,6 @@ from foveacam_server.accounts.route_rights import GuardedRouter
 from foveacam_server.console.pages import page_text
 from foveacam_server.console.static_files import NO_STALE_PAGES
 from foveacam_server.foundation.errors import NotFound
-
-if TYPE_CHECKING:
-    from markdown_it.token import Token
 
 GUIDE = "/guide"
 FOLDER = Path(__file__).parent / "guide"
@@ -68,7 +63,7 @@ def article(name: str) -> str:
             token.attrSet("id", anchor(following.content))
         for part in token.children or ():
             if part.type == "link_open":
-                _lead(part)
+                part.attrs.update(_link_attributes(str(part.attrGet("href"))))
     return str(reader.renderer.render(tokens, reader.options, {}))
 
 
@@ -77,23 +72,17 @@ def anchor(heading: str) -> str:
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
-def _lead(link: "Token") -> None:
-    """Let a link to a file of the guide lead to its page, and one to another site open beside the guide."""
-    target = str(link.attrGet("href"))
+def _link_attributes(target: str) -> dict[str, str]:
+    """Return attributes that lead a link to a page of the guide, or to another site in a tab of its own."""
     found = _TO_PAGE.fullmatch(target)
     if found is not None:
-        link.attrSet("href", f"{GUIDE}/{found[1]}{found[2] or ''}")
-    elif target.startswith("http"):
-        link.attrSet("target", "_blank")
-        link.attrSet("rel", "noopener")
+        return {"href": f"{GUIDE}/{found[1]}{found[2] or ''}"}
+    return {"target": "_blank", "rel": "noopener"} if target.startswith("http") else {}
 
 
 def _navigation(current: str) -> str:
-    return "".join(
-        f'<a href="{GUIDE}/{name}"{" aria-current=page" if name == current else ""}>'
-        f"{escape(name.capitalize())}</a>"
-        for name in NAMES
-    )
+    marks = {current: ' aria-current="page"'}
+    return "".join(f'<a href="{GUIDE}/{name}"{marks.get(name, "")}>{name.capitalize()}</a>' for name in NAMES)
 
 
 def install(app: FastAPI) -> None:

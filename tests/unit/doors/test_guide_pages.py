@@ -7,6 +7,7 @@ from pathlib import Path
 import httpx
 import pytest
 from fastapi import FastAPI
+from starlette.types import Scope
 from tests.support.servers.local_server import serving
 
 from foveacam_server.accounts.rights import Right
@@ -98,7 +99,7 @@ def test_the_guide_leads_to_its_first_page(browser: httpx.Client) -> None:
 def test_whoever_sees_the_console_may_read_the_guide(app: FastAPI) -> None:
     table = RouteTable(app.routes)
     for path in ("/", "/guide", "/guide/looking"):
-        scope = {"type": "http", "method": "GET", "path": path, "root_path": "", "headers": []}
+        scope: Scope = {"type": "http", "method": "GET", "path": path, "root_path": "", "headers": []}
         access = table.access(scope)
         assert access is not None
         assert access.right is Right.VIEW
