@@ -13,7 +13,7 @@ from foveacam_server.assembly.first_services import open_foundation
 from foveacam_server.assembly.opening import open_services
 from foveacam_server.assembly.routers import load_routers
 from foveacam_server.assembly.services import registry_of
-from foveacam_server.console import openapi_document, pages, security, viser_relay
+from foveacam_server.console import guide_pages, openapi_document, pages, security, viser_relay
 from foveacam_server.console.person_requests import PersonRequests
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.closing import ClosingStack, run_beside
@@ -65,6 +65,7 @@ def create_app(
     app.state.places = ServerPlaces()
     app.state.ending = None  # set by who ends the process with the application
     pages.install(app)
+    guide_pages.install(app)
     error_handlers.install(app)
     _add_middleware(app, settings)
     inclusion = Inclusion(prefix=API, responses=problems(413, 422, 507), max_body_size=BODY_BYTES)

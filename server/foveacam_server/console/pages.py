@@ -77,9 +77,13 @@ async def icon() -> FileResponse:
 
 
 def _page(name: str) -> HTMLResponse:
+    return HTMLResponse(page_text(name), headers=NO_STALE_PAGES)
+
+
+def page_text(name: str) -> str:
+    """Return the HTML of a page, with the version of the files that it loads in their addresses."""
     current = version()
-    text = _complete_page(name, current).replace('"/static/', f'"/static/{current}/')
-    return HTMLResponse(text, headers=NO_STALE_PAGES)
+    return _complete_page(name, current).replace('"/static/', f'"/static/{current}/')
 
 
 @lru_cache(maxsize=16)

@@ -85,7 +85,12 @@ def test_pictures_whose_addresses_the_server_tells_are_shown(
 
 @pytest.mark.parametrize(
     ("path", "shown"),
-    [("/docs", ".swagger-ui .opblock-tag"), ("/windows#wide", ".slot"), ("/display", "main")],
+    [
+        ("/docs", ".swagger-ui .opblock-tag"),
+        ("/windows#wide", ".slot"),
+        ("/display", "main"),
+        ("/guide/looking", "main h1"),
+    ],
 )
 def test_the_other_pages_load_below_the_path(
     open_console: OpenConsole, below: Running, path: str, shown: str

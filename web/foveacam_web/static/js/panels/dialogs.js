@@ -81,6 +81,16 @@ const HELP = [
   ],
 ];
 
+/** Pages of the guide, which the server renders at /guide/NAME. @type {[string, string][]} */
+const GUIDE = [
+  ["looking", "What a click answers, following, measuring"],
+  ["devices", "Connecting a rig, cameras, steering by hand"],
+  ["calibrating", "Steps, boards and screens, drift"],
+  ["capturing", "Datasets, mosaics, recordings, stills"],
+  ["studying", "The planner, the paper's figures, stereo networks"],
+  ["operating", "Several people and rigs, packages, backups"],
+];
+
 /** @type {{key: keyof Settings, label: string, options?: [string, string][]}[]} */
 const SETTINGS = [
   {
@@ -144,6 +154,14 @@ export function makeHelp({ showHints }) {
       <dl class="keys">${rows.flatMap(([keys, what]) => [html`<dt>${keys}</dt>`, html`<dd>${what}</dd>`])}</dl>
     </section>`,
   );
+  const pages = GUIDE.flatMap(([name, what]) => [
+    html`<dt><a href=${`${ROOT}/guide/${name}`} target="_blank" rel="noopener">${capitalised(name)}</a></dt>`,
+    html`<dd>${what}</dd>`,
+  ]);
+  const guide = html`<section>
+    <h3>Guide</h3>
+    <dl class="keys">${pages}</dl>
+  </section>`;
   const links = h(
     "p",
     { class: "lead" },
@@ -164,9 +182,12 @@ export function makeHelp({ showHints }) {
       Mark good targets on the wide view
     </button>`,
   );
-  const dialog = sheet("Help", hints, ...groups, links);
+  const dialog = sheet("Help", hints, guide, ...groups, links);
   return dialog;
 }
+
+/** @param {string} name */
+const capitalised = (name) => name[0]?.toUpperCase() + name.slice(1);
 
 /** @param {Store} store */
 export function makeSettings(store) {
