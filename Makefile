@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
-WORKERS ?= 4
+WORKERS ?= 3
 # Bytecode is kept whatever the environment says: a hundred Pythons are started, each would compile a thousand
 # files anew.
 # Two arenas of the C library's allocator, as the server takes: with one a thread a worker grows by 100 MB a server.
