@@ -14,6 +14,7 @@ from foveacam_bench.access.matrix import Asker, askers_of, try_variants, undecla
 from foveacam_server.accounts import passwords, route_rights, sign_ins
 from foveacam_server.console import access_rules
 from foveacam_server.console.access_rules import AccessRules
+from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.looking.fixations import routes as fixation_routes
 
@@ -105,7 +106,7 @@ def test_the_figures_see_rules_that_read_the_path_otherwise_than_the_router(
 def test_no_bad_credential_is_accepted(
     server: GuardedServer, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    now_utc = sign_ins.utc_now()
+    now_utc = utc_now()
     monkeypatch.setattr(sign_ins, "utc_now", lambda: now_utc)  # all sign-ins begin in one millisecond
     figures = foreign_figures(server, store, tried=300)
     assert figures["foreign_accepted"] == 0, figures["foreign_accepted_which"]
