@@ -35,7 +35,7 @@ FOLDERS = {
     "web/": ("tests/system/console", "tests/unit/programs"),
     "tests/features/": ("tests/unit/programs",),
 }
-"""Tests of what is no Python."""
+"""Folders of tests for files that no import reaches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ def select(changed: Iterable[str]) -> Selection:
 
 
 def by_content(test: str, changed: Iterable[str]) -> bool:
-    """Return whether a test looks at files that are no Python: those of its folder, or one that it names."""
+    """Return whether a test reads a changed file: one that its folder tests, or data that it names."""
     for path in changed:
         if any(path.startswith(start) and test.startswith(folders) for start, folders in FOLDERS.items()):
             return True

@@ -43,7 +43,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Give every process of the tests three emulated Basler cameras, and examples the time they take."""
     os.environ.setdefault("PYLON_CAMEMU", "3")
     for library in ("OPENBLAS", "OMP", "MKL"):  # before it is loaded
-        # As many processes as cores compute already; more threads wait for one another, for half of all time
+        # Every core already has a process; further threads would only wait for one another
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     # A moment in which this machine stands still is no failure of an example
     settings.register_profile("busy", deadline=None)

@@ -70,7 +70,7 @@ class QuietEnds:
 class KeptConnections:
     """Logs an error that is raised after its complete answer, and keeps the connection.
 
-    uvicorn would close it, which the client that has its answer learns only from its next request.
+    uvicorn would close it, and the client, which has its answer, would notice only at its next request.
     """
 
     def __init__(self, app: ASGIApp) -> None:

@@ -60,7 +60,9 @@ def test_a_helper_of_tests_and_the_fixtures_of_a_folder_reach_its_tests(changed_
         ),
     ],
 )
-def test_what_is_no_python_reaches_who_reads_it(changed_tests: ModuleType, changed: str, among: str) -> None:
+def test_a_file_that_nothing_imports_reaches_the_tests_that_read_it(
+    changed_tests: ModuleType, changed: str, among: str
+) -> None:
     assert among in changed_tests.select([changed]).run
 
 

@@ -43,10 +43,7 @@ router = GuardedRouter(
     tags=["rig set-up"],
     reading=Right.VIEW,
     changing=Right.ADMINISTER,
-    opens=(
-        DeviceSearch,
-        CameraPictures,
-    ),
+    opens=(DeviceSearch, CameraPictures),
 )
 
 
