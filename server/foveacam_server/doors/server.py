@@ -11,7 +11,7 @@ from typing import cast
 
 import uvicorn
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
-from starlette.websockets import WebSocketDisconnect
+from starlette.websockets import WebSocketDisconnect, WebSocketDisconnected
 from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -48,9 +48,10 @@ class RefusableWebSocket(WebSocketsSansIOProtocol):
 
 
 class QuietEnds:
-    """Ends without an error what the shutdown cancels, and a WebSocket whose client left before an answer.
+    """Ends without an error what the shutdown cancels, and a WebSocket whose client has left.
 
-    uvicorn would log a traceback of each.
+    That shows in the next message to it or from it, or in a further one after that. uvicorn would log a
+    traceback of each.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -60,7 +61,7 @@ class QuietEnds:
         """Serve one request or WebSocket."""
         try:
             await self._app(scope, receive, send)
-        except WebSocketDisconnect:
+        except (WebSocketDisconnect, WebSocketDisconnected):
             return
         except asyncio.CancelledError:
             if scope["type"] == "lifespan":
