@@ -285,7 +285,7 @@ class ClosedLoop:
             gazes = self._search.recover(observation, found, tracker.motion)
         doubtful = measurement.quality(self._limits) < 0.0
         if gazes is not None and (tracker.motion.moves or doubtful):  # else it is for the wide view to say
-            tracker.motion.sees((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
+            tracker.sees((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
         return gazes
 
     def _settled(self, measurement: Measurement, *, moving: bool) -> bool:

@@ -27,8 +27,8 @@ FIRST_LEAD_NS = 20_000_000
 class FixationEnded(Exception):
     """The fixation is over without being verged; `state` and `reason` say how.
 
-    `astray`: how far off both eyes show the target, where that is why it was not found. `missing`: the eye
-    that has no camera, where that is why.
+    `target_offset`: how far off both eyes show the target, where that is why it was not found. `missing`: the
+    eye that has no camera, where that is why.
     """
 
     def __init__(

@@ -13,6 +13,7 @@ from foveacam_hardware.contract import Frame
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.looking.passing_detector import PassingDetector
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow, follow_on
 
 STILL_TAN = 4.0e-4
@@ -46,11 +47,15 @@ class TargetMotion:
         """Return its direction at `t_ns`, (2,) tangents."""
         return self._target + self._speed * ((t_ns - self._t_ns) / 1e9)
 
+    def left_by(self, target: NDArray[np.float64]) -> bool:
+        """Return whether a target that is at this direction now, (2,) tangents, is not where it stood."""
+        return float(np.abs(target - self._target).max()) > STILL_TAN
+
     def sees(self, target: NDArray[np.float64], t_ns: int) -> None:
         """Take its direction at `t_ns`, (2,) tangents; the track is the line through the last few."""
         if t_ns - self._sights[-1][0] < 1e9 * SHORTEST_S:
             return
-        if not self.moves and float(np.abs(target - self._target).max()) <= STILL_TAN:
+        if not self.moves and not self.left_by(target):
             return  # it stands still: the first place stays the best known
         self._sights.append((t_ns, target))
         times_s = np.array([(t - t_ns) / 1e9 for t, _ in self._sights])
@@ -61,6 +66,8 @@ class TargetMotion:
 class TargetTracker:
     """Follows the patch through newer wide frames and keeps the target's track.
 
+    A target moves only where its place in the wide view has changed: a patch without much texture also fits
+    elsewhere, as chance or an edge through it has it.
     `far`: whether one that moves is looked for about its track, however far from where it was clicked.
     """
 
@@ -68,15 +75,15 @@ class TargetTracker:
         self._far = far
         self._template = template
         self._wide = wide
-        self._cut_ns = frame.t_ns
-        self._seq = frame.seq
+        self._cut = self._newest = frame
+        self._place = PassingDetector(wide, template.target, half_px=template.half_px)
         self.motion = TargetMotion(template.target, frame.t_ns)
 
     def follow(self, frame: Frame) -> None:
         """Take a wide frame; one that was taken before is ignored."""
-        if frame.seq == self._seq:
+        if frame.seq == self._newest.seq:
             return
-        self._seq = frame.seq
+        self._newest = frame
         image = gray(to_uint8(frame))
         if self._far and self.motion.moves:
             target = follow_on(
@@ -87,7 +94,17 @@ class TargetTracker:
                 unseen_s=(frame.t_ns - self.motion.seen_ns) / 1e9,
             )
         else:
-            elapsed_s = (frame.t_ns - self._cut_ns) / 1e9
+            elapsed_s = (frame.t_ns - self._cut.t_ns) / 1e9
             target = follow(self._template, image, self._wide, elapsed_s=elapsed_s)
         if target is not None:
-            self.motion.sees(target, frame.t_ns)
+            self.sees(target, frame.t_ns)
+
+    def sees(self, target: NDArray[np.float64], t_ns: int) -> None:
+        """Take the direction of the target at `t_ns`, (2,) tangents, if it may have moved there."""
+        if self.motion.moves or (self.motion.left_by(target) and self._place_changed()):
+            self.motion.sees(target, t_ns)
+
+    def _place_changed(self) -> bool:
+        """Return whether the newest wide frame shows something else at the target's first place."""
+        unlike = self._newest.binning != self._cut.binning  # which cannot be compared
+        return unlike or self._place.differ(self._cut, self._newest)

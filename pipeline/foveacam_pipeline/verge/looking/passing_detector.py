@@ -33,9 +33,15 @@ POLL_NS = 50_000_000
 class PassingDetector:
     """The strip of the wide view about a target."""
 
-    def __init__(self, wide: Intrinsics, target: NDArray[np.float64]) -> None:
-        """`target`: (2,) tangents from the rig's origin."""
-        self._wide, self._target = wide, target
+    def __init__(
+        self,
+        wide: Intrinsics,
+        target: NDArray[np.float64],
+        *,
+        half_px: tuple[float, float] = STRIP_PX,
+    ) -> None:
+        """`target`: (2,) tangents from the rig's origin. `half_px`: half sides of the strip, wide px."""
+        self._wide, self._target, self._half_px = wide, target, half_px
 
     def differ(self, one: Frame, other: Frame) -> bool:
         """Return whether something moved there between two wide frames; False for unlike binnings."""
@@ -44,17 +50,19 @@ class PassingDetector:
         images = [gray(to_uint8(frame)) for frame in (one, other)]
         at_px = self._wide.of_picture(images[0].shape).pixels(np.arctan(self._target)[None])[0]
         noise, sigma_px = noise_level(images[0], at_px=at_px), BLUR_SIGMA_PX / one.binning
-        strips = (_strip(image, at_px, one.binning) for image in images)
+        strips = (_strip(image, at_px, self._half_px, one.binning) for image in images)
         before, after = (cv2.GaussianBlur(strip, (0, 0), sigma_px) for strip in strips)
         blurred_noise = math.sqrt(2.0) * noise / (2.0 * math.sqrt(math.pi) * sigma_px)
         change = np.abs(after - before)
         return float(np.mean(change > LEAST_CHANGE * blurred_noise)) > MOVED_SHARE
 
 
-def _strip(image: NDArray[np.uint8], at_px: NDArray[np.float64], binning: Binning) -> NDArray[np.float32]:
+def _strip(
+    image: NDArray[np.uint8], at_px: NDArray[np.float64], half_px: tuple[float, float], binning: Binning
+) -> NDArray[np.float32]:
     """Return the strip of an image about one of its pixels, (2,)."""
     x, y = np.rint(at_px).astype(int).tolist()
-    half_x, half_y = (half // binning for half in STRIP_PX)
+    half_x, half_y = (round(half / binning) for half in half_px)
     rows = slice(max(0, y - half_y), y + half_y + 1)
     columns = slice(max(0, x - half_x), x + half_x + 1)
     return np.asarray(image[rows, columns], dtype=np.float32)

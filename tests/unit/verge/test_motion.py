@@ -1,0 +1,81 @@
+"""Whether a target moves, by the wide view alone."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from tests.support.scenes.plane_head import CALIBRATION
+
+from foveacam_hardware.contract import Frame, Role
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
+from foveacam_pipeline.verge.looking.motion import TargetTracker
+from foveacam_pipeline.verge.matching.wide_patch import cut_template
+
+WIDE = CALIBRATION.wide
+TARGET_PX = (711.0, 403.0)
+NOISE = 0.8
+"""Standard deviation of the wide camera's noise, grey levels."""
+PERIOD_NS = 66_000_000
+
+
+def board(rng: np.random.Generator, number: int, *, spot: float = 0.0, right_px: float = 0.0) -> Frame:
+    """Return a picture of a plain board whose upright edge is 22 wide px right of the target; binned by 2.
+
+    `spot`: by how much a spot on the target is darker, grey levels. `right_px`: how far all of it has moved
+    to the right, wide px.
+    """
+    x, y = np.meshgrid(2.0 * np.arange(WIDE.width // 2) + 0.5, 2.0 * np.arange(WIDE.height // 2) + 0.5)
+    x = x - right_px
+    picture = np.where(x > TARGET_PX[0] + 22.0, 70.0, 150.0)
+    picture -= spot * np.exp(-((x - TARGET_PX[0]) ** 2 + (y - TARGET_PX[1]) ** 2) / (2.0 * 4.0**2))
+    return _frame(picture + NOISE * rng.standard_normal(picture.shape), number)
+
+
+def _frame(picture: NDArray[np.float64], number: int) -> Frame:
+    return Frame(
+        image=np.clip(np.rint(picture), 0, 255).astype(np.uint8),
+        t_ns=number * PERIOD_NS,
+        exposure_ns=8_000_000,
+        seq=number,
+        role=Role.WIDE,
+        binning=2,
+    )
+
+
+def follow(first: Frame, *later: Frame, half_px: int) -> TargetTracker:
+    """Return the tracker of what is at the target's place in a frame after it has seen the others."""
+    target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
+    template = cut_template(gray(to_uint8(first)), WIDE, target, half_px=(half_px, half_px), noise=NOISE)
+    tracker = TargetTracker(template, first, WIDE)
+    for frame in later:
+        tracker.follow(frame)
+    return tracker
+
+
+def test_a_place_that_shows_what_it_showed_has_not_moved_wherever_its_patch_fits() -> None:
+    """A plain patch fits all along the edge that it just shows, and noise decides where best."""
+    rng = np.random.default_rng(7)
+    for _ in range(5):
+        assert not follow(*(board(rng, number) for number in range(6)), half_px=26).motion.moves
+
+
+@pytest.mark.parametrize("step_px", [1.6, 8.0])
+@pytest.mark.parametrize("spot", [10.0, 40.0])
+def test_a_spot_that_moves_is_followed(spot: float, step_px: float) -> None:
+    """From the least step that counts as movement on, however faint what moves."""
+    rng = np.random.default_rng(7)
+    frames = [board(rng, number, spot=spot, right_px=number * step_px) for number in range(6)]
+    tracker = follow(*frames, half_px=14)
+    assert tracker.motion.moves
+    at_px = WIDE.pixels(np.arctan(tracker.motion.at(frames[-1].t_ns))[None])[0]
+    np.testing.assert_allclose(at_px, [TARGET_PX[0] + 5 * step_px, TARGET_PX[1]], atol=1.0)
+
+
+def test_pictures_of_unlike_size_do_not_say_that_nothing_moved() -> None:
+    rng = np.random.default_rng(7)
+    first, later = board(rng, 0, spot=40.0), board(rng, 1, spot=40.0, right_px=8.0)
+    whole = replace(later, image=cv2.resize(later.image, (WIDE.width, WIDE.height)), binning=1)
+    assert follow(first, whole, half_px=14).motion.moves
