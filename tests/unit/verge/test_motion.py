@@ -77,5 +77,6 @@ def test_a_spot_that_moves_is_followed(spot: float, step_px: float) -> None:
 def test_pictures_of_unlike_size_do_not_say_that_nothing_moved() -> None:
     rng = np.random.default_rng(7)
     first, later = board(rng, 0, spot=40.0), board(rng, 1, spot=40.0, right_px=8.0)
-    whole = replace(later, image=cv2.resize(later.image, (WIDE.width, WIDE.height)), binning=1)
+    enlarged = cv2.resize(later.image, (WIDE.width, WIDE.height)).astype(np.uint8)
+    whole = replace(later, image=enlarged, binning=1)
     assert follow(first, whole, half_px=14).motion.moves
