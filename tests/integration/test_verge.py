@@ -3,9 +3,12 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.support.scenes.marker_room import make_grey
 
+from foveacam_bench.judging import bin_cameras
+from foveacam_bench.verge.field_clicks import LOOKED_AT_PX, judge
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
@@ -19,6 +22,8 @@ from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
 WHITEBOARD = ((660.0, 300.0), (640.0, 213.0))
 """Its frame's outer edge looks like the inner one: a fovea that sees it alone sees a nearer frame."""
+BESIDE_A_FRAME = (710.4, 402.0)
+"""On the whiteboard, so near to its frame that a binned patch shows just the frame's edge."""
 HIDDEN_FROM_THE_LEFT = (602.0, 561.0)
 """On the notice, behind the marble figure for the left eye, which sees another letter in its place."""
 OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
@@ -76,6 +81,15 @@ def test_a_plain_board_is_as_far_as_its_frame_says(
     assert found.distance_m is not None and found.distance_sigma_m is not None
     assert holds(found, truth_m(rig, x_px, y_px))
     assert found.distance_sigma_m <= 0.05 * found.distance_m
+
+
+def test_the_eyes_look_at_a_plain_place_that_stands_still(rig: Rig, calibration: Calibration) -> None:
+    bin_cameras(rig, 2)
+    try:
+        judged = judge(rig, calibration, "bench", np.array(BESIDE_A_FRAME))
+    finally:
+        bin_cameras(rig, 1)
+    assert judged.off_centre_px <= LOOKED_AT_PX
 
 
 @pytest.mark.parametrize(("aside_px", "down_px", "surveyed"), [(0.0, 1.0, False), (-1.0, -1.0, True)])

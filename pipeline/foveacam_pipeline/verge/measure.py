@@ -88,11 +88,19 @@ def _guesses(
 ) -> Iterator[tuple[WidePatch, MatchGuess]]:
     """Yield what to try: the first patch where each eye sees it, the middle, other patches, a long reach."""
     first = templates[0]
-    left, right, _ = vicinity(look, first, expected).peaks()
+    left, right = _in_a_row(*vicinity(look, first, expected).peaks()[:2])
     centre = (left + right) / 2.0
     yield first, MatchGuess(left=left, right=right)
     yield first, MatchGuess(left=centre, right=centre)
     for other in templates[1:]:
-        left, right, _ = vicinity(look, other, expected).peaks()
+        left, right = _in_a_row(*vicinity(look, other, expected).peaks()[:2])
         yield other, MatchGuess(left=left, right=right)
     yield first, MatchGuess(left=centre, right=centre, reach_px=FAR_REACH_PX)
+
+
+def _in_a_row(
+    left: NDArray[np.float64], right: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return two places, (2,) each, in the middle between their rows: along lines each is anywhere."""
+    row = (left[1] + right[1]) / 2.0
+    return np.array([left[0], row]), np.array([right[0], row])

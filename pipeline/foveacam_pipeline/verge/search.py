@@ -15,7 +15,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge import verdict
-from foveacam_pipeline.verge.aim import Gazes, aim_at, reach_span
+from foveacam_pipeline.verge.aim import Gazes, aim_at, centred_on_ray, reach_span
 from foveacam_pipeline.verge.distance import triangulate
 from foveacam_pipeline.verge.looking.fixation_head import FixationHead, Observation, StepResult
 from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
@@ -96,7 +96,7 @@ class TargetSearch:
                 raise verdict.blank_patch()
             if outcome is None:
                 continue
-            found = self._found(observation, outcome, templates)
+            found = self._found(observation, outcome, templates, tracker.motion)
             if outcome.fine is not None:
                 self._tell(found.gazes, outcome.fine)
                 return found
@@ -116,7 +116,7 @@ class TargetSearch:
         outcome = self._examine(observation, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
         if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.offset_score:
             return None
-        return self._found(observation, outcome, found.templates).gazes
+        return self._found(observation, outcome, found.templates, motion).gazes
 
     def target_offset(self, templates: tuple[WidePatch, ...], motion: TargetMotion) -> TargetOffset | None:
         """Return how far from its place the looks of a search in vain show a target that stands still."""
@@ -211,8 +211,20 @@ class TargetSearch:
             and candidate.rows_apart_px <= limits.rows_apart_survey_px
         )
 
+    def centred(self, lines: Gazes, motion: TargetMotion) -> Gazes:
+        """Return the lines of sight to a target, on its ray where it stands still and they pass it."""
+        if motion.moves:
+            return lines
+        within_tan = self._limits.centred_wide_px / self._calibration.wide.fx_px
+        target = motion.at(motion.seen_ns)
+        return centred_on_ray(self._calibration, lines, target, within_tan=within_tan)
+
     def _found(
-        self, observation: Observation, outcome: _Sure, templates: tuple[WidePatch, ...]
+        self,
+        observation: Observation,
+        outcome: _Sure,
+        templates: tuple[WidePatch, ...],
+        motion: TargetMotion,
     ) -> FoundTarget:
         left, right = outcome.candidate.left, outcome.candidate.right
         if outcome.fine is not None:
@@ -221,7 +233,7 @@ class TargetSearch:
             left, right = centre + half, centre - half
         others = tuple(other for other in templates if other is not outcome.template)
         return FoundTarget(
-            gazes=observation.gazes.moved(left, right),
+            gazes=self.centred(observation.gazes.moved(left, right), motion),
             templates=(outcome.template, *others),
             joint=outcome.candidate.joint,
         )
