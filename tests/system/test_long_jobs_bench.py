@@ -4,53 +4,11 @@ import subprocess
 from contextlib import nullcontext
 from pathlib import Path
 
-import httpx
 import pytest
 
 from foveacam_bench.pace import long_jobs
-from foveacam_hardware.contract import DeviceFault, Timeout
+from foveacam_hardware.contract import DeviceFault
 from foveacam_pipeline.capture.dataset import Dataset
-
-
-class StubServer:
-    """A server whose job has one state after the other."""
-
-    def __init__(self, *states: str) -> None:
-        self.states = list(states)
-        self.asked: list[tuple[str, str, object]] = []
-
-    def send(self, method: str, path: str, body: object = None) -> httpx.Response:
-        self.asked.append((method, path, body))
-        if method == "POST":
-            return httpx.Response(202, json={"id": "job-1"})
-        state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
-        return httpx.Response(200, json={"state": state, "problem": {"detail": "the disk is full"}})
-
-
-def run(server: StubServer) -> float:
-    return long_jobs.run_job(server, "/captures", {"name": "raster"})  # type: ignore[arg-type]  # sends alike
-
-
-def test_a_job_is_timed_until_it_has_succeeded() -> None:
-    server = StubServer("queued", "running", "running", "succeeded")
-
-    took_s = run(server)
-
-    assert took_s > 2 * long_jobs.POLL_S
-    assert server.asked[0] == ("POST", "/captures", {"name": "raster"})
-    assert server.asked[1:] == [("GET", "/jobs/job-1", None)] * 4
-
-
-@pytest.mark.parametrize("state", ["failed", "cancelled"])
-def test_a_job_that_does_not_succeed_is_no_figure(state: str) -> None:
-    with pytest.raises(DeviceFault, match=f"/captures has {state}: .*the disk is full"):
-        run(StubServer("running", state))
-
-
-def test_a_job_that_never_ends_is_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_jobs, "PATIENCE_S", 0.1)
-    with pytest.raises(Timeout, match="did not end within"):
-        run(StubServer("running"))
 
 
 @pytest.mark.parametrize(("code", "views"), [(0, None), (0, 8), (1, None)])

@@ -18,8 +18,10 @@ import numpy as np
 from foveacam_bench.doors.foreign import process_family
 from foveacam_bench.doors.load import ESTIMATE
 from foveacam_bench.servers import ServerProcess
+from foveacam_client import models
 from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
+from foveacam_server.commands.server_rig import server_rig
 
 PATIENCE_S = 120.0
 POLL_S = 0.05
@@ -98,11 +100,6 @@ class Situation:
     replays: bool = False
 
 
-def record(work: RunningWork, name: str, *, duration_s: float) -> JsonObject:
-    """Begin to record all cameras and return the job."""
-    return work.start("/recordings", {"name": name, "duration_s": duration_s, "rate": "live"})
-
-
 def begin_idle(_work: RunningWork) -> None:
     """Do nothing."""
 
@@ -134,16 +131,10 @@ def begin_downloading(work: RunningWork) -> None:
 
 def begin_recording(work: RunningWork) -> None:
     """Record something whole, then without an end."""
-    job = record(work, WHOLE, duration_s=RECORDED_S)
-    work.wait_for("the end of a recording", lambda: _has_ended(work, job))
-    work.wait_for_job(record(work, "endless", duration_s=ENDLESS_S))
-
-
-def _has_ended(work: RunningWork, job: JsonObject) -> bool:
-    found = work.server.send("GET", f"/jobs/{job['id']}").json()
-    if found["state"] in ("failed", "cancelled"):
-        raise DeviceFault(f"bench doors: the {job['kind']} failed: {found['problem']}")
-    return bool(found["state"] == "succeeded")
+    request = models.RecordingRequest(name=WHOLE, duration_s=RECORDED_S, rate="live")
+    with server_rig(work.server.url, token=None) as rig:
+        rig.wait(rig.api.recordings.create(request), timeout_s=PATIENCE_S)
+    work.wait_for_job(work.start("/recordings", {"name": "endless", "duration_s": ENDLESS_S, "rate": "live"}))
 
 
 def begin_replaying(work: RunningWork) -> None:

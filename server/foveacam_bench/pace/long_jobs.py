@@ -7,13 +7,16 @@ Each runs on a server in real time, as a job of REST, while nobody looks at the 
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from foveacam_bench.figures import Figures, Report
 from foveacam_bench.servers import ServerProcess, free_port
-from foveacam_client.document import JsonObject
-from foveacam_hardware.contract import DeviceFault, Timeout
+from foveacam_client import Rig, StartedJob, models
+from foveacam_client.call import ResultT
+from foveacam_hardware.contract import DeviceFault
+from foveacam_server.commands.server_rig import server_rig
 
 POINTS, QUICK_POINTS = 9, 3
 """Points of the raster along each side."""
@@ -25,7 +28,6 @@ HALF_DEG = 7.0
 DISTANCE_M = 4.0
 CALIBRATION_SCENE = "calibration"
 PATIENCE_S = 900.0
-POLL_S = 0.25
 
 
 def long_job_figures(folder: Path, *, quick: bool = False, report: Report = lambda progress: None) -> Figures:
@@ -41,26 +43,21 @@ def long_job_figures(folder: Path, *, quick: bool = False, report: Report = lamb
 
 def raster_figures(folder: Path, *, side: int) -> Figures:
     """Capture `side` x `side` points of the opening scene at full size; return seconds, points and frames."""
-    grid = {
-        "kind": "grid",
-        "columns": side,
-        "rows": side,
-        "half_width_deg": HALF_DEG,
-        "half_height_deg": HALF_DEG,
-    }
-    plan = {"points": grid, "verging": {"mode": "given", "distance_m": DISTANCE_M}}
-    with _served(folder) as server:
-        took_s = run_job(server, "/captures", {"name": "raster", "plan": plan})
-        taken = server.send("GET", "/captures").json()[0]["points"]
-    return {"raster_s": took_s, "raster_points": taken["taken"], "raster_frames": taken["frames"]}
+    grid = models.GridPoints(
+        kind="grid", columns=side, rows=side, half_width_deg=HALF_DEG, half_height_deg=HALF_DEG
+    )
+    plan = models.RasterPlan(points=grid, verging=models.Verging(mode="given", distance_m=DISTANCE_M))
+    request = models.CaptureRequest(name="raster", plan=plan)
+    with _served(folder) as rig:
+        took_s, taken = run_job(rig, lambda: rig.api.captures.create(request))
+    return {"raster_s": took_s, "raster_points": taken.points.taken, "raster_frames": taken.points.frames}
 
 
 def look_around_figures(folder: Path) -> Figures:
     """Look around in the opening scene; return seconds and the share of the wide view with a depth."""
-    with _served(folder) as server:
-        took_s = run_job(server, "/wide_depth/surveys")
-        known = server.send("GET", "/wide_depth").json()
-    return {"look_around_s": took_s, "look_around_known_fraction": known["known_fraction"]}
+    with _served(folder) as rig:
+        took_s, found = run_job(rig, rig.api.wide_depth.look_around)
+    return {"look_around_s": took_s, "look_around_known_fraction": found.known_fraction}
 
 
 def command_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
@@ -79,37 +76,36 @@ def command_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
 
 def calibration_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
     """Calibrate from nothing as a job of a server; return seconds in real time, and errors checked."""
-    options: JsonObject = {
-        "wide": {"views": views},
-        "mirrors": {"nodes": [nodes, nodes]},
-        "activate": True,
-    }
-    with _served(folder, "--scene", CALIBRATION_SCENE) as server:
-        session = server.send("POST", "/calibration_sessions", {"label": "bench"}).json()
-        path = f"/calibration_sessions/{session['id']}"
-        took_s = run_job(server, f"{path}/runs", {"step": "all", "options": options})
-        check = server.send("GET", path).json()["check"]
+    options = models.AllOptions(
+        wide=models.WideOptions(views=views),
+        mirrors=models.MirrorsOptions(nodes=[nodes, nodes]),
+        activate=True,
+    )
+    request = models.AllRun(step="all", options=options)
+    with _served(folder, "--scene", CALIBRATION_SCENE) as rig:
+        session = rig.api.calibration_sessions.create(models.SessionRequest(label="bench"))
+        took_s, ended = run_job(rig, lambda: rig.api.calibration_sessions.run(session.id, request))
+    if ended.check is None:
+        raise DeviceFault("the bench's calibration has checked nothing")
     return {
         "calibrate_all_real_time_s": took_s,
-        "calibrate_all_check_epipolar_rms_px": check["epipolar_rms_px"],
-        "calibrate_all_check_pointing_rms_px": check["pointing_rms_px"],
+        "calibrate_all_check_epipolar_rms_px": ended.check.epipolar_rms_px,
+        "calibrate_all_check_pointing_rms_px": ended.check.pointing_rms_px,
     }
 
 
-def run_job(server: ServerProcess, path: str, body: object = None) -> float:
-    """Begin a job and return the seconds until it has succeeded."""
+def run_job(rig: Rig, begin: Callable[[], StartedJob[ResultT]]) -> tuple[float, ResultT]:
+    """Begin a job; return the seconds until it has succeeded, and its result."""
     began_s = time.monotonic()
-    job_id = server.send("POST", path, body).json()["id"]
-    while (took_s := time.monotonic() - began_s) < PATIENCE_S:
-        job: dict[str, Any] = server.send("GET", f"/jobs/{job_id}").json()  # Any: a JSON document
-        if job["state"] == "succeeded":
-            return round(took_s, 2)
-        if job["state"] in ("failed", "cancelled"):
-            raise DeviceFault(f"the bench's job {path} has {job['state']}: {job.get('problem')}")
-        time.sleep(POLL_S)
-    raise Timeout(f"the bench's job {path} did not end within {PATIENCE_S:.0f} s")
+    found = rig.wait(begin(), timeout_s=PATIENCE_S)
+    return round(time.monotonic() - began_s, 2), found
 
 
-def _served(folder: Path, *options: str) -> ServerProcess:
+@contextmanager
+def _served(folder: Path, *options: str) -> Iterator[Rig]:
     folder.mkdir(parents=True)
-    return ServerProcess(folder, port=free_port(), options=options)
+    with (
+        ServerProcess(folder, port=free_port(), options=options) as server,
+        server_rig(server.url, token=None) as rig,
+    ):
+        yield rig

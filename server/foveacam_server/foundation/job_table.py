@@ -50,6 +50,11 @@ class Job:
     problem: Problem | None = None
     idempotency_key: str | None = None
 
+    @property
+    def result_id(self) -> str | None:
+        """Id of the result in its collection: the last part of its URL, which is what the table keeps."""
+        return None if self.result_url is None else self.result_url.rpartition("/")[2]
+
     def parse_request(self, schema: type[RequestT]) -> RequestT:
         """Return the stored request as its schema."""
         return schema.model_validate(self.request, strict=False)

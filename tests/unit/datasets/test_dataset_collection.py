@@ -14,7 +14,7 @@ from foveacam_pipeline.capture.dataset.document import read_document, write_docu
 from foveacam_server.datasets.collection import DatasetCollection, point_of
 from foveacam_server.datasets.download import zip_stream
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.capturing.captures.cli_run import plan_of
+from foveacam_server.resources.capturing.captures.cli_order import plan_of
 from foveacam_server.resources.capturing.captures.schema import CaptureDocument, PointsDocument
 
 

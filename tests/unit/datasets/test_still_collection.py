@@ -5,18 +5,18 @@ from pathlib import Path
 import pytest
 from tests.support.scenes.dataset_scenes import header, written
 
-from foveacam_hardware.contract import Busy, InvalidInput, NotConnected, Role
+from foveacam_hardware.contract import Busy, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import DatasetWriter, check_dataset
 from foveacam_server.datasets.collection import point_of
 from foveacam_server.foundation.errors import NotFound
-from foveacam_server.resources.capturing.stills.cli_run import StillOrder, take_on_server
+from foveacam_server.resources.capturing.stills.cli_run import StillOrder
 from foveacam_server.resources.capturing.stills.collection import (
     MOST_HELD,
     StillCollection,
     StillState,
     StoredStill,
 )
-from foveacam_server.resources.capturing.stills.schema import StillDocument, StillRequest
+from foveacam_server.resources.capturing.stills.schema import StillDocument
 
 
 @pytest.fixture
@@ -122,15 +122,3 @@ def test_options_that_mean_no_still_are_refused_in_words() -> None:
     ):
         with pytest.raises(InvalidInput, match=told):
             StillOrder.checked(**{**usual, **change})  # type: ignore[arg-type]  # of options
-
-
-@pytest.mark.parametrize(
-    ("address", "error", "told"),
-    [
-        ("here", InvalidInput, "give the address that a browser opens it by"),
-        ("http://127.0.0.1:1", NotConnected, "it was not reached"),
-    ],
-)
-def test_a_server_that_is_not_there_is_said_to_be_so(address: str, error: type[Exception], told: str) -> None:
-    with pytest.raises(error, match=told):
-        take_on_server(address, StillRequest(), token=None)

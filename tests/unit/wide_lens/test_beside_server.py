@@ -95,7 +95,7 @@ def test_what_changes_the_values_in_use_or_measures_in_a_session_is_refused(
     ("module", "arguments"),
     [
         ("resources.capturing.captures.cli_run", ("capture", "--name", "a")),
-        ("resources.capturing.stills.cli_run", ("still",)),
+        ("commands.rig", ("still",)),
         ("resources.capturing.recordings.cli_record", ("record", "a.fcap")),
     ],
 )

@@ -103,7 +103,7 @@ async def job_answer(
 ) -> JSONResponse:
     """Answer with the job (202); when it ends within the wait, with its result (200) or its problem.
 
-    `result`: returns the result from its URL.
+    `result`: returns the result by its id.
     """
     wanted_s = preferred_wait_s(prefer, longest_s=LONGEST_WAIT_S)
     if wanted_s > 0.0:
@@ -111,8 +111,8 @@ async def job_answer(
     headers = {"Location": f"{JOBS_URL}/{job.id}"}
     if wanted_s > 0.0:
         headers["Preference-Applied"] = f"wait={wanted_s:g}"
-        if job.state is JobState.SUCCEEDED and job.result_url is not None:
-            found = await run_in_threadpool(result, job.result_url)
+        if job.state is JobState.SUCCEEDED and job.result_id is not None:
+            found = await run_in_threadpool(result, job.result_id)
             return JSONResponse(found.as_json(), headers=headers)
         if job.state.ended and job.problem is not None:
             problem = job.problem.model_dump(exclude_unset=True) | {"instance": headers["Location"]}

@@ -5,12 +5,13 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
+from foveacam_client import Rig
 from foveacam_pipeline.capture.dataset import check_dataset
 from foveacam_server import cli
-from foveacam_server.foundation.progress_bar import ProgressBar
 from tests.support.servers.running_server import EVENT_PATIENCE_S, Running
 
 pytestmark = pytest.mark.usefixtures("grey")
@@ -28,6 +29,7 @@ FOUR = (
     "4",
 )
 Run = Callable[..., tuple[int, str, str]]
+Soon = Callable[[Callable[[], None]], None]
 
 
 @pytest.fixture
@@ -64,7 +66,7 @@ def state_of(server: Running, name: str) -> str | None:
 
 
 @pytest.fixture
-def soon() -> Iterator[Callable[[Callable[[], None]], None]]:
+def soon() -> Iterator[Soon]:
     """Do something beside the command that runs in the test's own thread."""
     threads = []
 
@@ -77,13 +79,21 @@ def soon() -> Iterator[Callable[[Callable[[], None]], None]]:
         thread.join()
 
 
-def press_ctrl_c_once_it_listens(server: Running, name: str) -> None:
-    def listens() -> bool:
-        hears = getattr(signal.getsignal(signal.SIGINT), "__func__", None) is ProgressBar.interrupt
-        return hears and state_of(server, name) == "running"
+@pytest.fixture
+def press_ctrl_c(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Press it once a capture runs and the command waits for it."""
+    waits, wait = threading.Event(), Rig.wait
 
-    wait_until(listens)
-    os.kill(os.getpid(), signal.SIGINT)
+    def noticed(*given: Any, **options: Any) -> Any:  # noqa: ANN401 - as of `Rig.wait`
+        waits.set()
+        return wait(*given, **options)
+
+    def press(name: str) -> None:
+        wait_until(lambda: waits.is_set() and state_of(api_server, name) == "running")
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Rig, "wait", noticed)
+    return press
 
 
 def test_a_capture_is_taken_by_the_server_and_printed(api_server: Running, run: Run) -> None:
@@ -107,10 +117,10 @@ def test_a_capture_is_taken_by_the_server_and_printed(api_server: Running, run: 
 
 
 def test_ctrl_c_cancels_what_was_begun_here_and_it_goes_on_where_it_ended(
-    api_server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+    api_server: Running, run: Run, gate: threading.Event, soon: Soon, press_ctrl_c: Callable[[str], None]
 ) -> None:
     def interrupt() -> None:
-        press_ctrl_c_once_it_listens(api_server, "ended early")
+        press_ctrl_c("ended early")
         wait_until(lambda: state_of(api_server, "ended early") != "running")
         gate.set()
 
@@ -127,14 +137,14 @@ def test_ctrl_c_cancels_what_was_begun_here_and_it_goes_on_where_it_ended(
 
 
 def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
-    api_server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+    api_server: Running, run: Run, gate: threading.Event, soon: Soon, press_ctrl_c: Callable[[str], None]
 ) -> None:
     plan = {
         "points": {"kind": "grid", "columns": 2, "rows": 2, "half_width_deg": 1, "half_height_deg": 1},
         "verging": {"mode": "given", "distance_m": 4.0},
     }
     job = api_server.post("/captures", {"name": "by rest", "plan": plan}).json()
-    soon(lambda: press_ctrl_c_once_it_listens(api_server, "by rest"))
+    soon(lambda: press_ctrl_c("by rest"))
     status, printed, told = run("--name", "by rest", "--watch")
     assert (status, printed) == (130, "")
     assert "it goes on; to cancel it: foveacam capture --cancel --name 'by rest' --server" in told
@@ -151,13 +161,13 @@ def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
 
 
 def test_a_capture_that_ended_before_its_first_point_says_so(
-    api_server: Running, run: Run, gate: threading.Event, soon: Callable[[Callable[[], None]], None]
+    api_server: Running, run: Run, gate: threading.Event, soon: Soon, press_ctrl_c: Callable[[str], None]
 ) -> None:
     survey = FOUR[: FOUR.index("--distance-m")]  # the scene's distance is measured first
 
     def interrupt() -> None:
         wait_until(lambda: state_of(api_server, "too soon") == "running")
-        press_ctrl_c_once_it_listens(api_server, "too soon")
+        press_ctrl_c("too soon")
         wait_until(lambda: state_of(api_server, "too soon") != "running")
         gate.set()
 

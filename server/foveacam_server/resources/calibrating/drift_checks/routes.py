@@ -56,7 +56,7 @@ async def create(
         require(principal, Right.ADMINISTER, asked="a drift check that puts a calibration in force")
     lease.check(x_lease)
     job = drift.submit(request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=drift.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=drift.records.get)
 
 
 @router.get("", summary="All drift checks, newest first")

@@ -6,7 +6,7 @@ from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
 from foveacam_server.resources.calibrating.drift_checks.records import DriftRecords
-from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument, DriftRequest
+from foveacam_server.resources.calibrating.drift_checks.schema import DriftRequest
 from foveacam_server.resources.calibrating.sessions.job_watcher import CalibrationJobWatcher
 from foveacam_server.resources.calibrating.sessions.runs import CalibrationJobTools
 
@@ -28,10 +28,6 @@ class DriftChecks:
         self._tools.calibration.require()
         self._tools.hardware.check_may_move()
         return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
-
-    def get_by_url(self, url: str) -> DriftCheckDocument:
-        """Return the check that a job's result URL names."""
-        return self.records.get(url.rsplit("/", 1)[1])
 
     def _work(self, context: JobContext) -> str:
         from foveacam_server.resources.calibrating.drift_checks.step import (  # loads for a while

@@ -111,7 +111,7 @@ async def run(
         require(principal, Right.ADMINISTER, asked="a run that puts its calibration in force")
     lease.check(x_lease)
     job = sessions.submit(session_id, request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=sessions.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=sessions.get)
 
 
 @router.delete(

@@ -53,10 +53,6 @@ class CalibrationSessionService:
         """Return a session by its id or raise `NotFound`."""
         return self._describe(self._sessions.get(session_id))
 
-    def get_by_url(self, url: str) -> SessionDocument:
-        """Return the session that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
-
     def remove(self, session_id: str) -> None:
         """Delete a session; raise `Busy` while a job works in it."""
         self._runs.check_idle(session_id, "delete the session")

@@ -1,5 +1,6 @@
 """Routes of the archive: send a capture, a recording or a still there, fetch it."""
 
+from functools import partial
 from typing import Annotated
 
 from fastapi import Path
@@ -50,9 +51,10 @@ def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_le
         idempotency_key: IdempotencyHeader = None,
     ) -> JSONResponse:
         """Queue the upload as a job; what the archive has already is not sent again."""
-        held = archive
-        job = await run_in_threadpool(held.archive, kind, item_id, request, idempotency_key=idempotency_key)
-        return await job_answer(jobs, job, prefer=prefer, result=held.result(kind))
+        job = await run_in_threadpool(
+            archive.archive, kind, item_id, request, idempotency_key=idempotency_key
+        )
+        return await job_answer(jobs, job, prefer=prefer, result=partial(archive.document, kind))
 
     async def fetch(
         item_id: Annotated[str, item_id_path],
@@ -62,9 +64,8 @@ def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_le
         idempotency_key: IdempotencyHeader = None,
     ) -> JSONResponse:
         """Queue the download of the files that are not on this machine, as a job."""
-        held = archive
-        job = await run_in_threadpool(held.fetch, kind, item_id, idempotency_key=idempotency_key)
-        return await job_answer(jobs, job, prefer=prefer, result=held.result(kind))
+        job = await run_in_threadpool(archive.fetch, kind, item_id, idempotency_key=idempotency_key)
+        return await job_answer(jobs, job, prefer=prefer, result=partial(archive.document, kind))
 
     for endpoint, name, summary in (
         (send, "archive", f"Send a {noun} to the archive"),

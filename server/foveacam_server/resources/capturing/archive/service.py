@@ -1,7 +1,7 @@
 """Sends captures, recordings and stills to the archive and fetches them, as jobs parallel to all others."""
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Protocol
 from urllib.parse import quote
@@ -86,9 +86,9 @@ class ArchiveService:
         note = f"{item.name} from the archive"
         return self._jobs.submit(FETCH, order, idempotency_key=idempotency_key, note=note)
 
-    def result(self, kind: ItemKind) -> Callable[[str], ResponseModel]:
-        """Return what finds the changed item by its id's URL."""
-        return lambda url: self._sources[kind].document(url.rsplit("/", 1)[1])
+    def document(self, kind: ItemKind, item_id: str) -> ResponseModel:
+        """Return an item as REST shows it."""
+        return self._sources[kind].document(item_id)
 
     def _archive(self, context: JobContext) -> str:
         order = context.job.parse_request(ArchiveOrder)

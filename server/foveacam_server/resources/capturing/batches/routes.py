@@ -53,7 +53,7 @@ async def make(
 ) -> JSONResponse:
     """Queue it, or the rest of the same one, as a job that leaves the rig free."""
     job = await run_in_threadpool(batches.start, request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=batches.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=batches.get)
 
 
 @router.get("", summary="All batches")

@@ -118,10 +118,6 @@ class BatchService:
             download_url=None if summary is None else f"{url}/download.zip",
         )
 
-    def get_by_url(self, url: str) -> BatchDocument:
-        """Return the batch that a job's result URL names."""
-        return self.get(url.rpartition("/")[2])
-
     def picture(self, batch_id: str) -> Path:
         """Return the path of a batch's picture; raise NotFound."""
         stored = self._require(batch_id)

@@ -64,13 +64,7 @@ def capture(
     cancel: CancelOption = False,
 ) -> None:
     """Take a raster of both foveae into a dataset; Ctrl-C leaves a valid partial one."""
-    from foveacam_server.resources.capturing.captures.cli_remote import CaptureAction, run_at
-    from foveacam_server.resources.capturing.captures.cli_run import (
-        CaptureOrder,
-        codec_of,
-        plan_of,
-        run_order,
-    )
+    from foveacam_server.resources.capturing.captures.cli_order import CaptureOrder, codec_of, plan_of
 
     flags = {"--resume": resume, "--watch": watch, "--cancel": cancel, "--estimate": estimate}
     flag = _flag_given(flags, server=server)
@@ -96,8 +90,12 @@ def capture(
         estimate=estimate,
     )
     if server is None:
+        from foveacam_server.resources.capturing.captures.cli_run import run_order
+
         run_order(rig_options, order)
     else:
+        from foveacam_server.resources.capturing.captures.cli_remote import CaptureAction, run_at
+
         action = CaptureAction.TAKE if flag is None else CaptureAction(flag.lstrip("-"))
         run_at(rig_options, order, action, server=server)
 

@@ -5,39 +5,25 @@ Ctrl-C cancels a capture that this command started or resumed; with `--watch` it
 
 import json
 import shlex
-import time
 from enum import StrEnum
 
 import typer
-from pydantic import TypeAdapter
 from rich.console import Console
 
+from foveacam_client import JobCancelled, ProblemError, Rig, StartedJob, models
 from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset import dataset_name
 from foveacam_server.commands.options import RigOptions
-from foveacam_server.commands.server_answers import read_answer
-from foveacam_server.foundation.http.server_client import ServerClient
+from foveacam_server.commands.server_rig import server_rig
 from foveacam_server.foundation.plain_words import validated
 from foveacam_server.foundation.progress_bar import ProgressBar, progress_bar
-from foveacam_server.foundation.schema import JobDocument
-from foveacam_server.resources.capturing.captures.cli_run import (
+from foveacam_server.resources.capturing.captures.cli_order import (
     INTERRUPTED,
     CaptureOrder,
     capture_words,
     estimate_words,
 )
-from foveacam_server.resources.capturing.captures.schema import (
-    CaptureDocument,
-    CaptureRequest,
-    EstimateDocument,
-    EstimateRequest,
-)
-
-POLL_S = 0.2
-_JOB = TypeAdapter(JobDocument)
-_CAPTURES = TypeAdapter(list[CaptureDocument])
-_ESTIMATE = TypeAdapter(EstimateDocument)
-_ENDED = ("succeeded", "failed", "cancelled")
+from foveacam_server.resources.capturing.captures.schema import CaptureRequest, EstimateRequest
 
 
 class CaptureAction(StrEnum):
@@ -53,88 +39,93 @@ class CaptureAction(StrEnum):
 def run_at(rig_options: RigOptions, order: CaptureOrder, action: CaptureAction, *, server: str) -> None:
     """Let the server do it and print the result; end with status 130 when the capture is not finished."""
     console = Console(stderr=True, quiet=rig_options.as_json)
-    with ServerClient(server, token=rig_options.settings.token) as client:
+    with server_rig(server, token=rig_options.settings.token) as rig:
         if action is CaptureAction.ESTIMATE:
-            answer = client.post("/captures/estimates", _estimate_request(order))
-            estimate = read_answer(_ESTIMATE, answer)
-            shown = json.dumps(estimate.as_json()) if rig_options.as_json else estimate_words(estimate)
-            typer.echo(shown)
+            _print_estimate(rig, order, as_json=rig_options.as_json)
             return
-        job = _begin(client, order, action)
-        with progress_bar(console, stage=order.name, cancels=True) as bar:
-            ended = _follow(client, job, bar, cancels=action is not CaptureAction.WATCH)
-        if ended is None:
-            console.print(_unwatched_words(order, server), markup=False, highlight=False, soft_wrap=True)
+        started = _begin(rig, order, action, server=server)
+        watches, problem = action is CaptureAction.WATCH, None
+        try:
+            with progress_bar(console, stage=order.name) as bar:
+                _follow(rig, started, bar, cancels=not watches)
+        except ProblemError as error:
+            problem = error
+        except KeyboardInterrupt:
+            if watches:
+                console.print(_unwatched_words(order, server), markup=False, highlight=False, soft_wrap=True)
+            raise typer.Exit(INTERRUPTED) from None
+        _print_result(rig, order, as_json=rig_options.as_json)
+    if isinstance(problem, JobCancelled):
+        if action is not CaptureAction.CANCEL:
             raise typer.Exit(INTERRUPTED)
-        _print_result(client, order, ended, as_json=rig_options.as_json)
-    if ended.state == "cancelled" and action is not CaptureAction.CANCEL:
-        raise typer.Exit(INTERRUPTED)
+    elif problem is not None:
+        raise FoveaError(problem.detail)
 
 
-def _begin(client: ServerClient, order: CaptureOrder, action: CaptureAction) -> JobDocument:
+def _begin(
+    rig: Rig, order: CaptureOrder, action: CaptureAction, *, server: str
+) -> StartedJob[models.CaptureDocument]:
     """Start, resume, cancel or find the capture; return its job."""
     if action is CaptureAction.TAKE:
         given = {"name": order.name, "plan": order.plan, "label": order.label, "codec": order.codec.value}
         request = validated(CaptureRequest, given)
-        return read_answer(_JOB, client.post("/captures", request))
-    kept = _require(client, order.name)
+        return rig.api.captures.create(models.CaptureRequest.model_validate(request.as_json()))
+    kept = _find(rig, order.name)
+    if kept is None:
+        raise InvalidInput(
+            f"server {server}: it has no capture {order.name!r}; see its gallery for those it has"
+        )
     if action is CaptureAction.RESUME:
-        return read_answer(_JOB, client.post(f"/captures/{kept.id}/resume"))
+        return rig.api.captures.resume(kept.id)
     if kept.job_id is None:
         raise InvalidInput(
             f"capture {order.name}: there is nothing to {action.value}, it does not run; it is {kept.state}"
         )
-    if action is CaptureAction.CANCEL:
-        return read_answer(_JOB, client.post(f"/jobs/{kept.job_id}/cancel"))
-    return read_answer(_JOB, client.get(f"/jobs/{kept.job_id}"))
+    found = rig.api.jobs.cancel if action is CaptureAction.CANCEL else rig.api.jobs.get
+    return StartedJob(found(kept.job_id), models.CaptureDocument)
 
 
-def _follow(client: ServerClient, job: JobDocument, bar: ProgressBar, *, cancels: bool) -> JobDocument | None:
-    """Show the job until it ends and return it; None when Ctrl-C ended only the watching."""
-    asked = False
-    while job.state not in _ENDED:
-        progress = job.progress
-        bar.progress(progress.done, total=progress.total or None, note=progress.note or job.state)
-        if bar.cancelled() and not cancels:
-            return None
-        if bar.cancelled() and not asked:
-            client.post(f"/jobs/{job.id}/cancel")
-            asked = True
-        time.sleep(POLL_S)
-        job = read_answer(_JOB, client.get(f"/jobs/{job.id}"))
-    return job
+def _follow(
+    rig: Rig, started: StartedJob[models.CaptureDocument], bar: ProgressBar, *, cancels: bool
+) -> None:
+    """Show the job until it ends; raise its problem. With `cancels` the first Ctrl-C cancels it."""
+
+    def show(progress: models.JobProgress) -> None:
+        bar.progress(progress.done, total=progress.total or None, note=progress.note or started.job.state)
+
+    try:
+        rig.wait(started, on_progress=show)
+    except KeyboardInterrupt:
+        if not cancels:
+            raise
+        started = StartedJob(rig.api.jobs.cancel(started.id), started.result)
+        rig.wait(started, on_progress=show)
 
 
-def _print_result(client: ServerClient, order: CaptureOrder, job: JobDocument, *, as_json: bool) -> None:
-    """Print the capture, if it has a point; raise the error of a failed job."""
-    found = _find(client, order.name)
+def _print_result(rig: Rig, order: CaptureOrder, *, as_json: bool) -> None:
+    """Print the capture, if it has a point."""
+    found = _find(rig, order.name)
     if found is None:
         typer.echo(f"capture {order.name} ended before its first point: nothing was taken", err=True)
     else:
-        typer.echo(json.dumps(found.as_json()) if as_json else capture_words(found))
-    if job.state == "failed":
-        raise FoveaError(job.problem.detail if job.problem else f"capture {order.name}: it failed")
+        typer.echo(_json_of(found) if as_json else capture_words(found))
 
 
-def _require(client: ServerClient, name: str) -> CaptureDocument:
-    found = _find(client, name)
-    if found is None:
-        raise InvalidInput(
-            f"server {client.address}: it has no capture {name!r}; see its gallery for those it has"
-        )
-    return found
-
-
-def _find(client: ServerClient, name: str) -> CaptureDocument | None:
+def _find(rig: Rig, name: str) -> models.CaptureDocument | None:
     wanted = dataset_name(name)
-    every = read_answer(_CAPTURES, client.get("/captures", text=wanted))
-    return next((found for found in every if found.name == wanted), None)
+    return next((found for found in rig.datasets(wanted) if found.name == wanted), None)
 
 
-def _estimate_request(order: CaptureOrder) -> EstimateRequest:
+def _print_estimate(rig: Rig, order: CaptureOrder, *, as_json: bool) -> None:
     if order.plan is None:
         raise InvalidInput("--estimate: give a plan or its options, and leave --resume out")
-    return EstimateRequest(plan=order.plan, codec=order.codec.value)
+    request = EstimateRequest(plan=order.plan, codec=order.codec.value)
+    found = rig.api.captures.estimate(models.EstimateRequest.model_validate(request.as_json()))
+    typer.echo(_json_of(found) if as_json else estimate_words(found))
+
+
+def _json_of(document: models.CaptureDocument | models.EstimateDocument) -> str:
+    return json.dumps(document.model_dump(mode="json", exclude_unset=True))
 
 
 def _unwatched_words(order: CaptureOrder, server: str) -> str:

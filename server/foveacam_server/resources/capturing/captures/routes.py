@@ -83,7 +83,7 @@ async def create(
     """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
     lease.check(x_lease)
     job = await run_in_threadpool(captures.start, request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=captures.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=captures.get)
 
 
 @router.post(
@@ -179,7 +179,7 @@ async def resume(
     """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
     lease.check(x_lease)
     job = await run_in_threadpool(captures.resume, capture_id, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=captures.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=captures.get)
 
 
 @router.post(

@@ -141,10 +141,6 @@ class CaptureService:
         live = self._current()
         return live is not None and live.id == capture_id
 
-    def get_by_url(self, url: str) -> CaptureDocument:
-        """Return the capture that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
-
     def edit(self, capture_id: str, change: CapturePatch) -> CaptureDocument:
         """Change label or licence; raise while the capture is being written."""
         change_labels(self.collection.get(capture_id).folder, label=change.label, licence=change.licence)

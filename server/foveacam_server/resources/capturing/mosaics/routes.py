@@ -70,7 +70,7 @@ async def make(
     job = await run_in_threadpool(
         mosaics.start, capture_id, request or MosaicRequest(), idempotency_key=idempotency_key
     )
-    return await job_answer(jobs, job, prefer=prefer, result=mosaics.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=lambda _: mosaics.get(capture_id))
 
 
 @router.get("", summary="A capture's mosaic", responses=problems(404))

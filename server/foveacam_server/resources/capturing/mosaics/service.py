@@ -99,10 +99,6 @@ class MosaicService:
             url=mosaic_url(capture_id),
         )
 
-    def get_by_url(self, url: str) -> MosaicDocument:
-        """Return the mosaic that a job's result URL names."""
-        return self.get(url.split("/")[-2])
-
     def remove(self, capture_id: str) -> None:
         """Remove a capture's mosaic and an unfinished one; raise `Busy` while one is being computed."""
         self._captures.collection.get(capture_id)

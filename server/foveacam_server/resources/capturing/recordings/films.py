@@ -172,9 +172,8 @@ class FilmService:
         order = FilmOrder(**request.model_dump(), recording_id=recording_id)
         return self._jobs.submit(KIND, order, idempotency_key=idempotency_key)
 
-    def get_by_url(self, url: str) -> FilmDocument:
-        """Return the film that a job's result URL names."""
-        recording_id, _, name = url.rsplit("/", 3)[1:]
+    def get(self, recording_id: str, name: str) -> FilmDocument:
+        """Return a film of a recording or raise NotFound."""
         kept = self._library.readable(recording_id)
         return film_document(kept, film_file(self._library.collection, kept, name))
 

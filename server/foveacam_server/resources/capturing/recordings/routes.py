@@ -1,5 +1,6 @@
 """Routes of recordings: make, list, change, download, films."""
 
+from functools import partial
 from typing import Annotated, Literal
 
 from fastapi import Path, Query
@@ -62,7 +63,7 @@ async def create(
 ) -> JSONResponse:
     """Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is recorded."""
     job = await run_in_threadpool(recordings.start, request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=recordings.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=recordings.get)
 
 
 @router.get("", summary="Recordings, newest first")
@@ -184,7 +185,7 @@ async def make_film(
     job = await run_in_threadpool(
         recordings.films.start, recording_id, request, idempotency_key=idempotency_key
     )
-    return await job_answer(jobs, job, prefer=prefer, result=recordings.films.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=partial(recordings.films.get, recording_id))
 
 
 @router.get(

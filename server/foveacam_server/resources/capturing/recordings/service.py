@@ -220,10 +220,6 @@ class RecordingService:
             raise InvalidInput(f"recording {kept.name} cannot be read: {kept.trouble}")
         return kept
 
-    def get_by_url(self, url: str) -> RecordingDocument:
-        """Return the recording that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
-
     def edit(self, recording_id: str, *, label: str) -> RecordingDocument:
         """Change the label, also while it is being made."""
         live = self._current()

@@ -73,7 +73,7 @@ async def make(
     job = await run_in_threadpool(
         references.start, capture_id, request or ReferenceRequest(), idempotency_key=idempotency_key
     )
-    return await job_answer(jobs, job, prefer=prefer, result=references.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=lambda _: references.get(capture_id))
 
 
 @router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))

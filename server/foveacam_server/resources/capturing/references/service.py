@@ -75,10 +75,6 @@ class ReferenceService:
             url=reference_url(capture_id),
         )
 
-    def get_by_url(self, url: str) -> ReferenceDocument:
-        """Return the reference that a job's result URL names."""
-        return self.get(url.split("/")[-2])
-
     def remove(self, capture_id: str) -> None:
         """Remove a capture's reference; raise `Busy` while one is being computed."""
         kept = self._captures.collection.get(capture_id)

@@ -2,38 +2,35 @@
 
 import json
 from dataclasses import dataclass
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import typer
-from pydantic import SecretStr, TypeAdapter
+from pydantic import SecretStr
 from rich.console import Console
 
 from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
-from foveacam_server.commands.calibration_data import open_data
 from foveacam_server.commands.options import RigOptions
-from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
-from foveacam_server.commands.server_answers import read_answer
-from foveacam_server.foundation.http.server_client import ServerClient
+from foveacam_server.commands.server_rig import server_rig
 from foveacam_server.foundation.names import new_id
 from foveacam_server.foundation.plain_words import validated
-from foveacam_server.foundation.schema import JobDocument
 from foveacam_server.resources.capturing.stills.collection import STILLS, StillCollection
 from foveacam_server.resources.capturing.stills.schema import StillDocument, StillRequest
 
-WAIT_S = 60
-_ANSWER: TypeAdapter[StillDocument | JobDocument] = TypeAdapter(StillDocument | JobDocument)
+if TYPE_CHECKING:
+    from foveacam_client import models
+
+WAIT_S = 60.0
 
 
-def take_on_server(server: str, request: StillRequest, *, token: SecretStr | None) -> StillDocument:
+def take_on_server(server: str, request: StillRequest, *, token: SecretStr | None) -> "models.StillDocument":
     """Let a server take a still and return it; raise the server's problem as an error."""
-    with ServerClient(server, token=token) as client:
-        answer = client.post("/stills", request, wait_s=WAIT_S)
-    found = read_answer(_ANSWER, answer)
-    if isinstance(found, JobDocument):
-        raise FoveaError(f"server {server}: the still takes longer than {WAIT_S} s; look at its jobs")
-    return found
+    from foveacam_client import models
+
+    order = models.StillRequest.model_validate(request.as_json())
+    with server_rig(server, token=token) as rig:
+        return rig.wait(rig.api.stills.create(order), timeout_s=WAIT_S)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,19 +99,22 @@ class _SilentWatcher:
 def run_order(rig_options: RigOptions, order: StillOrder, *, server: str | None) -> None:
     """Take and print the still; when a camera stalled, store the other frames and raise its error."""
     if server is not None:
-        taken = take_on_server(server, order.request(), token=rig_options.settings.token)
-        _print_still(taken, as_json=rig_options.as_json)
+        found = take_on_server(server, order.request(), token=rig_options.settings.token)
+        _print_still(found, as_json=rig_options.as_json)
         return
-    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
-    taken, fault = _take_on_own_rig(choice, order, console=console)
+    taken, fault = _take_on_own_rig(rig_options, order)
     _print_still(taken, as_json=rig_options.as_json)
     if fault is not None:
         raise fault
 
 
-def _take_on_own_rig(
-    choice: RigChoice, order: StillOrder, *, console: Console
-) -> tuple[StillDocument, FoveaError | None]:
+def _take_on_own_rig(rig_options: RigOptions, order: StillOrder) -> tuple[StillDocument, FoveaError | None]:
+    from foveacam_server.commands.calibration_data import (
+        open_data,  # SciPy and the database: not for a server's
+    )
+    from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
+
+    choice, console = RigChoice.of(rig_options), Console(stderr=True, quiet=rig_options.as_json)
     with open_data(choice, lock=False) as data:
         stills, still_id = StillCollection(choice.settings.data / STILLS), new_id("still")
         folder = stills.new_folder(order.name, waits=False)
@@ -128,9 +128,9 @@ def _take_on_own_rig(
         )
 
 
-def _print_still(still: StillDocument, *, as_json: bool) -> None:
+def _print_still(still: "StillDocument | models.StillDocument", *, as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(still.as_json()))
+        typer.echo(json.dumps(still.model_dump(mode="json", exclude_unset=True)))
         return
     cameras = ", ".join(f"{each.camera} {each.came} of {each.asked}" for each in still.cameras)
     typer.echo(f"{still.folder}: {cameras} frames, {still.size_bytes / 1e6:.1f} MB")

@@ -70,7 +70,7 @@ async def create(
     """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
     lease.check(x_lease)
     job = await run_in_threadpool(stills.start, request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=stills.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=stills.get)
 
 
 @router.get("", summary="Stills, newest first")

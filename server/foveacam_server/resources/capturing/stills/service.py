@@ -93,10 +93,6 @@ class StillService:
         """Return a still, held or kept, or raise NotFound."""
         return StillDocument.of(self.collection.get(still_id))
 
-    def get_by_url(self, url: str) -> StillDocument:
-        """Return the still that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
-
     def keep(self, still_id: str, request: StillKeepRequest) -> StillDocument:
         """Keep a held still, under another name or label if given."""
         found = self.collection.get(still_id)

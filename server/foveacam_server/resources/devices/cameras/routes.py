@@ -81,7 +81,7 @@ async def test_triggers(
     """Queue a test of both eyes: a command to each, then one pulse to both; settings are restored."""
     lease.check(x_lease)
     job = trigger_tests.submit(idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=trigger_tests.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=trigger_tests.get)
 
 
 @router.get("/self_tests", summary="All trigger tests, newest first")

@@ -63,10 +63,6 @@ class TriggerTests:
                 return known
         raise NotFound(f"there is no trigger test {test_id}; see {URL}", asked=test_id)
 
-    def get_by_url(self, url: str) -> TriggerTestDocument:
-        """Return the result that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
-
     def every(self) -> list[TriggerTestDocument]:
         """Return the results of all tests, newest first."""
         paths = sorted(self._folder.glob("*.json"), reverse=True)

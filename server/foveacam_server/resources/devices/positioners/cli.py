@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_server.foundation.http.server_client import ServerClient
+from foveacam_server.commands.server_rig import server_rig
 from foveacam_server.foundation.settings import checked_settings
 
 
@@ -24,11 +24,9 @@ def confirm_zero(
     ] = "http://127.0.0.1:8000",
 ) -> None:
     """Say that the pan-tilt or the rail stands at its zero: a board without switches does not know."""
-    path = f"/{positioner.replace('-', '_')}/zero_confirmations"
-    with ServerClient(server, token=checked_settings({}).token) as client:
-        found = client.post(path)
-    if found["fault"] is not None:
-        raise FoveaError(
-            f"{positioner}: it was said to stand at its zero, and has a fault still: {found['fault']}"
-        )
+    with server_rig(server, token=checked_settings({}).token) as rig:
+        noun = rig.api.rail if positioner is ZeroedPositioner.RAIL else rig.api.pan_tilt
+        fault = noun.confirm_zero().fault
+    if fault is not None:
+        raise FoveaError(f"{positioner}: it was said to stand at its zero, and has a fault still: {fault}")
     typer.echo(f"{positioner}: it counts from where it stands, its zero")

@@ -124,10 +124,6 @@ class CloudCollection:
             raise NotFound(f"there is no cloud {cloud_id}; see /api/v1/clouds", asked=cloud_id)
         return row.document
 
-    def get_by_url(self, url: str) -> CloudDocument:
-        """Return the cloud that a job's result URL names."""
-        return self.get(url.rsplit("/", 1)[1])
-
     def of_fixation(self, fixation_id: str) -> CloudDocument | None:
         """Return the newest cloud of a fixation, None when it has none."""
         query = select(CloudRow).where(CloudRow.fixation_id == fixation_id).order_by(CloudRow.seq.desc())

@@ -64,4 +64,4 @@ async def correct(
     """Queue a look at the same target that takes only distances nearer or farther than its answer."""
     lease.check(x_lease)
     job = look_beside(fixations, fixation_id, request.direction, source="rest")
-    return await job_answer(jobs, job, prefer=prefer, result=fixations.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=fixations.table.get)

@@ -50,7 +50,7 @@ async def create(
     """Queue a fixation as a job; `Prefer: wait=10` answers with the fixation itself when it ends in time."""
     lease.check(x_lease)
     job = fixations.foveate(request, source="rest", idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=fixations.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=fixations.table.get)
 
 
 @router.get("", summary="Newest fixations, newest first")
@@ -103,4 +103,4 @@ async def look_at_full_resolution(
     """
     lease.check(x_lease)
     job = fixations.full_resolution.look(fixation_id, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=clouds.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=clouds.get)

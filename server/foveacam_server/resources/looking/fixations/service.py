@@ -129,10 +129,6 @@ class FixationService:
         looks = [stored_look(target) for target in self.targets.every()]
         return [look for look in looks if look is not None]
 
-    def get_by_url(self, url: str) -> FixationDocument:
-        """Return the fixation that a job's result URL names."""
-        return self.table.get(url.rsplit("/", 1)[1])
-
     def newest_estimate(self, fixation_id: str) -> FixationEstimate:
         """Return what is known of a fixation's distance: so far while it runs, then its answer."""
         return self.estimates.find(fixation_id) or last_estimate(self.table.get(fixation_id))

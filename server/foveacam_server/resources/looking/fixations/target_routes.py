@@ -79,4 +79,4 @@ async def look_again(
     """Measure a target again; its label stays."""
     lease.check(x_lease)
     job = fixations.look_again(target_id, source="rest")
-    return await job_answer(jobs, job, prefer=prefer, result=fixations.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=fixations.table.get)

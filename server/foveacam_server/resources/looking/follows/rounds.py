@@ -51,9 +51,9 @@ class FollowRounds:
             self._tools.collection.new_folder(request.name)
         return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
-    def get_by_url(self, url: str) -> FollowRoundTaken:
-        """Return the round that a job's result URL names."""
-        found = self._tools.collection.get(url.rsplit("/", 1)[1])
+    def get(self, capture_id: str) -> FollowRoundTaken:
+        """Return the round that was captured under an id."""
+        found = self._tools.collection.get(capture_id)
         targets = 0 if found.dataset is None else len(found.dataset)
         return FollowRoundTaken(capture_id=found.id, name=found.name, targets=targets)
 

@@ -82,7 +82,7 @@ async def take_round(
     lease.check(x_lease)
     follows.check_followed()
     job = rounds.start(request, idempotency_key=idempotency_key)
-    return await job_answer(jobs, job, prefer=prefer, result=rounds.get_by_url)
+    return await job_answer(jobs, job, prefer=prefer, result=rounds.get)
 
 
 @router.get("/{follow_id}", summary="One followed target", responses=problems(404))
