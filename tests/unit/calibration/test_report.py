@@ -214,6 +214,14 @@ def test_any_part_of_a_session_may_be_missing(part: str) -> None:
     assert CALIBRATION.id in read(report_html(CALIBRATION, session=facts)).text
 
 
+def test_a_comparison_of_an_older_version_has_dashes_for_what_it_does_not_hold() -> None:
+    document = session_document()
+    document["fit"] |= {"paper": {"station": "markers"}, "parallax": {"markers": {"print_m": 5.0}}}
+    text = read(report_html(CALIBRATION, session=SessionDocument.model_validate(document))).text
+    assert "left eye (ax, ay)–0.0057°" in text
+    assert "markers5 m–––no" in text
+
+
 def test_a_sweep_that_has_not_begun_is_no_trouble() -> None:
     sweep: dict[str, object] = {"station": "markers", "distance_m": None, "nodes": 81, "done": 0, "poses": []}
     facts = session(sweeps=[sweep])
