@@ -22,6 +22,7 @@ READ_OUTSIDE = {
     "BaselineComparison",
     "DatasetInfo",  # `foveacam dataset info --json`
     "TurningBase",  # the log
+    "StudyFigure",  # the report's template
 }
 """Classes whose fields, and those of their subclasses, are read or written as a whole."""
 

@@ -1,11 +1,13 @@
 """The report: every figure inline, ids that do not clash, nothing loaded, all text escaped."""
 
 import re
+from urllib.parse import unquote
 
 import pytest
 from matplotlib.figure import Figure
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.reports.page import picture_url
 from foveacam_pipeline.study.report.cache import CachedStudy
 from foveacam_pipeline.study.report.findings import (
     Drawing,
@@ -14,7 +16,7 @@ from foveacam_pipeline.study.report.findings import (
     StudyResult,
     drawing_of,
 )
-from foveacam_pipeline.study.report.page import ReportedStudy, inline_svg, report_html, value_text
+from foveacam_pipeline.study.report.page import ReportedStudy, report_html, value_text
 
 
 def drawn() -> Drawing:
@@ -50,22 +52,21 @@ def page() -> str:
     )
 
 
-def test_ids_of_two_pictures_never_clash_and_every_reference_is_met() -> None:
+def test_pictures_are_files_of_their_own_whose_ids_and_styles_reach_nothing_else() -> None:
     html = page()
     ids = re.findall(r'\bid="([^"]+)"', html)
-    assert len(ids) == len(set(ids))
-    used = set(re.findall(r'href="#([^"]+)"', html)) | set(re.findall(r"url\(#([^)]+)\)", html))
-    assert any(name.startswith("depth-area-") for name in used)
-    assert used <= set(ids)
+    assert sorted(ids) == ["depth", "tokens"]
+    assert html.count("<style") == 1
+    shown = [unquote(found) for found in re.findall(r'src="data:image/svg\+xml,([^"]+)"', html)]
+    assert shown == [drawn().svg, drawn().svg]
 
 
 def test_it_loads_nothing_and_runs_nothing() -> None:
     html = page()
     assert "default-src 'none'" in html
     assert "<script" not in html
-    assert "<style type" not in html, "a rule of one drawing would reach the whole page"
-    addresses = set(re.findall(r'https?://[^"\s<]+', html))
-    assert addresses == {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    sources = re.findall(r'(?:src|href)="(.)', html)
+    assert set(sources) == {"d", "#"}, "data URLs and sections of the page"
 
 
 def test_it_tells_all_that_a_study_says_in_the_order_of_the_sections() -> None:
@@ -88,18 +89,9 @@ def test_it_tells_all_that_a_study_says_in_the_order_of_the_sections() -> None:
         assert words in html, words
 
 
-@pytest.mark.parametrize(
-    ("svg", "name"),
-    [
-        ("<p>no drawing</p>", "area"),
-        ('<svg viewBox="0 0 1 1"><script>1</script></svg>', "area"),
-        ('<svg viewBox="0 0 1 1"><g onload="x()"/></svg>', "area"),
-        ('<svg viewBox="0 0 1 1"></svg>', 'a"b'),
-    ],
-)
-def test_what_is_no_drawing_or_acts_is_refused(svg: str, name: str) -> None:
-    with pytest.raises(InvalidInput, match="picture"):
-        inline_svg(svg, name=name, label="")
+def test_what_is_no_drawing_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="picture 'area'"):
+        picture_url("<p>no drawing</p>", "area")
 
 
 def test_values_are_told_in_words() -> None:

@@ -1,1 +1,1 @@
-"""What HTML reports share: their markup and style."""
+"""What HTML reports share: their base template, its style, and macros."""

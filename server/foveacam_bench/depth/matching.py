@@ -44,6 +44,7 @@ NOISELESS = SensorExposure(
 )
 MEAN, CONTRAST = 0.4, 0.1
 SEED = 41
+LIMIT_PX = 0.005
 SCENES, QUICK_SCENES = 6, 2
 PAIRS, QUICK_PAIRS = 200, 40
 
@@ -172,45 +173,22 @@ def _option(name: str) -> Path | None:
     return Path(sys.argv[sys.argv.index(name) + 1]) if name in sys.argv else None
 
 
+def write_curve(path: Path, phases: Sequence[float], curves: Mapping[str, NDArray[np.float64]]) -> None:
+    """Draw the curves with the limit of ±0.005 px."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 3.0), layout="constrained")
+    axes = figure.subplots()
+    for name, curve in curves.items():
+        axes.plot(phases, curve, label=name)
+    for limit_px in (-LIMIT_PX, LIMIT_PX):
+        axes.axhline(limit_px, ls="--", color="0.6")
+    axes.set(title="Bias of a match over the sub-pixel phase", xlabel="phase along x, px", ylabel="bias, px")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+
+
 if __name__ == "__main__":
     figures = run(quick="--quick" in sys.argv, curve=_option("--curve"), data=_option("--data"))
     json.dump(figures, sys.stdout, indent=1)
-
-
-WIDTH, HEIGHT, LEFT, TOP = 640, 300, 70, 40
-FULL_SCALE_PX = 0.006
-COLOURS = ("#1f6fb4", "#c8511b", "#3a8a3a")
-
-
-def write_curve(path: Path, phases: Sequence[float], curves: Mapping[str, NDArray[np.float64]]) -> None:
-    """Write the curves with the limit of ±0.005 px; values beyond the scale are drawn at its end."""
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" '
-        'font-size="12">',
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
-        f'<text x="{LEFT}" y="22" font-size="14">Bias of a match over the sub-pixel phase</text>',
-    ]
-    for level_px in (-0.005, -0.0025, 0.0, 0.0025, 0.005):
-        y, dash = _y(level_px), ' stroke-dasharray="5 4"' if abs(level_px) == 0.005 else ""
-        parts.append(
-            f'<line x1="{LEFT}" x2="{WIDTH - 20}" y1="{y:.1f}" y2="{y:.1f}" stroke="#999"{dash}/>'
-            f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{level_px:g} px</text>'
-        )
-    for phase in (0.0, 0.25, 0.5, 0.75, 1.0):
-        parts.append(f'<text x="{_x(phase):.1f}" y="{HEIGHT - 32}" text-anchor="middle">{phase:g}</text>')
-    parts.append(f'<text x="{WIDTH / 2}" y="{HEIGHT - 12}" text-anchor="middle">phase along x, px</text>')
-    for k, (name, curve) in enumerate(curves.items()):
-        points = " ".join(f"{_x(p):.1f},{_y(v):.1f}" for p, v in zip(phases, curve.tolist(), strict=True))
-        colour = COLOURS[k % len(COLOURS)]
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>')
-        parts.append(f'<text x="{360 + 140 * k}" y="22" fill="{colour}">{name}</text>')
-    path.write_text("\n".join([*parts, "</svg>\n"]), encoding="utf-8")
-
-
-def _x(phase: float) -> float:
-    return LEFT + phase * (WIDTH - LEFT - 30)
-
-
-def _y(bias_px: float) -> float:
-    middle = TOP + (HEIGHT - TOP - 50) / 2
-    return middle - max(-1.0, min(1.0, bias_px / FULL_SCALE_PX)) * (HEIGHT - TOP - 50) / 2

@@ -288,6 +288,7 @@ def test_a_server_starts_without_what_only_some_need_and_with_few_modules() -> N
         "alembic",
         "av",
         "httpx",
+        "jinja2",
         "joblib",
         "matplotlib",
         "numba",

@@ -1,52 +1,21 @@
 """The HTML page of a report: it loads nothing, and suits screens and paper, light and dark."""
 
 import math
-from collections.abc import Mapping, Sequence
-from html import escape
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
+import numpy as np
+
+from foveacam_pipeline.geometry.triangulate import depth_sigma_m
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.reports.markup import moment, section, table
-from foveacam_pipeline.reports.style import STYLE
+from foveacam_pipeline.reports.page import fill_template
 from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
-from foveacam_server.resources.calibrating.report.stages import mirror_stage, rectify_stage, wide_stage
-from foveacam_server.resources.calibrating.report.table2 import Specification, table2
-from foveacam_server.resources.calibrating.report.verification import (
-    check_part,
-    depth_part,
-    drift_part,
-    settle_part,
-)
-from foveacam_server.resources.calibrating.sessions.schema import SessionDocument
+from foveacam_server.resources.calibrating.report.table2 import table2
+from foveacam_server.resources.calibrating.sessions.schema import ModelScoreDocument, SessionDocument
 
-PICTURES = (
-    "coverage",
-    "wide_residuals",
-    "lens_left",
-    "lens_right",
-    "quiver_left",
-    "quiver_right",
-    "loo",
-    "warp_left",
-    "warp_right",
-    "anaglyph_before",
-    "anaglyph_after",
-    "epipolar",
-    "overlay",
-    "settle",
-    "drift",
-)
-"""Names of the pictures; any may be missing."""
-_ANCHORS = {
-    "table2": "Table 2",
-    "wide": "Wide camera",
-    "mirrors": "Mirrors",
-    "rectify": "Rectification",
-    "check": "Check",
-    "settle": "Settling",
-    "drift": "Drift",
-    "depth": "Geometry",
-}
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+_DISTANCES_M = (2.0, 5.0, 10.0, 15.0, 20.0)
+_BARS_WIDTH = 330.0
+"""Length of the longest bar of the compared models, in units of the drawing."""
 
 
 def report_html(
@@ -58,44 +27,21 @@ def report_html(
 ) -> str:
     """Return the report of a calibration as one HTML page.
 
-    `pictures`: PNG or JPEG by name (`PICTURES`). Parts that were not measured have a note how to measure
-    them.
+    `pictures`: PNG or JPEG by name, as a session stores them; any may be missing. Parts that were not
+    measured have a note how to measure them.
     """
-    shown = pictures or {}
-    title = f"Calibration {calibration.id}"
-    parts = [
-        _header(calibration, session, title),
-        _table2(table2(calibration, session)),
-        wide_stage(calibration, session, shown),
-        mirror_stage(calibration, session, shown),
-        rectify_stage(calibration, shown),
-        check_part(session, shown),
-        settle_part(session, shown),
-        drift_part(drift, shown),
-        depth_part(calibration),
-        _footer(calibration, session),
-    ]
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n"
-        + "\n".join(parts)
-        + "\n</main>\n</body>\n</html>\n"
-    )
-
-
-def _header(calibration: Calibration, session: SessionDocument | None, title: str) -> str:
-    made = f"{calibration.origin} {moment(calibration.created_utc)}"
-    about = f"{calibration.label} · rig {calibration.rig_id} · {made}"
-    tiles = "".join(
-        f'<div class="tile"><b>{escape(value)}</b><span>{escape(name)}</span></div>'
-        for name, value in _tiles(calibration, session)
-    )
-    links = "".join(f'<a href="#{anchor}">{escape(name)}</a>' for anchor, name in _ANCHORS.items())
-    return (
-        f'<header><h1>{escape(title)}</h1><p class="under">{escape(about)}</p>'
-        f'<div class="tiles">{tiles}</div><nav aria-label="Parts">{links}</nav></header>'
+    fit = session.fit if session is not None else None
+    return fill_template(
+        Path(__file__).with_name("report.html.j2"),
+        calibration=calibration,
+        session=session,
+        pictures=pictures or {},
+        drift=sorted(drift, key=lambda check: check.created_utc),
+        tiles=_tiles(calibration, session),
+        table2=_table2(calibration, session),
+        field=_field_deg(calibration),
+        bars=[] if fit is None else list(_bars(fit.models)),
+        depth_rows=[_depth_row(calibration, distance_m) for distance_m in _DISTANCES_M],
     )
 
 
@@ -117,32 +63,50 @@ def _tiles(calibration: Calibration, session: SessionDocument | None) -> list[tu
     return tiles
 
 
-def _table2(rows: Sequence[Specification]) -> str:
-    heads = ("specification", "", "paper", "measured here", "how")
-    body = [
+def _table2(calibration: Calibration, session: SessionDocument | None) -> list[tuple[str, ...]]:
+    """Return the rows of Table 2, each group named once."""
+    rows = table2(calibration, session)
+    above = ["", *(row.group for row in rows)]
+    return [
         (
-            row.group if k == 0 or rows[k - 1].group != row.group else "",
+            "" if row.group == group else row.group,
             row.name,
             row.paper,
             row.measured or "not measured",
             row.note,
         )
-        for k, row in enumerate(rows)
+        for row, group in zip(rows, above, strict=False)
     ]
-    return section(
-        "table2",
-        "Optics and actuation (Table 2 of the paper)",
-        table(heads, body).replace('<div class="scroll">', '<div class="scroll table2">', 1),
+
+
+def _field_deg(calibration: Calibration) -> dict[str, list[float] | list[list[float]]]:
+    """Return left, right, top and bottom of the wide view and of what both eyes reach; either eye's hull."""
+    return {
+        "wide": np.rad2deg(calibration.wide.field_rad).tolist(),
+        "both": np.rad2deg(calibration.reach_rad()).tolist(),
+        "left": np.rad2deg(calibration.left.mirror.hull_rad).tolist(),
+        "right": np.rad2deg(calibration.right.mirror.hull_rad).tolist(),
+    }
+
+
+def _bars(models: Sequence[ModelScoreDocument]) -> Iterator[tuple[ModelScoreDocument, float, float]]:
+    """Yield each model, its error of both axes together, deg, and the length of its bar, logarithmic."""
+    errors_deg = [math.hypot(*model.loo_deg) / math.sqrt(2.0) for model in models]
+    logs = [math.log10(error) for error in errors_deg if error > 0.0] or [0.0]
+    low, high = min(logs) - 0.3, max(logs)
+    for model, error in zip(models, errors_deg, strict=True):
+        share = (math.log10(error) - low) / (high - low) if error > 0.0 else 0.0
+        yield model, error, max(1.0, _BARS_WIDTH * share)
+
+
+def _depth_row(calibration: Calibration, distance_m: float) -> tuple[str, ...]:
+    sigma_px = calibration.pose_sigma_px(distance_m)
+    f_px, baseline_m = calibration.fovea_f_px, calibration.baseline_m
+    sigma_m = float(depth_sigma_m(distance_m, sigma_px, f_px=f_px, baseline_m=baseline_m))
+    return (
+        f"{distance_m:g} m",
+        f"{sigma_px:.2f} px",
+        f"{1e3 * sigma_m:.1f} mm",
+        f"{100.0 * sigma_m / distance_m:.3f} %",
+        f"{calibration.epipolar_sigma_px(distance_m):.2f} px",
     )
-
-
-def _footer(calibration: Calibration, session: SessionDocument | None) -> str:
-    lines = [f"Calibration {calibration.id}, the hash of its content."]
-    if calibration.parent_id is not None:
-        lines.append(f"Corrected from {calibration.parent_id}.")
-    if session is not None:
-        lines.append(f"Measured in session {session.id} ({session.label}), {moment(session.created_utc)}.")
-        lines += [f"Could not be read: {problem}" for problem in session.problems]
-    else:
-        lines.append("The session that measured it is not kept here.")
-    return "<footer>" + "".join(f"<p>{escape(line)}</p>" for line in lines) + "</footer>"
