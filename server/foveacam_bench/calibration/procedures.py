@@ -26,7 +26,7 @@ from foveacam_bench.calibration.truth import (
     random_poses,
 )
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import rms, truth_of
+from foveacam_bench.judging import rms
 from foveacam_hardware.contract import PARKED, Binning, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -43,6 +43,7 @@ from foveacam_server.resources.calibrating.sessions.step_environment import envi
 from foveacam_server.resources.calibrating.sessions.turning import turn_to_station
 from foveacam_server.resources.calibrating.sessions.wide_stage import lens_of
 from foveacam_server.resources.calibrating.sessions.wide_step import measure_wide
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 SEED = 4_711
 JUDGE_SEED = 99
