@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split, StoredPairs
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.report.findings import (
@@ -32,6 +31,7 @@ from foveacam_pipeline.study.report.findings import (
 )
 from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_server import cli
 from foveacam_server.resources.studying.studies import recipes as study_recipes
 from foveacam_server.resources.studying.studies import trained_networks, truth_measurements

@@ -9,9 +9,9 @@ from pathlib import Path
 import foveacam_hardware
 import foveacam_pipeline
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.study.report.cache import cache_key, source_files
 from foveacam_pipeline.study.report.findings import StudyResult
+from foveacam_pipeline.workers.progress import ProgressWatcher
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"

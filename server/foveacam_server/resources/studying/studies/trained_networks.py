@@ -10,7 +10,6 @@ from pathlib import Path
 
 import foveacam_hardware
 from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
-from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.learn.pair_folder import Split
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_pipeline.study.learned.outcomes import FULL, QUICK
@@ -18,6 +17,7 @@ from foveacam_pipeline.study.learned.study import learned_study
 from foveacam_pipeline.study.report.cache import cache_key, source_files
 from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_pipeline.workers.processes import local_workers
+from foveacam_pipeline.workers.progress import ProgressWatcher
 from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder, make_pairs
 from foveacam_server.resources.studying.studies.recipes import PAIR_SOURCES
 

@@ -15,7 +15,6 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.rectify import rectify, to_uint8
@@ -26,6 +25,7 @@ from foveacam_pipeline.study.visibility.observed import REST_NS
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
+from foveacam_pipeline.workers.progress import ProgressSteps, ProgressWatcher
 from foveacam_server.resources.studying.studies.click_truth import ClickKind, truth_of
 from foveacam_server.resources.studying.studies.judged_clicks import judged_clicks
 from foveacam_server.resources.studying.studies.matching_errors import VERGE, VERGED
