@@ -3,7 +3,9 @@
 import gc
 import os
 import re
+import sys
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -98,3 +100,13 @@ def _turn(item: pytest.Item) -> int:
     if shared := _sharing(path):
         return SHARING.index(shared) - len(SHARING)
     return 0 if path.startswith(("tests/system/", "tests/integration/")) else 1
+
+
+@pytest.fixture
+def without_benches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every import of foveacam_bench fail, which a wheel lacks."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "foveacam_bench"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "foveacam_bench", None)
+    with pytest.raises(ModuleNotFoundError):
+        import_module("foveacam_bench.catalogue")

@@ -1,28 +1,10 @@
-"""What several benches share: a simulated rig's truth, statistics, the peak memory of a process."""
+"""What several benches share: statistics and the peak memory of a process."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
-from foveacam_hardware.contract import Binning, DeviceFault
-from foveacam_hardware.rig import Rig
-from foveacam_hardware.sim.truth import Truth
-
-
-def truth_of(rig: Rig) -> Truth:
-    """Return the truth of a simulated rig; raise `DeviceFault` for a rig without one."""
-    if rig.truth is None:
-        raise DeviceFault(f"rig {rig.rig_id} has no truth; open a simulated rig with open_simulated")
-    return rig.truth
-
-
-def bin_cameras(rig: Rig, binning: Binning) -> None:
-    """Switch all cameras of a rig to a binning."""
-    for camera in (rig.wide, rig.left, rig.right):
-        camera.configure(replace(camera.settings, binning=binning))
 
 
 def rms(values: NDArray[np.float64]) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.scenes.marker_room import EYES, SilentStepWatcher, changed_room, make_grey, true_wide
+from tests.support.scenes.marker_room import EYES, changed_room, make_grey, true_wide
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
@@ -27,7 +27,7 @@ from foveacam_server.resources.calibrating.sessions.sessions import (
     CalibrationSession,
     SessionCollection,
 )
-from foveacam_server.resources.calibrating.sessions.step_environment import environment_of
+from foveacam_server.resources.calibrating.sessions.step_environment import SilentStepWatcher, environment_of
 
 pytestmark = pytest.mark.timeout(300)
 

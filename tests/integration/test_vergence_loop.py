@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from tests.support.scenes.marker_room import bench_with, make_grey
 
-from foveacam_bench.judging import truth_of
 from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_bench.loop.refused_tuning import tune_with_dead_axis
 from foveacam_bench.loop.tuned_steps import POSTER_PER_M, POSTER_PX
@@ -19,6 +18,7 @@ from foveacam_pipeline.continuous_loop.fault_gate import LATCH_AFTER
 from foveacam_pipeline.continuous_loop.settings import AXES, Axis, Gains, LoopSettings
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus
 from foveacam_pipeline.verge.aim import gazes_under
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 WHITEBOARD_PX = (600.0, 380.0)
 SWIFT = Gains(kp=0.5, ki=0.02, kd=0.0)

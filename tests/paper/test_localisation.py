@@ -10,10 +10,10 @@ from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.scenes.format import StatueObject
 from foveacam_hardware.sim.scenes.loader import load_scene
-from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.study.localisation.accuracy import aligned
 from foveacam_pipeline.study.localisation.experiment import ExperimentPlan, Pair, run_experiment, slide_to
 from foveacam_pipeline.study.localisation.rail import CENTRE, FOOT_Y_M, SCENE, slots, targets_m
+from foveacam_pipeline.workers.progress import SILENT, SilentProgress
 from foveacam_server.resources.studying.studies.simulated_rigs import FigurineStage, rail_rig
 
 STANDOFF_M = 10.0

@@ -13,7 +13,6 @@ from foveacam_hardware.sim.scenes.build import build_scene
 from foveacam_hardware.sim.scenes.format import BoxObject, ColumnObject
 from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial
-from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.study.visibility.observed import (
     CheckeredLabel,
     PlaceObservation,
@@ -40,6 +39,7 @@ from foveacam_pipeline.study.visibility.toy_scene import (
     has_room,
     toy_map,
 )
+from foveacam_pipeline.workers.progress import SILENT, SilentProgress
 from foveacam_server.resources.studying.studies.simulated_rigs import placed_rig, rig_from_scene
 
 SEEN, TOO_FAR, HIDDEN, TOO_NEAR = (2.5, 2.5), (3.75, 1.25), (-3.75, 3.75), (0.0, 6.25)

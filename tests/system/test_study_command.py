@@ -17,11 +17,9 @@ import pytest
 import typer
 from matplotlib.figure import Figure
 
-from foveacam_bench.study_truth import wide_pair
 from foveacam_hardware.contract import DeviceFault, InvalidInput
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split, StoredPairs
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.study.report.findings import (
@@ -31,15 +29,17 @@ from foveacam_pipeline.study.report.findings import (
     StudyResult,
     drawing_of,
 )
+from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_server import cli
-from foveacam_server.foundation import bench_package
 from foveacam_server.resources.studying.studies import recipes as study_recipes
-from foveacam_server.resources.studying.studies import trained_networks
+from foveacam_server.resources.studying.studies import trained_networks, truth_measurements
 from foveacam_server.resources.studying.studies.cli import StudyName
 from foveacam_server.resources.studying.studies.recipes import CERTIFICATE, StudyOrder, StudyRecipe, recipes
 from foveacam_server.resources.studying.studies.run import ReportOptions, catch_ctrl_c, run_studies
 from foveacam_server.resources.studying.studies.simulated_rigs import pose_setter
+from foveacam_server.resources.studying.studies.truth_measurements import wide_pair
 
 
 @pytest.fixture(autouse=True)
@@ -279,22 +279,40 @@ def test_every_study_has_a_recipe_whose_files_are_there() -> None:
         json.dumps(made.settings, allow_nan=False)
 
 
-def test_without_benches_a_study_says_what_it_has_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
-    (installed,) = recipes(StudyOrder(quick=True), ["depth"])
-    monkeypatch.setattr(bench_package, "find_spec", lambda name: None)
+@pytest.mark.slow
+@pytest.mark.usefixtures("without_benches")
+def test_the_rig_s_matching_error_is_measured_without_the_benches(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_recipes, "QUICK_CLICKS", 1)
     (made,) = recipes(StudyOrder(quick=True), ["depth"])
-    study = made.compute(SILENT)
-    assert "matching_error_verge_px" not in study.values
-    assert "foveacam_bench" in study.deviations[-1]
-    assert "pip install --editable" in study.deviations[-1]
-    assert set(made.files) < set(installed.files)  # the kept result of one is not that of the other
+    error_px = made.compute(SILENT).values["matching_error_verge_px"]
+    assert isinstance(error_px, float)
+    assert 0.0 < error_px < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("without_benches")
+def test_the_rig_s_pair_is_measured_without_the_benches(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(truth_measurements, "QUICK_COLUMNS_DEG", (0.0,))
+    monkeypatch.setattr(truth_measurements, "QUICK_ROWS_DEG", (0.0,))
+    pairs: list[RigPairScene] = []
+
+    def noted(*, rig_pairs: tuple[RigPairScene, ...], **_settings: object) -> StudyResult:
+        pairs.extend(rig_pairs)
+        return recipe("tradeoff")[0].compute(SILENT)
+
+    monkeypatch.setattr("foveacam_pipeline.study.tradeoff.study.tradeoff_study", noted)
+    (made,) = recipes(StudyOrder(quick=True), ["tradeoff"])
+    made.compute(SILENT)
+    (pair,) = pairs
+    assert len(pair.foveae) == 1
+    assert np.isfinite(pair.wide.truth_z_m).mean() > 0.5
 
 
 def test_the_study_of_trained_networks_needs_torch_and_is_no_part_of_all(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     (made,) = recipes(StudyOrder(quick=True), ["learned"])
-    assert any(path.parent.name == "learned" for path in made.files)
+    assert {"random_scenes.py", "rendered_looks.py"} < {path.name for path in made.files}
     monkeypatch.setattr(trained_networks, "find_spec", lambda _name: None)
     with pytest.raises(InvalidInput, match=r"torch, which is not installed; .*foveacam-duo\[learn\]"):
         made.compute(SILENT)
@@ -343,6 +361,7 @@ def test_the_wide_pairs_truth_is_that_of_its_pictures() -> None:
         assert there < 0.7 * differ(*off)
 
 
+@pytest.mark.usefixtures("without_benches")
 def test_the_pairs_of_the_learned_study_are_rendered_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,33 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled
+from foveacam_pipeline.workers.progress import ProgressWatcher, SilentProgress
 
 
-class ProcedureWatcher(Protocol):
-    """Receiver of a procedure's progress; every method may be called from the procedure's thread."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Report that `done` of `total` steps are over."""
-        ...
-
-    def cancelled(self) -> bool:
-        """Return whether the procedure shall end; what was measured is kept."""
-        ...
+class ProcedureWatcher(ProgressWatcher, Protocol):
+    """A watcher that also receives a procedure's pictures; what was measured is kept when it cancels."""
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
         """Show an annotated picture, (h, w, 3) uint8 RGB; `name`: "wide", "left" or "right"."""
         ...
 
 
-class SilentWatcher:
+class SilentWatcher(SilentProgress):
     """A watcher that ignores everything and never cancels."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Ignore it."""
-
-    def cancelled(self) -> bool:
-        """Return False."""
-        return False
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
         """Ignore it."""

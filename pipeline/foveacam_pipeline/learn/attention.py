@@ -12,8 +12,8 @@ from types import ModuleType
 from typing import Any
 
 from foveacam_hardware.contract import InvalidInput, install_command
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.tokens.cost import STREAMS, SplitTime, TokenTimes, split_tokens
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 Run = Callable[[int], None]
 """Runs once with the given number of tokens."""

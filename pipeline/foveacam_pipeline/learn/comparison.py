@@ -19,7 +19,6 @@ import torch
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.learn.checkpoint import load_checkpoint
 from foveacam_pipeline.learn.device import one_thread
 from foveacam_pipeline.learn.evaluation import (
@@ -49,6 +48,7 @@ from foveacam_pipeline.study.learned.outcomes import (
     RowFigures,
     ShownPair,
 )
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 SHOWN = 3
 """Held-out pairs that are drawn."""

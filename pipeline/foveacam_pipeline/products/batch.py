@@ -8,12 +8,12 @@ from pathlib import Path
 from foveacam_hardware.contract import Clock, FoveaError, InvalidInput
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.mosaic.depth_files import MeshFile
-from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.learn.pair_folder import is_pair_folder
 from foveacam_pipeline.products.making import ProductOutcome, make_product
 from foveacam_pipeline.products.results import ProductFolder
 from foveacam_pipeline.products.task import ProductSettings, ProductTask, plan_products
 from foveacam_pipeline.workers.pool import WorkPool
+from foveacam_pipeline.workers.progress import ProgressWatcher
 from foveacam_pipeline.workers.retries import run_tasks
 
 

@@ -7,7 +7,7 @@ durable, once for several files.
 import errno
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -52,6 +52,14 @@ def sync_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def rename_durably(path: Path, target: Path, *, rename: Callable[[Path, Path], object] = Path.rename) -> None:
+    """Move `path` to `target` on its disk; both folders tell so after a power cut. Raise OSError."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    rename(path, target)
+    sync_folder(target.parent)  # before the other: a cut between them leaves two names, not none
+    sync_folder(path.parent)
 
 
 def write_file(path: Path, content: bytes | memoryview, *, mode: int | None = None) -> None:

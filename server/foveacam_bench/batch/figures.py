@@ -28,7 +28,6 @@ from foveacam_bench.figures import Figures, Report
 from foveacam_hardware.contract import MonotonicClock, Role
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, DatasetHeader, DatasetWriter, Shot
-from foveacam_pipeline.capture.progress_steps import SILENT
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.networks.known_pair import known_pair
 from foveacam_pipeline.products.batch import BatchPlan, plan_batch, run_batch
@@ -39,6 +38,7 @@ from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.workers.cluster import cluster_workers
 from foveacam_pipeline.workers.pool import HereAndNow, WorkPool
 from foveacam_pipeline.workers.processes import local_workers
+from foveacam_pipeline.workers.progress import SILENT
 from foveacam_pipeline.workers.retries import run_tasks
 
 SIDE = 2

@@ -15,7 +15,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
 from foveacam_bench.calibration.truth import (
     CalibrationModel,
@@ -26,7 +25,7 @@ from foveacam_bench.calibration.truth import (
     random_poses,
 )
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import rms, truth_of
+from foveacam_bench.judging import rms
 from foveacam_hardware.contract import PARKED, Binning, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -39,10 +38,11 @@ from foveacam_server.resources.calibrating.sessions.fit_step import compute_fit
 from foveacam_server.resources.calibrating.sessions.mirrors_step import measure_mirrors
 from foveacam_server.resources.calibrating.sessions.options import FitOptions, MirrorsOptions, WideOptions
 from foveacam_server.resources.calibrating.sessions.sessions import SessionCollection
-from foveacam_server.resources.calibrating.sessions.step_environment import environment_of
+from foveacam_server.resources.calibrating.sessions.step_environment import SilentStepWatcher, environment_of
 from foveacam_server.resources.calibrating.sessions.turning import turn_to_station
 from foveacam_server.resources.calibrating.sessions.wide_stage import lens_of
 from foveacam_server.resources.calibrating.sessions.wide_step import measure_wide
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 SEED = 4_711
 JUDGE_SEED = 99
@@ -50,32 +50,6 @@ POSES, QUICK_POSES = 200, 40
 QUICK_NODES = [5, 5]
 SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 ROUND_TRIPS = 2_000
-
-
-class _SilentStepWatcher:
-    """A step watcher that ignores every report."""
-
-    def stage(self, name: str) -> None:
-        """Ignore it."""
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Ignore it."""
-
-    def cancelled(self) -> bool:
-        """Never cancel."""
-        return False
-
-    def show(self, name: str, image: NDArray[np.uint8]) -> None:
-        """Ignore it."""
-
-    def sample(self, sample_id: str) -> None:
-        """Ignore it."""
-
-    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
-        """Ignore it."""
-
-    def fitted(self, calibration: Calibration) -> None:
-        """Ignore it."""
 
 
 @dataclass(slots=True)
@@ -130,7 +104,7 @@ def calibrate_rig(
 ) -> tuple[Calibration, JudgedModel | None]:
     """Run all three stages as an operator would; return our calibration and the paper's model."""
     session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
-    environment, silent = environment_of(rig), _SilentStepWatcher()
+    environment, silent = environment_of(rig), SilentStepWatcher()
     with watch.timed("wide"):
         measure_wide(session, WideOptions(), environment=environment, watch=silent)
     lens = lens_of(session)
@@ -179,7 +153,7 @@ def drift_figures(rig: Rig, calibration: Calibration, truth: Truth, *, count: in
     station = next(station for station in rig.stations if station.name == "markers")
     if rig.pan_tilt is None:
         raise DeviceFault("bench calibration: the simulated rig came without its pan-tilt")
-    turn_to_station(rig.pan_tilt, station, clock=rig.clock, watch=_SilentStepWatcher())
+    turn_to_station(rig.pan_tilt, station, clock=rig.clock, watch=SilentStepWatcher())
     rig.head.look(PARKED)
     before = _pointing_rms_px(calibration, truth, count=count, t_ns=rig.clock.now_ns())
     began_ns = rig.clock.now_ns()

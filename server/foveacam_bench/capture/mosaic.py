@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import rms, truth_of
+from foveacam_bench.judging import rms
 from foveacam_hardware.contract import FoveaError, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
@@ -47,6 +47,7 @@ from foveacam_pipeline.capture.plan import RasterPlan, fill_in_plan, plan_from, 
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 from foveacam_web.glb import write_glb
 
 Floats = NDArray[np.float64]

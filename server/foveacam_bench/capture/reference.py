@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import rms, truth_of
+from foveacam_bench.judging import rms
 from foveacam_hardware.contract import DeviceFault, Rail, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -43,6 +43,7 @@ from foveacam_pipeline.capture.reference import (
 from foveacam_pipeline.capture.reference.values import ReferenceSample
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 Floats = NDArray[np.float64]
 CERTIFICATE = SHIPPED / "sim-rig120.json"

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
 from foveacam_hardware.contract import InvalidInput, Role, Sighting
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -33,6 +32,7 @@ from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 SCENE = "bench"

@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.depth.stereo import true_residual_px
-from foveacam_bench.judging import bin_cameras, truth_of
-from foveacam_bench.verge.click_truth import ClickKind, classify_click
-from foveacam_bench.verge.fixations import BORDER_PX, CERTIFICATE, SCENES
+from foveacam_bench.verge.fixations import CERTIFICATE, SCENES
 from foveacam_hardware.contract import Binning, OutOfRange, Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -21,6 +19,9 @@ from foveacam_hardware.sim.truth import Truth
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_server.resources.studying.studies.click_truth import ClickKind, classify_click, truth_of
+from foveacam_server.resources.studying.studies.judged_clicks import BORDER_PX
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 NEAREST_M, FARTHEST_M = 7.0, 13.0
 HIDDEN_PX = 1.0

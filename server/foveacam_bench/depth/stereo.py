@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from foveacam_bench.depth.stages import overhead_figures
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import bin_cameras, truth_of
 from foveacam_hardware.contract import Binning, InvalidInput, Role, Sighting, install_command
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -27,6 +26,8 @@ from foveacam_pipeline.stereo.rectify import plane_from_raw, rectify
 from foveacam_pipeline.stereo.search import MatchSettings
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.click_truth import truth_of
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 MOTORCYCLE_F_PX = 994.978  # its published calibration at quarter size

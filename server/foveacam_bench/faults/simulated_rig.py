@@ -10,13 +10,13 @@ from dataclasses import replace
 from foveacam_bench.faults.hardware_host import BenchHost, seconds_until, sleep_until
 from foveacam_bench.faults.killed_host import random_volts
 from foveacam_bench.faults.tally import FaultTally, LimitCables
-from foveacam_bench.judging import truth_of
 from foveacam_hardware.contract import FoveaError, MirrorLimits, PixelFormat, Role
 from foveacam_hardware.rig import open_rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.cables import DacCodes
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.world import World
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 from foveacam_server.rig.ports import AssembledRig as RigPort
 
 SEQUENCES, QUICK_SEQUENCES = 18, 3

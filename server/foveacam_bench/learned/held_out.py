@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from foveacam_bench.learned import looks, scenes
-from foveacam_bench.learned.pairs import PairOrder, make_pairs, pair_plan
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.pair_folder import PairSample, Split, StoredPairs
 from foveacam_pipeline.workers.processes import local_workers
+from foveacam_server.resources.studying.learning import random_scenes, rendered_looks
+from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder, make_pairs, pair_plan
 
 SEED = 5
 PAIRS, QUICK_PAIRS = 200, 24
@@ -56,7 +56,7 @@ def _rendered(count: int) -> Sequence[PairSample]:
 def _cache_folder(order: PairOrder) -> Path:
     """Return the folder of these pairs, named by the hash of their plan and of what draws them."""
     digest = hashlib.sha256(pair_plan(order).model_dump_json().encode())
-    for module in (scenes, looks):
+    for module in (random_scenes, rendered_looks):
         digest.update(Path(str(module.__file__)).read_bytes())
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return home / "foveacam" / "pairs" / digest.hexdigest()[:16]

@@ -14,15 +14,15 @@ from foveacam_bench.figures import Figures
 from foveacam_bench.learned.accuracy import accuracy_figures, measure_accuracy
 from foveacam_bench.learned.held_out import PAIRS, QUICK_PAIRS, SEED, held_out_pairs
 from foveacam_bench.learned.invariance import invariance_figures
-from foveacam_bench.learned.looks import own_calibration, render_look
 from foveacam_bench.learned.photographs import photograph_figures
-from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_pipeline.learn.pair_folder import Split
 from foveacam_pipeline.networks.card import StereoNetwork, shipped_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import halved
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_server.resources.studying.learning.random_scenes import draw_scene, scene_seed
+from foveacam_server.resources.studying.learning.rendered_looks import own_calibration, render_look
 
 INVARIANT_PAIRS, QUICK_INVARIANT_PAIRS = 12, 4
 LOOKS, QUICK_LOOKS = 6, 3

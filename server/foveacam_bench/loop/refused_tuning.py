@@ -6,7 +6,6 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from foveacam_bench.judging import truth_of
 from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_bench.loop.tuned_steps import POSTER_PER_M, POSTER_PX
 from foveacam_bench.track.following import click_chest
@@ -17,6 +16,7 @@ from foveacam_pipeline.continuous_loop.autotune import autotune
 from foveacam_pipeline.continuous_loop.relay import TuneRefused
 from foveacam_pipeline.continuous_loop.settings import Axis, LoopSettings
 from foveacam_pipeline.continuous_loop.step_experiment import settle
+from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 STANDING = Walker(x_m=0.0, z_m=11.0, radius_m=0.1, speed_m_per_s=0.1, start_s=1e6)
 PASSING = Walker(x_m=0.0, z_m=9.0, radius_m=1.1, speed_m_per_s=1.4)

@@ -5,13 +5,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from foveacam_bench.judging import rms, truth_of
+from foveacam_bench.judging import rms
 from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_bench.track.following import click_chest
 from foveacam_bench.track.square import Walker, write_square
-from foveacam_bench.verge.click_truth import beside_centres, clicked_point_at
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.continuous_loop.settings import Axis, LoopSettings
+from foveacam_server.resources.studying.studies.click_truth import beside_centres, clicked_point_at, truth_of
 
 WALKER = Walker(x_m=0.0, z_m=10.0, radius_m=1.0, speed_m_per_s=0.5)
 BEGIN_LOOKS = 15

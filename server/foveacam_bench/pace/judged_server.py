@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from foveacam_bench.track.following import CHEST_M
-from foveacam_bench.verge.click_truth import EYES
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.scenes.format import SceneObject
 from foveacam_hardware.sim.scenes.motion import pose
 from foveacam_hardware.sim.truth import Truth
 from foveacam_server.foundation.settings import Settings
+from foveacam_server.resources.studying.studies.click_truth import EYES
 from foveacam_server.serving import run_server
 
 PERIOD_S = 0.05

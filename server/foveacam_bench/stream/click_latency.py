@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
 from foveacam_bench.servers import ServerProcess
 from foveacam_bench.stream.console_page import PATIENCE_S, page_position, wait_until
-from foveacam_bench.verge.click_truth import ClickKind, classify_click
 from foveacam_bench.verge.field_clicks import FIELD_DEG
-from foveacam_bench.verge.fixations import CERTIFICATE, FARTHEST_M, NEAREST_M
+from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_client.document import JsonObject
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.verge.values import Basis
+from foveacam_server.resources.studying.studies.click_truth import ClickKind, classify_click, truth_of
+from foveacam_server.resources.studying.studies.judged_clicks import FARTHEST_M, NEAREST_M
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

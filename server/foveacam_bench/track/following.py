@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import bin_cameras, rms, truth_of
+from foveacam_bench.judging import rms
 from foveacam_bench.track.square import Walker, write_square
-from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
 from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_hardware.contract import Binning, Role, Sighting
 from foveacam_hardware.rig import Rig
@@ -30,6 +29,15 @@ from foveacam_pipeline.track.image_tracker import TrackerKind
 from foveacam_pipeline.track.target import FollowedTarget, FollowState
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, PixelTarget
+from foveacam_server.resources.studying.studies.click_truth import (
+    EYES,
+    Click,
+    classify_click,
+    clicked_point_at,
+    truth_of,
+    visible_from,
+)
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 COMPUTE_S = 0.04
 CHEST_M = 1.15

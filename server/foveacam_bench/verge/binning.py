@@ -12,22 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import bin_cameras, rms, truth_of
-from foveacam_bench.verge.click_truth import ClickKind, classify_click
-from foveacam_bench.verge.fixations import (
-    BORDER_PX,
-    CERTIFICATE,
-    FARTHEST_M,
-    NEAREST_M,
-    SCENES,
-    SEED,
-    ClickResult,
-    judge_click,
-)
+from foveacam_bench.judging import rms
+from foveacam_bench.verge.fixations import CERTIFICATE, SCENES
 from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.verge.values import Basis
+from foveacam_server.resources.studying.studies.click_truth import ClickKind, classify_click, truth_of
+from foveacam_server.resources.studying.studies.judged_clicks import (
+    BORDER_PX,
+    FARTHEST_M,
+    NEAREST_M,
+    SEED,
+    ClickResult,
+    judge_click,
+)
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 CLICKS, QUICK_CLICKS = 40, 6
 """Clicks on each scene."""

@@ -18,9 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import bin_cameras, truth_of
-from foveacam_bench.verge.click_truth import EYES, Click, classify_click, clicked_point_at, visible_from
-from foveacam_bench.verge.fixations import CERTIFICATE, SCENES, WRONG_SHARE, WRONG_SIGMA
+from foveacam_bench.verge.fixations import CERTIFICATE, SCENES
 from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -31,6 +29,16 @@ from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 from foveacam_pipeline.wide_depth.looks import fuse_fixation
 from foveacam_pipeline.wide_depth.wide_context import WideContext
+from foveacam_server.resources.studying.studies.click_truth import (
+    EYES,
+    Click,
+    classify_click,
+    clicked_point_at,
+    truth_of,
+    visible_from,
+)
+from foveacam_server.resources.studying.studies.judged_clicks import WRONG_SHARE, WRONG_SIGMA
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 CLICKS, QUICK_CLICKS = 400, 12
 """Clicks on each scene."""

@@ -1,7 +1,7 @@
 """Measure fixations of seeded clicks on both simulated scenes, in virtual time (`foveacam bench verge`).
 
 The verge loop has the data of a real rig and the shipped calibration; the simulation's truth judges it.
-Fractions are of textured clicks, as defined in `click_truth.ClickKind`.
+Fractions are of textured clicks, as defined in `ClickKind`.
 `python -m foveacam_bench.verge.fixations` prints the figures and every failed click.
 """
 
@@ -11,59 +11,24 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import bin_cameras, truth_of
-from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click, clicked_point_at, residual_px
 from foveacam_bench.verge.knock import knock_figures
 from foveacam_hardware.contract import Binning
-from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.models import Calibration, load_calibration
-from foveacam_pipeline.verge.fixate import fixate
-from foveacam_pipeline.verge.values import Fixation, FixationState, PixelTarget
+from foveacam_pipeline.models import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.click_truth import ClickKind
+from foveacam_server.resources.studying.studies.judged_clicks import SEED, ClickResult, judged_clicks
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 SCENES = ("bench", "street")
 QUOTA = {ClickKind.TEXTURED: 75, ClickKind.PLAIN: 15, ClickKind.AWKWARD: 10}
 QUICK_QUOTA = {ClickKind.TEXTURED: 8, ClickKind.PLAIN: 3, ClickKind.AWKWARD: 1}
-NEAREST_M, FARTHEST_M = 1.5, 30.0
-BORDER_PX = 30.0
-WRONG_SHARE, WRONG_SIGMA = 0.03, 5.0
-"""A distance is wrong when its error exceeds both, as shares of the distance and of its standard error."""
-SEED = 20_25
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClickResult:
-    """One click, its fixation, and the errors against the truth at the moment of the last look."""
-
-    click: Click
-    fixation: Fixation
-    """Without the frames of its last look."""
-    error_m: float = math.nan
-    residual_px: float = math.nan
-
-    @property
-    def verged(self) -> bool:
-        """Whether it ended verged."""
-        return self.fixation.state is FixationState.VERGED
-
-    @property
-    def sigmas(self) -> float:
-        """Distance error over its stated standard error."""
-        return self.error_m / (self.fixation.distance_sigma_m or math.nan)
-
-    @property
-    def wrong(self) -> bool:
-        """Whether the distance is wrong."""
-        far_off = abs(self.error_m) > WRONG_SHARE * self.click.range_m
-        return self.verged and far_off and abs(self.sigmas) > WRONG_SIGMA
 
 
 def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
@@ -76,38 +41,11 @@ def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
 def fixations(
     scene: str, quota: dict[ClickKind, int], *, seed: int = SEED, binning: Binning = 1
 ) -> Iterator[ClickResult]:
-    """Yield the result of each click on one scene; clicks are uniform over the wide view."""
+    """Yield the judged clicks on a simulated scene."""
     calibration = load_calibration(CERTIFICATE)
-    rng = np.random.default_rng([seed, *scene.encode()])
-    left = dict(quota)
     with open_simulated(scene=scene, inline=True) as rig:
         bin_cameras(rig, binning)
-        truth = truth_of(rig)
-        while any(left.values()):
-            size = np.array([calibration.wide.width, calibration.wide.height])
-            x, y = rng.uniform(BORDER_PX, size - BORDER_PX).tolist()
-            click = classify_click(truth, calibration, scene=scene, pixel=(x, y), t_ns=rig.clock.now_ns())
-            if click is None or not NEAREST_M <= click.range_m <= FARTHEST_M or not left[click.kind]:
-                continue
-            left[click.kind] -= 1
-            yield judge_click(rig, calibration, click)
-
-
-def judge_click(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
-    """Fixate one click and compare with the truth."""
-    fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
-    sighting = fixation.sighting
-    without_frames = replace(fixation, sighting=None)  # frees about 20 MB
-    if fixation.distance_m is None or sighting is None:
-        return ClickResult(click=click, fixation=without_frames)
-    truth = truth_of(rig)
-    point = clicked_point_at(truth, click, sighting.left.t_ns)
-    return ClickResult(
-        click=click,
-        fixation=without_frames,
-        error_m=fixation.distance_m - float(np.linalg.norm(point)),
-        residual_px=float(np.linalg.norm(residual_px(truth, sighting, point))),
-    )
+        yield from judged_clicks(rig, calibration, scene=scene, quota=quota, seed=seed)
 
 
 def click_figures(results: list[ClickResult]) -> Figures:

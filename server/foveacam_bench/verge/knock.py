@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import truth_of
-from foveacam_bench.verge.click_truth import Click, ClickKind, classify_click
 from foveacam_hardware.contract import DeviceFault
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -22,6 +20,7 @@ from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthVerdic
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import FixationState, PixelTarget
+from foveacam_server.resources.studying.studies.click_truth import Click, ClickKind, classify_click, truth_of
 
 KNOCKS, QUICK_KNOCKS = 3, 1
 """Knocks in each scene."""

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures
-from foveacam_bench.judging import bin_cameras, truth_of
-from foveacam_bench.verge.fixations import CERTIFICATE, WRONG_SHARE, WRONG_SIGMA
+from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -25,6 +24,9 @@ from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.wide_depth.look_around import look_around
 from foveacam_pipeline.wide_depth.wide_context import WideContext
+from foveacam_server.resources.studying.studies.click_truth import truth_of
+from foveacam_server.resources.studying.studies.judged_clicks import WRONG_SHARE, WRONG_SIGMA
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 SCENES = ("bench", "street")
 FIELD_DEG = (8.0, 7.5)

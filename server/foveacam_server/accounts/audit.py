@@ -1,4 +1,4 @@
-"""The audit log: who changed what, when, from where, and how it ended; written on a thread of its own.
+"""The audit log: who changed what, when, from where, and how it ended; written by a `BatchedWriter`.
 
 The same request of the same principal within `MERGE_S` is one entry that counts them: a joystick sends thirty
 a second. What nobody in particular was refused is merged by address, so that a flood cannot fill the disk.
@@ -6,18 +6,15 @@ a second. What nobody in particular was refused is merged by address, so that a 
 
 import json
 import logging
-import queue
-import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from sqlalchemy import delete, func, insert, or_, select, update
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import delete, func, insert, or_, select
 
-from foveacam_hardware.contract import FoveaError
 from foveacam_server.accounts.rights import Principal, PrincipalKind
 from foveacam_server.accounts.tables import AuditRow
-from foveacam_server.foundation.names import age_s, utc_now
+from foveacam_server.foundation.batched_writer import BatchedWriter
+from foveacam_server.foundation.names import seconds_between, utc_now
 from foveacam_server.foundation.store import Store
 
 _log = logging.getLogger(__name__)
@@ -25,9 +22,7 @@ _log = logging.getLogger(__name__)
 KEPT = 200_000
 """Number of entries in the table; the oldest go first."""
 MERGE_S = 10.0
-WAITING = 5000
-"""Most entries that wait to be written."""
-_BATCH = 200
+FLUSH_S = 10.0
 _PAGE = 500
 _PATH_CHARS = 300
 _MOST_OPEN = 256
@@ -77,14 +72,10 @@ class AuditLog:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._waiting: queue.Queue[AuditEntry | None] = queue.Queue(maxsize=WAITING)
-        self.unwritten = 0
-        """Entries that will never be written: the disk took none for too long."""
         with store.session() as session:
             self._last_id = session.scalar(select(func.max(AuditRow.id))) or 0
         self._open: dict[tuple[str, ...], AuditEntry] = {}
-        self._writer = threading.Thread(target=self._write, name="foveacam-audit", daemon=True)
-        self._writer.start()
+        self._writer = BatchedWriter("foveacam-audit", save=self._save, on_fault=_log_fault)
 
     def add(
         self,
@@ -100,7 +91,7 @@ class AuditLog:
         """Take an entry."""
         anybody = principal.kind is PrincipalKind.NOBODY
         entry = AuditEntry(
-            id=0,
+            id=0,  # `_save` gives it one, or merges it
             utc=utc_now(),
             who=principal.name,
             kind=principal.kind.value,
@@ -113,19 +104,15 @@ class AuditLog:
             repeated=1,
             detail=detail,
         )
-        try:
-            self._waiting.put_nowait(entry)
-        except queue.Full:
-            self.unwritten += 1
+        self._writer.add(entry)
 
     def close(self) -> None:
         """Write what waits, then end."""
-        self._waiting.put(None)
-        self._writer.join(timeout=10.0)
+        self._writer.close()
 
-    def flush(self) -> None:
-        """Return when what was taken so far is written."""
-        self._waiting.join()
+    def flush(self) -> bool:
+        """Wait for what was taken so far; return whether it was written."""
+        return self._writer.flush(timeout_s=FLUSH_S)
 
     def read(
         self,
@@ -162,43 +149,29 @@ class AuditLog:
             yield from (entry.as_line() for entry in entries)
             last = entries[-1].id
 
-    def _write(self) -> None:
-        ended = False
-        while not ended:
-            batch = [self._waiting.get()]
-            while len(batch) < _BATCH and not self._waiting.empty():
-                batch.append(self._waiting.get_nowait())
-            ended = None in batch
-            try:
-                self._store_entries([entry for entry in batch if entry is not None])
-            except (FoveaError, SQLAlchemyError) as error:
-                self.unwritten += len(batch)
-                _log.warning("the audit log was not written: %s", error)
-            for _ in batch:
-                self._waiting.task_done()
-
-    def _store_entries(self, entries: list[AuditEntry]) -> None:
-        new: dict[int, AuditEntry] = {}
-        changed: dict[int, AuditEntry] = {}
+    def _save(self, entries: Sequence[AuditEntry]) -> None:
+        """Write entries, merged with earlier ones; the same entries give the same rows when tried again."""
+        last_id, merged_by_key = self._last_id, dict(self._open)
+        rows: dict[int, AuditEntry] = {}
         for entry in entries:
             key = _key(entry)
-            before = self._open.get(key)
-            if before is not None and age_s(before.utc) < MERGE_S:
+            before = merged_by_key.get(key)
+            if before is not None and seconds_between(before.utc, entry.utc) < MERGE_S:
                 merged = replace(before, repeated=before.repeated + 1)
-                (new if before.id in new else changed)[before.id] = merged
             else:
-                self._last_id += 1
-                merged = new[self._last_id] = replace(entry, id=self._last_id)
-            self._open[key] = merged
-        while len(self._open) > _MOST_OPEN:
-            self._open.pop(next(iter(self._open)))
+                last_id += 1
+                merged = replace(entry, id=last_id)
+            rows[merged.id] = merged_by_key[key] = merged
         with self._store.session() as session:
-            for entry in new.values():
-                session.execute(insert(AuditRow).values(**_columns(entry)))
-            for number, entry in changed.items():
-                session.execute(update(AuditRow).where(AuditRow.id == number).values(repeated=entry.repeated))
-            if new:
-                session.execute(delete(AuditRow).where(AuditRow.id <= self._last_id - KEPT))
+            session.execute(
+                insert(AuditRow).prefix_with("OR REPLACE"), [_columns(row) for row in rows.values()]
+            )
+            session.execute(delete(AuditRow).where(AuditRow.id <= last_id - KEPT))
+        self._last_id, self._open = last_id, dict(list(merged_by_key.items())[-_MOST_OPEN:])
+
+
+def _log_fault(detail: str) -> None:
+    _log.warning("the audit log is not written until the disk takes it: %s", detail)
 
 
 def _key(entry: AuditEntry) -> tuple[str, ...]:

@@ -13,10 +13,7 @@ from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.settings import checked_settings
 
 if TYPE_CHECKING:
-    from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher
-    from foveacam_server.foundation.progress_bar import ProgressBar
-
-_MB = 1_000_000
+    from foveacam_server.foundation.backup.archive import BackupManifest
 
 
 def backup(
@@ -31,7 +28,7 @@ def backup(
     folder = checked_settings({"data": data}).data
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("backup")
-        manifest = back_up(folder, archive, created_utc=utc_now(), watch=_watcher(bar))
+        manifest = back_up(folder, archive, created_utc=utc_now(), watch=bar)
     _tell(manifest, as_json=as_json, where=f"{folder} -> {archive}")
 
 
@@ -47,17 +44,8 @@ def restore(
     folder = checked_settings({"data": data}).data
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("restore")
-        manifest = restore_backup(archive, folder, watch=_watcher(bar))
+        manifest = restore_backup(archive, folder, watch=bar)
     _tell(manifest, as_json=as_json, where=f"{archive} -> {folder}")
-
-
-def _watcher(bar: "ProgressBar") -> "CopyWatcher":
-    from foveacam_server.foundation.backup.archive import CopyWatcher
-
-    return CopyWatcher(
-        on_bytes=lambda done, total: bar.progress(done // _MB, total=max(1, total // _MB), note="MB"),
-        stopped=bar.cancelled,
-    )
 
 
 def _tell(manifest: "BackupManifest", *, as_json: bool, where: str) -> None:

@@ -4,7 +4,6 @@ import shutil
 import threading
 import unicodedata
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,12 +13,12 @@ from foveacam_pipeline.capture.dataset.document import DOCUMENT
 from foveacam_pipeline.capture.dataset.journal import JOURNAL
 from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.capture.dataset.reader import DatasetPoint
-from foveacam_pipeline.storage.disk import check_name, disk_errors
+from foveacam_pipeline.storage.disk import check_name
+from foveacam_server.datasets.trash import Trash
 from foveacam_server.foundation.errors import NotFound
 
 CAPTURES = "captures"
 CAPTURES_URL = "/api/v1/captures"
-TRASH = ".trash"
 PICTURES = ".pictures"
 _Stamp = tuple[int, int, int, int, bool]
 
@@ -47,6 +46,7 @@ class DatasetCollection:
         self.folder = folder
         self._noun, self._url = noun, url
         folder.mkdir(parents=True, exist_ok=True)
+        self._trash = Trash(folder, noun=noun)
         self._lock = threading.Lock()
         self._known: dict[Path, tuple[_Stamp, StoredCapture]] = {}
         self._on_delete: list[Callable[[str], None]] = []
@@ -76,10 +76,9 @@ class DatasetCollection:
 
     def trash(self) -> list[StoredCapture]:
         """Return the captures in the trash, newest first."""
-        homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
         found = [
             replace(self._load(path, removed=True), id=home.name)
-            for home in homes
+            for home in self._trash.homes
             for path in self._folders(home)
         ]
         return sorted(found, key=_created, reverse=True)
@@ -106,35 +105,27 @@ class DatasetCollection:
                 found="a program is writing it",
                 remedy="wait until it ends, or cancel it there",
             )
-        home = self.folder / TRASH / stored.id
-        with disk_errors(f"removing {self._noun} {stored.name}", self.folder):
-            home.mkdir(parents=True, exist_ok=True)
-            stored.folder.rename(home / stored.name)
+        self.put_in_trash(stored)
         return stored
+
+    def put_in_trash(self, stored: StoredCapture) -> None:
+        """Move a capture, which may lie in another folder of this disk, to the trash of this collection."""
+        self._trash.put(stored.folder, stored.id)
 
     def restore(self, capture_id: str) -> StoredCapture:
         """Restore a capture from the trash, with a number after its name if that is used."""
         stored = self._by_id(self.trash(), capture_id, where=f"the trash of {self._url}")
-        target = self.folder / stored.name
-        number = 2
-        while target.exists():
-            target = self.folder / f"{stored.name} ({number})"
-            number += 1
-        with disk_errors(f"restoring {self._noun} {stored.name}", self.folder):
-            home = stored.folder.parent
-            stored.folder.rename(target)
-            with suppress(OSError):  # a copy of the capture may have been removed too
-                home.rmdir()
+        target = self._trash.restore(stored.folder)
         return next(each for each in self.every() if each.folder == target)
 
     def empty_trash(self) -> int:
         """Delete the captures in the trash; return how many."""
         removed = self.trash()
-        for stored in removed:
-            shutil.rmtree(stored.folder.parent, ignore_errors=True)
-            shutil.rmtree(self.pictures(stored.id), ignore_errors=True)
+        for capture_id in {stored.id for stored in removed}:
+            self._trash.delete(capture_id)
+            shutil.rmtree(self.pictures(capture_id), ignore_errors=True)
             for callback in self._on_delete:
-                callback(stored.id)
+                callback(capture_id)
         return len(removed)
 
     def pictures(self, capture_id: str) -> Path:

@@ -5,7 +5,6 @@ No module of the product imports that package directly.
 
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
 from types import ModuleType
 
 from foveacam_hardware.contract import InvalidInput
@@ -17,16 +16,8 @@ INSTALL = (
 )
 
 
-def bench_folder() -> Path | None:
-    """Return the folder of the installed benches; None where they are not installed."""
-    spec = find_spec(PACKAGE)
-    if spec is None or not spec.submodule_search_locations:
-        return None
-    return Path(spec.submodule_search_locations[0])
-
-
 def bench_module(name: str) -> ModuleType:
     """Return a module below foveacam_bench. Raise InvalidInput where the benches are not installed."""
-    if bench_folder() is None:
+    if find_spec(PACKAGE) is None:
         raise InvalidInput(f"the benches are not installed here; {INSTALL}")
     return import_module(f"{PACKAGE}.{name}")

@@ -1,41 +1,30 @@
-"""The event log: events go to listeners at once, to the database on a thread, and are replayed by id.
+"""The event log: passes events to listeners at once and to a `BatchedWriter`, and replays them by id.
 
-`emit` never blocks and needs no database, so that a stop is reported even when the disk hangs. Events that a
-full disk does not take are held and written again until it does.
+`emit` never blocks and needs no database, so that a stop is reported even when the disk hangs.
 """
 
 import asyncio
-import contextlib
-import logging
-import queue
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 import anyio.to_thread
 from pydantic import BaseModel
 from sqlalchemy import delete, func, insert, select
-from sqlalchemy.exc import SQLAlchemyError
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_server.foundation.batched_writer import BatchedWriter
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.schema import EventDocument, ResponseModel, StorageFault
 from foveacam_server.foundation.store import Document, EventRow, Store
-
-_log = logging.getLogger(__name__)
 
 RING = 2000
 """Number of events in memory; older ones are read from the table."""
 KEPT = 20_000
 """Number of events in the table."""
-UNWRITTEN = 5000
-"""Most events that wait for a full disk; later ones go to listeners and are never written."""
-BATCH = 200
-"""Events written at once."""
-RETRY_S = 0.5
-"""Pause between two attempts to write."""
+PRUNE_EVERY = 1000
+"""Number of events between two prunings of the table."""
 BACKLOG = 500
 """Events that may wait for a slow listener before it is disconnected (it reconnects with its last id)."""
 
@@ -100,18 +89,23 @@ class EventLog:
         self._ring: deque[Event] = deque(maxlen=RING)
         self._listeners: set[_Listener] = set()
         self._callbacks: list[Callable[[Event], None]] = []
-        self._to_write: queue.Queue[Event | None] = queue.Queue(maxsize=UNWRITTEN)
-        self._closing = threading.Event()
-        self.unwritten = 0
-        """Number of events that will never be written."""
-        self.fault: str | None = None
-        """Why events wait to be written; None when none does."""
         with store.session() as session:
             self._next_id = (session.scalar(select(func.max(EventRow.id))) or 0) + 1
             rows = session.scalars(select(EventRow).order_by(EventRow.id.desc()).limit(RING)).all()
             self._ring.extend(_event(row) for row in reversed(rows))
-        self._writer = threading.Thread(target=self._write, name="foveacam-events", daemon=True)
-        self._writer.start()
+        self._writer = BatchedWriter(
+            "foveacam-events", save=self._save, on_fault=self._emit_fault, on_recovered=self._emit_recovered
+        )
+
+    @property
+    def unwritten(self) -> int:
+        """Number of events that will never be written."""
+        return self._writer.unwritten
+
+    @property
+    def fault(self) -> str | None:
+        """Why events wait to be written; None when none does."""
+        return self._writer.fault
 
     def emit(
         self,
@@ -131,10 +125,7 @@ class EventLog:
             self._ring.append(event)
             for listener in self._listeners:
                 _call_in_loop(listener, event)
-        try:
-            self._to_write.put_nowait(event)
-        except queue.Full:
-            self.unwritten += 1
+            self._writer.add(event)  # with the lock held: events are written in the order of their ids
         for callback in self._callbacks:
             callback(event)
         return event
@@ -187,55 +178,11 @@ class EventLog:
                 _call_in_loop(listener, None)
 
     def close(self) -> None:
-        """Write the events that wait, and end the thread."""
+        """End every listener, and write the events that wait."""
         self.end_listeners()
-        self._closing.set()
-        with contextlib.suppress(queue.Full):  # a full queue wakes the thread as well
-            self._to_write.put_nowait(None)
-        self._writer.join(timeout=5.0)
-
-    def _write(self) -> None:
-        written, batch = 0, list[Event]()
-        while not (self._closing.is_set() and self._to_write.empty()):
-            if not batch and (first := self._to_write.get()) is not None:
-                batch.append(first)
-            self._fill_batch(batch)
-            prune = written // 1000 != (written + len(batch)) // 1000
-            if self._try_save(batch, prune=prune):
-                written += len(batch)
-                batch.clear()
-            elif self._closing.wait(RETRY_S):
-                break
-        self.unwritten += len(batch)
-
-    def _fill_batch(self, batch: list[Event]) -> None:
-        """Add the events that wait to `batch`, without waiting for more."""
-        with contextlib.suppress(queue.Empty):
-            while len(batch) < BATCH:
-                event = self._to_write.get_nowait()
-                if event is not None:
-                    batch.append(event)
-
-    def _try_save(self, events: list[Event], *, prune: bool) -> bool:
-        """Write events; return whether they need not be written again."""
-        try:
-            self._save(events, prune=prune)
-        except FoveaError as error:  # full, read-only, or locked: it may recover
-            self._emit_fault(error.found or str(error))
-            return False
-        except SQLAlchemyError:
-            self.unwritten += len(events)
-            _log.exception("events %d and later were not written down", events[0].id if events else 0)
-        if self.fault is not None:
-            self.fault = None
-            self.emit("storage.recovered", "events are written down again")
-        return True
+        self._writer.close()
 
     def _emit_fault(self, detail: str) -> None:
-        """Emit once that events cannot be written."""
-        known, self.fault = self.fault is not None, detail
-        if known:
-            return
         remedy = "make room on it, or make it writable; what waits is kept and tried again by itself"
         self.emit(
             "storage.fault",
@@ -244,14 +191,15 @@ class EventLog:
             data=StorageFault(detail=detail, remedy=remedy),
         )
 
-    def _save(self, events: list[Event], *, prune: bool) -> None:
-        if not events:
-            return
+    def _emit_recovered(self) -> None:
+        self.emit("storage.recovered", "events are written down again")
+
+    def _save(self, events: Sequence[Event]) -> None:
         rows = [{"id": event.id, "kind": event.kind, "document": event.describe()} for event in events]
         with self._store.session() as session:
             # an attempt that raised may have written them
             session.execute(insert(EventRow).prefix_with("OR IGNORE"), rows)
-            if prune:
+            if any(event.id % PRUNE_EVERY == 0 for event in events):
                 session.execute(delete(EventRow).where(EventRow.id <= events[-1].id - KEPT))
 
 

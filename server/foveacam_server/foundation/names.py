@@ -16,7 +16,14 @@ def utc_now() -> str:
 
 def age_s(utc: str) -> float:
     """Return the age of the time `utc` by the wall clock, seconds, never negative."""
+    return max(0.0, (datetime.now(UTC) - _moment(utc)).total_seconds())
+
+
+def seconds_between(earlier_utc: str, later_utc: str) -> float:
+    """Return the time between two times of the wall clock, seconds; negative where it was set back."""
+    return (_moment(later_utc) - _moment(earlier_utc)).total_seconds()
+
+
+def _moment(utc: str) -> datetime:
     moment = datetime.fromisoformat(utc)
-    if moment.tzinfo is None:
-        moment = moment.replace(tzinfo=UTC)
-    return max(0.0, (datetime.now(UTC) - moment).total_seconds())
+    return moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)

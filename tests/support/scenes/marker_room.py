@@ -18,8 +18,6 @@ from foveacam_hardware.sim.optics import WideLens
 from foveacam_pipeline.calibrate.sweep.marker_observation import direction_rad, gaze_on_target
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
-from foveacam_pipeline.calibrate.watcher import SilentWatcher
-from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from tests.support.scenes.simulated_gaze import gaze
 
@@ -48,22 +46,6 @@ class RecordingWatcher:
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
         self.shown[name] += 1
         self.last[name] = image
-
-
-class SilentStepWatcher(SilentWatcher):
-    """Watches a step without a word."""
-
-    def stage(self, name: str) -> None:
-        """Ignore it."""
-
-    def sample(self, sample_id: str) -> None:
-        """Ignore it."""
-
-    def pose(self, station: str, *, index: int, left: str, right: str) -> None:
-        """Ignore it."""
-
-    def fitted(self, calibration: Calibration) -> None:
-        """Ignore it."""
 
 
 def changed_room(folder: Path, *changes: tuple[str, str], plain: bool = False) -> str:

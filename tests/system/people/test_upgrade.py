@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.foundation.backup.archive import BackupManifest, CopyWatcher
+from foveacam_pipeline.workers.progress import SILENT
+from foveacam_server.foundation.backup.archive import BackupManifest
 from foveacam_server.foundation.backup.restore import restore
 from foveacam_server.foundation.store import DATABASE
 from tests.support.servers.running_server import API, CENTRE, SELDOM_HZ, Running, running
@@ -23,8 +24,7 @@ def restored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, BackupMani
     archive = folder / "before.tar"
     with lzma.open(BACKUP) as packed, archive.open("wb") as unpacked:
         shutil.copyfileobj(packed, unpacked)
-    watch = CopyWatcher(on_bytes=lambda _done, _total: None, stopped=lambda: False)
-    return folder / "data", restore(archive, folder / "data", watch=watch)
+    return folder / "data", restore(archive, folder / "data", watch=SILENT)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import time
 from datetime import timedelta
 
 import pytest
+from tests.support.full_database import ANY_SIZE, limit_database_pages
 from tests.support.servers.account_setup import PASSWORD
 
 from foveacam_hardware.contract import Busy, InvalidInput
@@ -275,3 +276,17 @@ def test_the_audit_log_goes_on_after_a_restart_and_drops_the_oldest(
     assert [entry.path for entry in log.read()] == [f"/{number}" for number in (7, 6, 5, 4, 3)]
     assert [entry.path for entry in log.read(before=log.read()[1].id, limit=2)] == ["/5", "/4"]
     log.close()
+
+
+def test_audit_entries_that_a_full_disk_refused_are_written_once_there_is_room(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("foveacam_server.accounts.audit.FLUSH_S", 0.2)
+    log, long = AuditLog(store), "x" * 5000
+    limit_database_pages(store, 1)
+    for path in ("/a", "/b", "/a"):
+        log.add(principal("otto"), method="PUT", path=path, address="a", status=200, detail=long)
+    assert not log.flush()
+    limit_database_pages(store, ANY_SIZE)
+    log.close()
+    assert [(entry.path, entry.repeated) for entry in log.read()] == [("/b", 1), ("/a", 2)]

@@ -16,7 +16,6 @@ from tests.support.scenes.mosaic_scenes import scan
 from foveacam_hardware.contract import Busy, InvalidInput, MonotonicClock, NotCalibrated
 from foveacam_pipeline.capture.dataset import change_labels
 from foveacam_pipeline.capture.dataset.lock import FolderLock
-from foveacam_pipeline.capture.progress_steps import SILENT, SilentProgress
 from foveacam_pipeline.products import making
 from foveacam_pipeline.products.batch import BatchCounts, datasets_in, plan_batch, run_batch
 from foveacam_pipeline.products.making import agreement_sums, make_product
@@ -29,6 +28,7 @@ from foveacam_pipeline.stereo.values import DepthMap
 from foveacam_pipeline.workers.cluster import cluster_workers
 from foveacam_pipeline.workers.pool import HereAndNow, WorkPool
 from foveacam_pipeline.workers.processes import local_workers
+from foveacam_pipeline.workers.progress import SILENT, SilentProgress
 from foveacam_server.resources.capturing.batches.run import BatchOrder, glb_of, make_batch
 
 DEPTH = ProductSettings(kind=ProductKind.DEPTH)

@@ -8,13 +8,13 @@ import pytest
 
 from foveacam_bench.depth.stages import STAGES, LookCost, StageTimes, look_cost, staged_depth
 from foveacam_bench.depth.stereo import CERTIFICATE, LOOKS
-from foveacam_bench.judging import bin_cameras
 from foveacam_hardware.contract import Binning, Sighting
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.depth import depth_map
 from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.rectify import rectify
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 TEXTURED = LOOKS[-1]
 

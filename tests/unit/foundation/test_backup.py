@@ -18,12 +18,12 @@ import pytest
 from typer.testing import CliRunner
 
 from foveacam_hardware.contract import Cancelled, FoveaError, InvalidInput, StorageFull
+from foveacam_pipeline.workers.progress import SILENT, SilentProgress
 from foveacam_server.cli import app
-from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, CopyWatcher, back_up
+from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, back_up
 from foveacam_server.foundation.backup.restore import restore
 from foveacam_server.foundation.store import DATABASE, JobRow, Store
 
-WATCH = CopyWatcher(on_bytes=lambda _done, _total: None, stopped=lambda: False)
 FILES = {
     "captures/desk/dataset.json": b"{}",
     "captures/desk/points.jsonl": b'{"point": 0}\n',
@@ -54,7 +54,7 @@ def data(tmp_path: Path) -> Iterator[Path]:
 @pytest.fixture
 def archive(data: Path, tmp_path: Path) -> Path:
     path = tmp_path / "rig.tar"
-    back_up(data, path, created_utc="2026-01-01T00:00:00Z", watch=WATCH)
+    back_up(data, path, created_utc="2026-01-01T00:00:00Z", watch=SILENT)
     return path
 
 
@@ -69,7 +69,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
 def test_a_backup_of_an_open_data_directory_is_restored_elsewhere_to_the_last_byte(
     archive: Path, tmp_path: Path
 ) -> None:
-    manifest = restore(archive, tmp_path / "other", watch=WATCH)
+    manifest = restore(archive, tmp_path / "other", watch=SILENT)
     restored = files_of(tmp_path / "other")
     assert restored == FILES
     hashes = {file.path: file.sha256 for file in manifest.files if file.path != DATABASE}
@@ -82,8 +82,8 @@ def test_what_was_cut_short_by_a_kill_is_made_again(data: Path, tmp_path: Path) 
     (tmp_path / ".rig.tar.part").write_bytes(b"half a backup")
     (tmp_path / ".other.part").mkdir()
     (tmp_path / ".other.part" / "half").touch()
-    back_up(data, tmp_path / "rig.tar", created_utc="", watch=WATCH)
-    restore(tmp_path / "rig.tar", tmp_path / "other", watch=WATCH)
+    back_up(data, tmp_path / "rig.tar", created_utc="", watch=SILENT)
+    restore(tmp_path / "rig.tar", tmp_path / "other", watch=SILENT)
     assert files_of(tmp_path / "other") == FILES
     assert not list(tmp_path.glob(".*.part"))
 
@@ -101,14 +101,15 @@ def test_files_that_grow_and_vanish_meanwhile_do_no_harm(data: Path, tmp_path: P
     growing.write_bytes(b"x" * 1000)
     going.write_bytes(b"y")
 
-    def meanwhile(_done: int, _total: int) -> None:
-        going.unlink(missing_ok=True)
-        with growing.open("ab") as file:
-            file.write(b"x" * 1000)
+    class Meanwhile(SilentProgress):
+        def progress(self, done: int, *, total: int, note: str = "") -> None:
+            going.unlink(missing_ok=True)
+            with growing.open("ab") as file:
+                file.write(b"x" * 1000)
 
     path = tmp_path / "rig.tar"
-    back_up(data, path, created_utc="", watch=CopyWatcher(on_bytes=meanwhile, stopped=lambda: False))
-    restore(path, tmp_path / "other", watch=WATCH)
+    back_up(data, path, created_utc="", watch=Meanwhile())
+    restore(path, tmp_path / "other", watch=SILENT)
     restored = files_of(tmp_path / "other")
     assert len(restored.pop("recordings/z.fcap")) >= 1000
     assert restored == FILES
@@ -130,12 +131,12 @@ def test_a_database_in_use_is_copied_as_it_was_at_one_moment(data: Path, tmp_pat
     adding.start()
     try:
         for turn in range(5):
-            back_up(data, tmp_path / f"{turn}.tar", created_utc="", watch=WATCH)
+            back_up(data, tmp_path / f"{turn}.tar", created_utc="", watch=SILENT)
     finally:
         ended.set()
         adding.join()
     for turn in range(5):
-        restore(tmp_path / f"{turn}.tar", tmp_path / f"{turn}", watch=WATCH)
+        restore(tmp_path / f"{turn}.tar", tmp_path / f"{turn}", watch=SILENT)
         with closing(sqlite3.connect(tmp_path / f"{turn}" / DATABASE)) as connection:
             assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
             (pairs,) = connection.execute("SELECT COUNT(*) FROM events WHERE kind = 'pair'").fetchone()
@@ -150,7 +151,7 @@ def test_a_backup_that_was_cut_anywhere_is_refused(archive: Path, tmp_path: Path
     for cut in [0, 1, 511, 512, end - 1, *draws.integers(end, size=45)]:
         archive.write_bytes(whole[:cut])
         with pytest.raises(InvalidInput, match="is no backup, or was cut short"):
-            restore(archive, tmp_path / "other", watch=WATCH)
+            restore(archive, tmp_path / "other", watch=SILENT)
         assert not (tmp_path / "other").exists()
 
 
@@ -161,7 +162,7 @@ def test_a_byte_that_has_changed_is_found(archive: Path, tmp_path: Path) -> None
     content[place] ^= 1
     archive.write_bytes(content)
     with pytest.raises(InvalidInput, match=r"is damaged: captures/desk/0000-left\.png differs from its hash"):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
     assert not (tmp_path / "other").exists()
 
 
@@ -184,10 +185,10 @@ def test_a_backup_of_a_newer_version_names_both(archive: Path, tmp_path: Path) -
     rewritten(archive, lambda document: document.update(program="99.0", revision="9999"))
     newer = r"made by a newer version \(99\.0, database 9999\).*update the program"
     with pytest.raises(InvalidInput, match=newer):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
     rewritten(archive, lambda document: document.update(version=2))
     with pytest.raises(InvalidInput, match="its manifest is not valid"):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
 
 
 @pytest.mark.parametrize("name", ["../outside", "/outside", "a/../../outside"])
@@ -198,7 +199,7 @@ def test_no_member_leads_out_of_the_directory(tmp_path: Path, name: str) -> None
         member.size = 1
         tar.addfile(member, io.BytesIO(b"x"))
     with pytest.raises(InvalidInput, match="which is no file of a backup"):
-        restore(archive, tmp_path / "deep" / "other", watch=WATCH)
+        restore(archive, tmp_path / "deep" / "other", watch=SILENT)
     assert [path.name for path in tmp_path.rglob("outside")] == []
 
 
@@ -248,7 +249,7 @@ def test_what_no_backup_holds_is_refused_before_anything_is_written(
             tar.addfile(member)
     monkeypatch.setattr(Path, "mkdir", lambda *_args, **_more: pytest.fail("something was written"))
     with pytest.raises(InvalidInput, match=r"evil\.tar is no backup, or was cut short"):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
 
 
 def test_a_file_of_another_size_than_its_manifest_says_is_refused_before_anything_is_written(
@@ -262,7 +263,7 @@ def test_a_file_of_another_size_than_its_manifest_says_is_refused_before_anythin
     rewritten(archive, enlarge)
     monkeypatch.setattr(Path, "mkdir", lambda *_args, **_more: pytest.fail("something was written"))
     with pytest.raises(InvalidInput, match=f"{DATABASE}: .* bytes, by its manifest"):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
 
 
 def test_a_backup_that_does_not_fit_is_refused_before_a_file_is_written(
@@ -270,7 +271,7 @@ def test_a_backup_that_does_not_fit_is_refused_before_a_file_is_written(
 ) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _path: SimpleNamespace(free=1000))
     with pytest.raises(StorageFull, match="nothing was restored, free some space"):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
     assert not list(tmp_path.glob("*other*"))
 
 
@@ -292,7 +293,7 @@ def test_a_damaged_header_is_refused_and_never_met_by_another_error(
         content[head + 148 : head + 156] = b"%06o\0 " % sum(block)
         archive.write_bytes(content)
         try:
-            restore(archive, tmp_path / "other", watch=WATCH)
+            restore(archive, tmp_path / "other", watch=SILENT)
         except InvalidInput:
             assert not (tmp_path / "other").exists()
         else:  # a field that no backup depends on, such as the owner
@@ -301,19 +302,23 @@ def test_a_damaged_header_is_refused_and_never_met_by_another_error(
 
 def test_nothing_is_overwritten(data: Path, archive: Path, tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="exists already; choose another name"):
-        back_up(data, archive, created_utc="", watch=WATCH)
+        back_up(data, archive, created_utc="", watch=SILENT)
     with pytest.raises(InvalidInput, match="has something in it"):
-        restore(archive, data, watch=WATCH)
+        restore(archive, data, watch=SILENT)
     with pytest.raises(InvalidInput, match=f"is no data directory of a server: it has no {DATABASE}"):
-        back_up(tmp_path, tmp_path / "new.tar", created_utc="", watch=WATCH)
+        back_up(tmp_path, tmp_path / "new.tar", created_utc="", watch=SILENT)
     with pytest.raises(InvalidInput, match="does not exist"):
-        restore(tmp_path / "nothing.tar", tmp_path / "other", watch=WATCH)
+        restore(tmp_path / "nothing.tar", tmp_path / "other", watch=SILENT)
 
 
 def test_what_is_cancelled_or_meets_a_full_disk_leaves_nothing(
     data: Path, archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cancelled = CopyWatcher(on_bytes=lambda _done, _total: None, stopped=lambda: True)
+    class Cancelling(SilentProgress):
+        def cancelled(self) -> bool:
+            return True
+
+    cancelled = Cancelling()
     before = sorted(tmp_path.iterdir())
     with pytest.raises(Cancelled):
         back_up(data, tmp_path / "new.tar", created_utc="", watch=cancelled)
@@ -325,10 +330,10 @@ def test_what_is_cancelled_or_meets_a_full_disk_leaves_nothing(
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(StorageFull, match=r"the backup new\.tar .*the disk is full"):
-        back_up(data, tmp_path / "new.tar", created_utc="", watch=WATCH)
+        back_up(data, tmp_path / "new.tar", created_utc="", watch=SILENT)
     monkeypatch.setattr(os, "sync", full)
     with pytest.raises(StorageFull, match=r"the backup rig\.tar .*the disk is full"):
-        restore(archive, tmp_path / "other", watch=WATCH)
+        restore(archive, tmp_path / "other", watch=SILENT)
     assert sorted(tmp_path.iterdir()) == before
 
 

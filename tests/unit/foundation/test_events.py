@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from tests.support.full_database import ANY_SIZE, limit_database_pages
 
 from foveacam_server.foundation import events as events_module
 from foveacam_server.foundation.events import Event, EventLevel, EventLog
@@ -134,11 +135,11 @@ def test_hanging_up_ends_every_listener(log: EventLog) -> None:
 def test_a_full_disk_is_told_and_what_it_did_not_take_is_written_once_there_is_room(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         log = EventLog(store)
-        pages(store, "1")  # no more than it has
+        limit_database_pages(store, 1)
         told = [log.emit("k", "x" * 5000) for _ in range(30)]
         until(lambda: "storage.fault" in kinds(log))
         assert any("the disk is full" in event.data.get("detail", "") for event in log.recent(200))
-        pages(store, "1073741823")
+        limit_database_pages(store, ANY_SIZE)
         until(lambda: "storage.recovered" in kinds(log))
         log.close()
         again = EventLog(store)
@@ -146,30 +147,6 @@ def test_a_full_disk_is_told_and_what_it_did_not_take_is_written_once_there_is_r
         again.close()
     assert kept == list(range(1, len(told) + 3))
     assert (log.fault, log.unwritten) == (None, 0)
-
-
-def test_closing_does_not_wait_for_a_disk_that_takes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(events_module, "UNWRITTEN", 10)
-    with Store(tmp_path) as store:
-        log = EventLog(store)
-        pages(store, "1")
-        log.emit("k", "x" * 50_000)
-        until(lambda: log.fault is not None)
-        for _ in range(250):
-            log.emit("k", "more than waits")
-        closing = threading.Thread(target=log.close)
-        closing.start()
-        closing.join(PATIENCE_S)
-        assert not closing.is_alive()
-    assert log.unwritten > 200
-
-
-def pages(store: Store, most: str) -> None:
-    """Let the database grow to so many pages and no further, on the connection that the log has."""
-    with store.session() as session:
-        session.connection().exec_driver_sql(f"PRAGMA max_page_count={most}")
 
 
 def kinds(log: EventLog) -> list[str]:

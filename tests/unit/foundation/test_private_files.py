@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from foveacam_server.foundation.backup.archive import CopyWatcher, back_up
+from foveacam_pipeline.workers.progress import SILENT
+from foveacam_server.foundation.backup.archive import back_up
 from foveacam_server.foundation.backup.restore import restore
 from foveacam_server.foundation.private_files import warn_if_readable
 from foveacam_server.foundation.store import DATABASE, JobRow, Store
@@ -92,10 +93,9 @@ def test_a_backup_and_what_it_restores_are_their_owners_alone(tmp_path: Path) ->
     with Store(folder) as store:
         written(store)
         (store.subfolder("calibrations") / "one.json").write_text("{}")
-    watch = CopyWatcher(on_bytes=lambda _done, _total: None, stopped=lambda: False)
-    back_up(folder, archive, created_utc="2026", watch=watch)
+    back_up(folder, archive, created_utc="2026", watch=SILENT)
     assert mode(archive) == 0o600
-    restore(archive, restored, watch=watch)
+    restore(archive, restored, watch=SILENT)
     assert mode(restored) == 0o700 and shared(restored) == {}
 
 

@@ -9,7 +9,6 @@ import torch
 from tests.support.scenes.learning_pairs import scene
 from typer.testing import CliRunner
 
-from foveacam_bench.learned.pairs import PairOrder, make_pairs
 from foveacam_pipeline.learn.evaluation import evaluate
 from foveacam_pipeline.learn.network.config import SIZES
 from foveacam_pipeline.learn.network.network import FoveatedStereo
@@ -17,6 +16,7 @@ from foveacam_pipeline.learn.pair_folder import Split, StoredPairs
 from foveacam_pipeline.workers.cluster import cluster_workers
 from foveacam_pipeline.workers.pool import HereAndNow
 from foveacam_server.cli import app
+from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder, make_pairs
 
 pytestmark = pytest.mark.slow
 

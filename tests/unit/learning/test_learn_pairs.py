@@ -12,9 +12,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from foveacam_bench.learned import pairs as simulated
-from foveacam_bench.learned.pairs import MadePairs, PairOrder, make_pair, make_pairs
-from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_hardware.contract import InvalidInput, StorageFull
 from foveacam_hardware.sim.scenes.materials import CheckerboardMaterial, NoiseMaterial
 from foveacam_pipeline.learn import pair_folder
@@ -23,6 +20,14 @@ from foveacam_pipeline.stereo.match import match
 from foveacam_pipeline.stereo.values import RectifiedPair
 from foveacam_pipeline.workers.pool import HereAndNow, Part, WorkersLost, WorkPool
 from foveacam_server.cli import app
+from foveacam_server.resources.studying.learning import rendered_pairs as simulated
+from foveacam_server.resources.studying.learning.random_scenes import draw_scene, scene_seed
+from foveacam_server.resources.studying.learning.rendered_pairs import (
+    MadePairs,
+    PairOrder,
+    make_pair,
+    make_pairs,
+)
 
 T = TypeVar("T")
 SIZE = (360, 270)
@@ -178,6 +183,7 @@ def test_a_damaged_pair_is_refused(folder: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_benches")
 def test_the_command_says_how_many_pairs_a_second_it_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

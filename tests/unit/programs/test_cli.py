@@ -19,6 +19,8 @@ from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import DATABASE, Store
 from foveacam_server.rig.hardware_thread import early_kernels
 
+ROOT = Path(__file__).parents[3]
+
 
 @pytest.fixture(autouse=True)
 def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -168,6 +170,18 @@ def test_benches_that_are_not_installed_are_told_with_a_remedy(
     line = one_line(capsys)
     assert "not installed" in line
     assert "pip install --editable" in line
+
+
+def test_the_command_bench_alone_uses_the_benches() -> None:
+    product = [
+        path
+        for room in ("hardware", "pipeline", "web", "server/foveacam_server", "server/foveacam_client")
+        for path in (ROOT / room).rglob("*.py")
+    ]
+    named = {path.name for path in product if "foveacam_bench" in path.read_text(encoding="utf-8")}
+    users = {path.name for path in product if "bench_module" in path.read_text(encoding="utf-8")}
+    assert named == {"bench_package.py"}
+    assert users == {"bench_package.py", "cli.py"}
 
 
 def without_kernels(_settings: Settings) -> AbstractContextManager[None]:

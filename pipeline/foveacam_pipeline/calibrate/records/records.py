@@ -11,7 +11,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput, NotCalibrated
 from foveacam_pipeline.calibrate.records.new_file import link_new
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration, save_calibration
-from foveacam_pipeline.storage.disk import disk_errors
+from foveacam_pipeline.storage.disk import disk_errors, rename_durably
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,15 +83,14 @@ class CalibrationStore:
         """Move a calibration to the trash (see `restore`); raise NotCalibrated when there is none."""
         path = self.path_of(self.get(calibration_id).id)
         with disk_errors(f"calibration {path.stem} in the trash", self.trash):
-            self.trash.mkdir(exist_ok=True)
-            path.replace(self.trash / path.name)
+            rename_durably(path, self.trash / path.name)
 
     def restore(self, calibration_id: str) -> Calibration:
         """Move a calibration, given by its id or the beginning of it, out of the trash and return it."""
         discarded = CalibrationStore(self.trash)
         found = discarded.get(calibration_id)
         with disk_errors(f"calibration {found.id}", self._folder):
-            discarded.path_of(found.id).replace(self.path_of(found.id))
+            rename_durably(discarded.path_of(found.id), self.path_of(found.id))
         return found
 
     @property

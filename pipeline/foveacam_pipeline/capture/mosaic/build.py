@@ -35,9 +35,9 @@ from foveacam_pipeline.capture.mosaic.views import (
 )
 from foveacam_pipeline.capture.mosaic.wide import WideView, wide_view_of
 from foveacam_pipeline.capture.mosaic.wide_depth import add_wide_depth
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.disk import disk_errors, write_file
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 DEFAULT = MosaicSettings()
 OVERVIEW_PX = 2048

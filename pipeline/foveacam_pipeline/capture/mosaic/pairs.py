@@ -16,10 +16,10 @@ from foveacam_pipeline.capture.mosaic.folder import MosaicFolder
 from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth, pair_cells
 from foveacam_pipeline.capture.mosaic.values import MatchingFigures, MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import MosaicView
-from foveacam_pipeline.capture.progress_steps import ProgressSteps
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.networks.session import NetworkFault
+from foveacam_pipeline.workers.progress import ProgressSteps
 
 _log = logging.getLogger(__name__)
 NEAREST_M, FARTHEST_M = 1.2, 40.0

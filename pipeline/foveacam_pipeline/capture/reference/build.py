@@ -10,7 +10,6 @@ from foveacam_pipeline.capture.dataset.document import permanent_hash
 from foveacam_pipeline.capture.dataset.reader import Dataset
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import mosaic_views
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.capture.rail_stops import RailStop, reference_basis
 from foveacam_pipeline.capture.reference.adjust import AdjustedRays, adjust_rays, longest_baselines_m
 from foveacam_pipeline.capture.reference.compare import compare
@@ -42,6 +41,7 @@ from foveacam_pipeline.capture.reference.views import (
     fovea_views,
 )
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 COARSE_SAMPLES = 300
 """Samples from which the stops are located roughly."""

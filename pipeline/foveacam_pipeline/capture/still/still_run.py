@@ -25,6 +25,7 @@ from foveacam_pipeline.capture.still.values import (
     StillPlan,
     missing_frames_error,
 )
+from foveacam_pipeline.workers.progress import ProgressWatcher
 
 logger = logging.getLogger(__name__)
 
@@ -32,16 +33,8 @@ TRIES = 3
 """Consecutive exposures without a frame after which a camera is given up."""
 
 
-class StillWatcher(Protocol):
-    """The operator's side of a still; called on the still's own thread."""
-
-    def progress(self, done: int, *, total: int, note: str) -> None:
-        """Receive that `done` of `total` frames have arrived."""
-        ...
-
-    def cancelled(self) -> bool:
-        """Return whether the still is to end."""
-        ...
+class StillWatcher(ProgressWatcher, Protocol):
+    """The operator's side of a still, whose steps are frames; called on the still's own thread."""
 
     def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Receive the frames that were just captured."""

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Cancelled, Clock, DeviceFault, Frame, Head, Rail, Role, Sighting
-from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
@@ -33,6 +32,7 @@ from foveacam_pipeline.study.tradeoff.depth_error import RAIL_M
 from foveacam_pipeline.study.visibility.observed import REST_NS
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation, FixationState
+from foveacam_pipeline.workers.progress import ProgressSteps, ProgressWatcher
 
 CLICK_SIGMA_PX = 1.0
 """Clicks miss the target's centre by this standard deviation, wide px, along each axis."""

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressWatcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.study.localisation.accuracy import (
     COVERAGE,
@@ -31,6 +30,7 @@ from foveacam_pipeline.study.report.findings import (
     StudyTable,
     Value,
 )
+from foveacam_pipeline.workers.progress import SILENT, ProgressWatcher
 
 NAME = "localisation"
 QUICK_SLOTS, QUICK_TRIALS = 8, 2

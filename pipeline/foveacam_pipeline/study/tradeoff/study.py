@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.report.findings import PaperComparison, StudyFigure, StudyResult, Value
 from foveacam_pipeline.study.tradeoff.depth_metrics import DepthMetric
 from foveacam_pipeline.study.tradeoff.figures import bins_picture, patches_picture, ratio_picture
@@ -28,6 +27,7 @@ from foveacam_pipeline.study.tradeoff.sweep import (
     sweep_values,
 )
 from foveacam_pipeline.study.tradeoff.vkitti import load_vkitti, vkitti_frames
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 SHARES = (0.04, 0.0625, 0.09, 0.11, 0.16, 0.25, 0.36, 0.5)
 QUICK_SHARES = (0.0625, 0.11, HEADLINE_SHARE)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.capture.progress_steps import ProgressSteps
 from foveacam_pipeline.study.report.findings import PaperComparison, Value
 from foveacam_pipeline.study.tradeoff.depth_metrics import (
     DepthMetric,
@@ -22,6 +21,7 @@ from foveacam_pipeline.study.tradeoff.depth_metrics import (
 from foveacam_pipeline.study.tradeoff.outcomes import DisparityEstimator, SceneOutcome, scene_outcomes
 from foveacam_pipeline.study.tradeoff.patches import Floats, PatchChoice, PictureSize, PixelBudget, budget
 from foveacam_pipeline.study.tradeoff.streets import StereoScene
+from foveacam_pipeline.workers.progress import ProgressSteps
 
 PATCHES = 4
 RESAMPLES = 400

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, Head, InvalidInput, OutOfRange, Role, Sighting
-from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.study.visibility.toy_scene import STAND_HALF_M, AgentPose
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation, FixationState
+from foveacam_pipeline.workers.progress import ProgressSteps, ProgressWatcher
 
 WAVELENGTH_M = 550e-9
 """Green, where a camera's silicon and daylight meet."""

@@ -10,7 +10,6 @@ from shapely import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressWatcher
 from foveacam_pipeline.study.report.findings import PaperComparison, StudyFigure, StudyResult, Value
 from foveacam_pipeline.study.tradeoff.depth_error import BASELINE_M
 from foveacam_pipeline.study.visibility.observed import (
@@ -45,6 +44,7 @@ from foveacam_pipeline.study.visibility.toy_scene import (
     has_room,
     toy_map,
 )
+from foveacam_pipeline.workers.progress import SILENT, ProgressWatcher
 
 NAME = "fig8"
 QUICK_EVERY = 2

@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.report.findings import StudyResult, Value
 from foveacam_pipeline.study.tradeoff.depth_error import FOVEA_PX_PER_DEG, WIDE_PX_PER_DEG, error_m
 from foveacam_pipeline.study.visibility.checks import closed_forms, raster_check
@@ -46,6 +45,7 @@ from foveacam_pipeline.study.visibility.summary import (
     pictures,
 )
 from foveacam_pipeline.study.visibility.sweep import MapRun, StandoffSweep, drawn_map, run_maps
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 SEED = 44
 """Default seed: the number of the section."""

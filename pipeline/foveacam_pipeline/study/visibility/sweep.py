@@ -12,7 +12,6 @@ import joblib
 import shapely
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.progress_steps import SILENT, ProgressSteps, ProgressWatcher
 from foveacam_pipeline.study.visibility.coverage import LoopCoverage, closed_path, coverage
 from foveacam_pipeline.study.visibility.maps import FieldMap, RandomMap, random_map
 from foveacam_pipeline.study.visibility.regions import (
@@ -23,6 +22,7 @@ from foveacam_pipeline.study.visibility.regions import (
 )
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 from foveacam_pipeline.workers.cluster import cluster_client
+from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 REDRAWS = 20
 """Maps drawn for one seed, where no loop leads around the targets, before an error is raised."""

@@ -11,7 +11,6 @@ import io
 import os
 import tarfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import BinaryIO, Literal
@@ -20,12 +19,14 @@ from pydantic import BaseModel, ConfigDict
 
 from foveacam_hardware.contract import Cancelled, InvalidInput
 from foveacam_pipeline.storage.disk import PART, PRIVATE, disk_errors, part_path, sync_folder
+from foveacam_pipeline.workers.progress import ProgressWatcher
 from foveacam_server import __version__
 from foveacam_server.foundation.database_errors import database_errors
 from foveacam_server.foundation.migrate import copy_database, revision_of
 from foveacam_server.foundation.store import DATABASE
 
 MANIFEST = "manifest.json"
+_MB = 1_000_000
 FIRST_SUFFIXES = (".json", ".jsonl", ".toml")
 _OWN_TO_ONE_SERVER = (
     "lock", "sign_in.key", "token", "first_admin_link", f"{DATABASE}-wal", f"{DATABASE}-shm", DATABASE
@@ -57,15 +58,7 @@ class BackupManifest(_Table):
     files: tuple[BackedUpFile, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CopyWatcher:
-    """Hears of progress, bytes done and their total, and says whether to stop."""
-
-    on_bytes: Callable[[int, int], None]
-    stopped: Callable[[], bool]
-
-
-def back_up(folder: Path, archive: Path, *, created_utc: str, watch: CopyWatcher) -> BackupManifest:
+def back_up(folder: Path, archive: Path, *, created_utc: str, watch: ProgressWatcher) -> BackupManifest:
     """Write a backup of a data directory to a new file, which its owner alone can read.
 
     Raise InvalidInput for what is no data directory and for an archive that exists, StorageFull for a full
@@ -95,7 +88,7 @@ def back_up(folder: Path, archive: Path, *, created_utc: str, watch: CopyWatcher
 
 
 def _write(
-    folder: Path, file: BinaryIO, *, beside: Path, created_utc: str, watch: CopyWatcher
+    folder: Path, file: BinaryIO, *, beside: Path, created_utc: str, watch: ProgressWatcher
 ) -> BackupManifest:
     with (
         TemporaryDirectory(dir=beside) as place,
@@ -137,7 +130,7 @@ def _size(path: Path) -> int:
 
 
 class _Copying:
-    def __init__(self, tar: tarfile.TarFile, watch: CopyWatcher, *, total: int) -> None:
+    def __init__(self, tar: tarfile.TarFile, watch: ProgressWatcher, *, total: int) -> None:
         self._tar, self._watch, self._total = tar, watch, total
         self._done = 0
         self.files: list[BackedUpFile] = []
@@ -164,9 +157,14 @@ class _Copying:
 
     def _advance(self, count: int) -> None:
         self._done += count
-        self._watch.on_bytes(min(self._done, self._total), self._total)
-        if self._watch.stopped():
+        report_bytes(self._watch, self._done, self._total)
+        if self._watch.cancelled():
             raise Cancelled("the backup was cancelled; nothing of it is kept")
+
+
+def report_bytes(watch: ProgressWatcher, done: int, total: int) -> None:
+    """Report copied bytes as megabytes; a file that grew meanwhile makes no more of them than the total."""
+    watch.progress(min(done, total) // _MB, total=max(1, total // _MB), note="MB")
 
 
 class _HashingReader:

@@ -18,7 +18,8 @@ from pydantic import ValidationError
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, StorageFull
 from foveacam_pipeline.storage.disk import PRIVATE, disk_errors, part_path, sync_folder
-from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, CopyWatcher
+from foveacam_pipeline.workers.progress import ProgressWatcher
+from foveacam_server.foundation.backup.archive import MANIFEST, BackupManifest, report_bytes
 from foveacam_server.foundation.migrate import is_known
 from foveacam_server.foundation.private_files import make_private_folder
 
@@ -30,7 +31,7 @@ _BAD_HEADER = (tarfile.TarError, EOFError, ValueError, KeyError, OverflowError, 
 """What `tarfile` raises while it reads headers that are damaged or made to confuse it."""
 
 
-def restore(archive: Path, folder: Path, *, watch: CopyWatcher) -> BackupManifest:
+def restore(archive: Path, folder: Path, *, watch: ProgressWatcher) -> BackupManifest:
     """Unpack a backup into a directory that is new or empty.
 
     Raise InvalidInput for a directory with something in it and for a backup that is none, was cut short,
@@ -155,7 +156,9 @@ def _check_room(archive: Path, part: Path, manifest: BackupManifest) -> None:
         )
 
 
-def _unpack(archive: Path, members: list[tarfile.TarInfo], part: Path, watch: CopyWatcher) -> dict[str, str]:
+def _unpack(
+    archive: Path, members: list[tarfile.TarInfo], part: Path, watch: ProgressWatcher
+) -> dict[str, str]:
     """Write the files; return the SHA-256 of each."""
     total, done = archive.stat().st_size, 0
     found: dict[str, str] = {}
@@ -173,8 +176,8 @@ def _unpack(archive: Path, members: list[tarfile.TarInfo], part: Path, watch: Co
                     digest.update(chunk)
                     file.write(chunk)
                     done += len(chunk)
-                    watch.on_bytes(min(done, total), total)
-                    if watch.stopped():
+                    report_bytes(watch, done, total)
+                    if watch.cancelled():
                         raise Cancelled("the restoration was cancelled; nothing was restored")
             os.utime(path, (member.mtime, member.mtime))
             found[member.name] = digest.hexdigest()

@@ -7,6 +7,7 @@ from foveacam_hardware.contract import Clock
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobContext
+from foveacam_server.foundation.report_pace import EVENTS_NS, ReportPace
 from foveacam_server.foundation.schema import ResponseModel
 from foveacam_server.resources.calibrating.sessions.schema import (
     CalibrationFitted,
@@ -16,9 +17,6 @@ from foveacam_server.resources.calibrating.sessions.schema import (
     WideSampleTaken,
 )
 from foveacam_server.rig.ports import PictureSink
-
-PERIOD_NS = 200_000_000
-"""Shortest time between two progress events, but for the end of a stage."""
 
 
 class CalibrationJobWatcher:
@@ -39,20 +37,18 @@ class CalibrationJobWatcher:
         self._events = events
         self._clock = clock
         self._stage = ""
-        self._due_ns = 0
+        self._pace = ReportPace(clock, period_ns=EVENTS_NS)
 
     def stage(self, name: str) -> None:
         """Start another step."""
         self._stage = name
-        self._due_ns = 0
+        self._pace = ReportPace(self._clock, period_ns=EVENTS_NS)
         self._context.stage()
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Report `done` of `total`, at most once a `PERIOD_NS`."""
-        now_ns = self._clock.now_ns()
-        if now_ns < self._due_ns and done < total:
+        """Report `done` of `total`, at most once a period but for the end of a stage."""
+        if not self._pace.is_due(at_once=done >= total):
             return
-        self._due_ns = now_ns + PERIOD_NS
         self._context.progress(done, total=total, note=note)
         self._emit(
             "calibration.progress",

@@ -20,7 +20,7 @@ from foveacam_hardware.contract import (
     StationTarget,
 )
 from foveacam_hardware.rig import Rig
-from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.calibrating.sessions.schema import EyeState
 from foveacam_server.rig.settle_times import SettleTime, SettleTimes
@@ -125,6 +125,22 @@ class StepWatcher(ProcedureWatcher, Protocol):
     def fitted(self, calibration: Calibration) -> None:
         """Report a new calibration."""
         ...
+
+
+class SilentStepWatcher(SilentWatcher):
+    """A step watcher that ignores everything and never cancels."""
+
+    def stage(self, name: str) -> None:
+        """Ignore it."""
+
+    def sample(self, sample_id: str) -> None:
+        """Ignore it."""
+
+    def pose(self, station: str, *, index: int, left: EyeState, right: EyeState) -> None:
+        """Ignore it."""
+
+    def fitted(self, calibration: Calibration) -> None:
+        """Ignore it."""
 
 
 class CalibrationRegistry(Protocol):

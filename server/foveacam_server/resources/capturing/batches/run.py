@@ -7,7 +7,6 @@ from pathlib import Path
 
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_pipeline.capture.dataset.lock import FolderLock
-from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.products.batch import BatchCounts, BatchPlan, plan_batch, run_batch
 from foveacam_pipeline.products.results import ProductFolder
 from foveacam_pipeline.products.summary import BatchSummary, write_summary
@@ -17,6 +16,7 @@ from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_pipeline.workers.cluster import cluster_workers
 from foveacam_pipeline.workers.pool import WorkersLost, WorkPool
 from foveacam_pipeline.workers.processes import local_workers
+from foveacam_pipeline.workers.progress import ProgressWatcher
 from foveacam_web.glb import write_glb
 
 

@@ -7,6 +7,7 @@ from foveacam_hardware.contract import Clock, Frame, Role, StereoVolts
 from foveacam_pipeline.capture.run import CapturePhase, CaptureReport
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobContext
+from foveacam_server.foundation.report_pace import EVENTS_NS, ReportPace
 from foveacam_server.resources.capturing.captures.schema import (
     CaptureProgress,
     CaptureProgressEvent,
@@ -14,9 +15,6 @@ from foveacam_server.resources.capturing.captures.schema import (
 )
 from foveacam_server.rig.live_views import OverlayOf
 from foveacam_server.rig.ports import PictureSink
-
-PERIOD_NS = 200_000_000
-"""Shortest time between two progress events, but for another phase and the end."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -57,21 +55,19 @@ class CaptureJobWatcher:
         self._sink = sink
         self._overlay = overlay
         self._events = events
-        self._clock = clock
-        self._due_ns = 0
+        self._pace = ReportPace(clock, period_ns=EVENTS_NS)
         self._phase: CapturePhase | None = None
         self._gaze: StereoVolts | None = None
 
     def progress(self, report: CaptureReport) -> None:
-        """Report the progress, at most once a `PERIOD_NS`."""
-        now_ns = self._clock.now_ns()
+        """Report the progress, at most once a period but for another phase and the end."""
         turned = report.phase is not self._phase
         self._live.report = report
-        if now_ns < self._due_ns and not turned and report.stored < report.total:
+        if not self._pace.is_due(at_once=turned or report.stored >= report.total):
             return
         if turned:
             self._context.stage()
-        self._phase, self._due_ns = report.phase, now_ns + PERIOD_NS
+        self._phase = report.phase
         note = self._live.manual_action or report.note or _progress_words(report)
         self._context.progress(report.done, total=report.total, note=note, left_s=report.left_s)
         self._events.emit(

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
@@ -19,6 +20,7 @@ from foveacam_pipeline.capture.recording.session import STATISTICS
 from foveacam_pipeline.capture.recording.values import OLD_SUFFIX, SUFFIX
 from foveacam_pipeline.storage.archive import RECORD, read_record
 from foveacam_pipeline.storage.disk import check_name, disk_errors, disk_fault
+from foveacam_server.datasets.trash import Trash
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.names import new_id, utc_now
 from foveacam_server.resources.capturing.recordings.information import contents_of
@@ -33,7 +35,6 @@ from foveacam_server.resources.capturing.recordings.notes import (
 from foveacam_server.resources.capturing.recordings.schema import RecordingContents, StreamCounts
 
 RECORDINGS = "recordings"
-TRASH = ".trash"
 FILMS = ".films"
 NUMBER = re.compile(r"[0-9]{4,9}")
 """The number at the end of a numbered recording's name."""
@@ -72,6 +73,7 @@ class RecordingCollection:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
+        self._trash = Trash(folder, noun="recording", taken=_is_taken)
         self._lock = threading.Lock()
         self._known: dict[Path, tuple[_Stamp, StoredRecording]] = {}
 
@@ -114,8 +116,9 @@ class RecordingCollection:
 
     def trash(self) -> list[StoredRecording]:
         """Return the recordings in the trash, newest first."""
-        homes = [home for home in (self.folder / TRASH).glob("*") if home.is_dir()]
-        return _newest_first([self._load(path, removed=True) for home in homes for path in _files(home)])
+        return _newest_first(
+            [self._load(path, removed=True) for home in self._trash.homes for path in _files(home)]
+        )
 
     def get(self, recording_id: str, *, but: Path | None = None) -> StoredRecording:
         """Return one recording by its id or raise `NotFound`."""
@@ -127,30 +130,20 @@ class RecordingCollection:
 
     def remove(self, stored: StoredRecording) -> None:
         """Move a recording to the trash."""
-        home = self.folder / TRASH / stored.id
-        with disk_errors(f"removing recording {stored.name}", self.folder):
-            home.mkdir(parents=True, exist_ok=True)
-            _move(stored, home / stored.path.name)
+        self._trash.put(stored.path, stored.id, move=partial(_move, notes_of=stored))
 
     def restore(self, recording_id: str) -> StoredRecording:
         """Restore a recording from the trash, with a number after its name if that is used."""
         stored = _by_id(self.trash(), recording_id, where="/api/v1/recordings?removed=true")
-        target, number = self.folder / stored.path.name, 2
-        while target.exists() or archive_record_path(target).exists():
-            target = self.folder / f"{stored.name} ({number}){stored.path.suffix}"
-            number += 1
-        with disk_errors(f"restoring recording {stored.name}", self.folder):
-            home = stored.path.parent
-            _move(stored, target)
-            home.rmdir()
+        self._trash.restore(stored.path, move=partial(_move, notes_of=stored))
         return self.get(recording_id)
 
     def empty_trash(self) -> int:
         """Delete the recordings in the trash; return how many."""
         removed = self.trash()
-        for stored in removed:
-            shutil.rmtree(stored.path.parent, ignore_errors=True)
-            shutil.rmtree(self.films(stored.id), ignore_errors=True)
+        for home in {stored.path.parent for stored in removed}:
+            self._trash.delete(home.name)
+            shutil.rmtree(self.films(home.name), ignore_errors=True)
         return len(removed)
 
     def films(self, recording_id: str) -> Path:
@@ -266,21 +259,25 @@ def _files(home: Path) -> list[Path]:
     ]
 
 
-def _move(stored: StoredRecording, target: Path) -> None:
+def _is_taken(path: Path) -> bool:
+    return os.path.lexists(path) or archive_record_path(path).exists()
+
+
+def _move(path: Path, target: Path, *, notes_of: StoredRecording) -> None:
     """Rename a recording with its notes, which keep its id. Raise `OSError`, or as `write_notes`."""
-    notes, moved = notes_path(stored.path), notes_path(target)
+    notes, moved = notes_path(path), notes_path(target)
     moved.unlink(missing_ok=True)
     try:
         moved.hardlink_to(notes)  # needs no room, so it works on a full disk
     except OSError:
-        write_notes(target, stored.notes)
+        write_notes(target, notes_of.notes)
     with suppress(FileNotFoundError):
-        archive_record_path(stored.path).rename(archive_record_path(target))
-    if stored.path.exists() or stored.path.is_symlink():  # else it is in the archive alone
-        stored.path.rename(target)
+        archive_record_path(path).rename(archive_record_path(target))
+    if os.path.lexists(path):  # else it is in the archive alone
+        path.rename(target)
     notes.unlink(missing_ok=True)
     with suppress(FileNotFoundError):
-        layout_path(stored.path).rename(layout_path(target))
+        layout_path(path).rename(layout_path(target))
 
 
 def _newest_first(found: list[StoredRecording]) -> list[StoredRecording]:

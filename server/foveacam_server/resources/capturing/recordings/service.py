@@ -30,6 +30,7 @@ from foveacam_pipeline.storage.free_space import free_bytes
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.report_pace import ReportPace
 from foveacam_server.resources.capturing.recordings.begin import check_room, full_rates, identity_of
 from foveacam_server.resources.capturing.recordings.collection import RecordingCollection, StoredRecording
 from foveacam_server.resources.capturing.recordings.depth import BackendsByName, RecordedDepthService
@@ -289,13 +290,12 @@ class RecordingService:
 
     def _wait(self, context: JobContext, live: LiveRecording) -> EndCause:
         """Wait for the end of a recording and return its cause, unless it was cancelled or failed."""
-        due_ns = 0
+        pace = ReportPace(self._tools.clock, period_ns=REPORT_PERIOD_NS)
         while not (context.cancelled() or live.broken or live.stopping.wait(CHECK_S)):
             now_ns = self._tools.clock.now_ns()
             if (bound := live.bounds.reached((now_ns - live.begun_ns) / 1e9)) is not None:
                 return bound
-            if now_ns >= due_ns:
-                due_ns = now_ns + REPORT_PERIOD_NS
+            if pace.is_due():
                 self._report(context, live)
         return EndCause.STOPPED
 

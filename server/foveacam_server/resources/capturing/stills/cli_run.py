@@ -11,6 +11,7 @@ from rich.console import Console
 from foveacam_hardware.contract import FoveaError, Frame, InvalidInput, Role
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.still import StillKeep, StillLabels, StillPlan, take_still, write_still
+from foveacam_pipeline.workers.progress import SilentProgress
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.server_rig import server_rig
 from foveacam_server.foundation.names import new_id
@@ -82,15 +83,8 @@ class StillOrder:
         return validated(StillRequest, given)
 
 
-class _SilentWatcher:
+class _SilentWatcher(SilentProgress):
     """Implements the pipeline's `StillWatcher`: shows nothing; Ctrl-C ends the program."""
-
-    def progress(self, done: int, *, total: int, note: str) -> None:
-        """Ignore it."""
-
-    def cancelled(self) -> bool:
-        """Never cancel."""
-        return False
 
     def show_frames(self, frames: tuple[Frame, ...]) -> None:
         """Ignore it."""

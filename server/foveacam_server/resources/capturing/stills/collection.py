@@ -16,8 +16,8 @@ from foveacam_pipeline.capture.dataset import DatasetPoint, ImageCodec, dataset_
 from foveacam_pipeline.capture.dataset.images import encode
 from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_pipeline.storage.archive import read_stored
-from foveacam_pipeline.storage.disk import disk_errors, sync_folder, write_file
-from foveacam_server.datasets.collection import TRASH, DatasetCollection, StoredCapture, point_of
+from foveacam_pipeline.storage.disk import disk_errors, rename_durably, write_file
+from foveacam_server.datasets.collection import DatasetCollection, StoredCapture, point_of
 from foveacam_server.datasets.drawings import frame_picture
 from foveacam_server.foundation.errors import NotFound
 
@@ -116,7 +116,8 @@ class StillCollection:
             )
         folder = found.stored.folder
         target = self._kept.new_folder(folder.name if name is None else dataset_name(name))
-        self._move(folder, target, what=f"keeping still {folder.name}")
+        with disk_errors(f"keeping still {folder.name}", self.folder):
+            rename_durably(folder, target)
         return self.get(still_id)
 
     def remove(self, still_id: str) -> StoredCapture:
@@ -124,10 +125,7 @@ class StillCollection:
         found = self.get(still_id)
         if found.state is StillState.KEPT:
             return self._kept.remove(still_id)
-        folder = found.stored.folder
-        self._move(
-            folder, self.folder / TRASH / still_id / folder.name, what=f"discarding still {folder.name}"
-        )
+        self._kept.put_in_trash(found.stored)
         return found.stored
 
     def restore(self, still_id: str) -> StoredStill:
@@ -156,13 +154,6 @@ class StillCollection:
         while name in taken:
             name, number = f"{wanted} ({number})", number + 1
         return name
-
-    def _move(self, folder: Path, target: Path, *, what: str) -> None:
-        with disk_errors(what, self.folder):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            folder.rename(target)
-            sync_folder(target.parent)
-            sync_folder(folder.parent)
 
     def _clear_leftovers(self) -> None:
         """Delete the empty stills of killed programs; nobody knows of them."""

@@ -44,7 +44,7 @@ class StillJobWatcher:
     def __init__(self, context: JobContext, tools: CaptureTools) -> None:
         self._context, self._tools = context, tools
 
-    def progress(self, done: int, *, total: int, note: str) -> None:
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Report how many frames were taken."""
         self._context.progress(done, total=total, note=note)
 

@@ -18,6 +18,7 @@ from foveacam_pipeline.track.target import FollowedTarget, TargetReport
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobContext, JobRunner
+from foveacam_server.foundation.report_pace import ReportPace
 from foveacam_server.resources.looking.fixations.schema import TargetDocument
 from foveacam_server.resources.looking.follows.first_look import catch_up, look_first
 from foveacam_server.resources.looking.follows.followed import FollowedRecord
@@ -141,7 +142,7 @@ class FollowJob:
         if hardware.use.holder is not None or hardware.use.wanted:
             threading.Event().wait(WAIT_S)
             return
-        due_ns = 0
+        pace = ReportPace(self._tools.clock, period_ns=REPORT_PERIOD_NS)
         with (
             hardware.session(f"job {context.job.id}", cancelled=context.cancelled, gives_way=True) as head,
             self._finishing(follower),
@@ -155,8 +156,7 @@ class FollowJob:
                 if follower.targets:
                     with untraced():  # for hours, look after look
                         self._take(follower, follower.step(head))
-                if (now_ns := self._tools.clock.now_ns()) >= due_ns:
-                    due_ns = now_ns + REPORT_PERIOD_NS
+                if pace.is_due():
                     self._tell(follower, context)
 
     @contextmanager

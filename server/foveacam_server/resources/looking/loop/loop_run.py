@@ -13,6 +13,7 @@ from foveacam_pipeline.continuous_loop.relay import TuneRefused
 from foveacam_pipeline.continuous_loop.split_eyes import SplitEyes, SplitStep
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_server.foundation.jobs import JobContext
+from foveacam_server.foundation.report_pace import ReportPace
 from foveacam_server.resources.looking.loop.documents import sample_of
 from foveacam_server.resources.looking.loop.schema import LoopSample, LoopStatusName, LoopTuneRequest
 from foveacam_server.rig import refusals
@@ -67,7 +68,7 @@ class LoopRun:
         self._on_step = on_step
         self._orders: queue.SimpleQueue[tuple[Order, Future[None]]] = queue.SimpleQueue()
         self._tunes: queue.SimpleQueue[TuneOrder] = queue.SimpleQueue()
-        self._told_ns = 0
+        self._pace = ReportPace(clock, period_ns=REPORT_PERIOD_NS)
 
     # Called from other threads -----------------------------------------------------------------------------
 
@@ -150,8 +151,7 @@ class LoopRun:
         step = self.loop.step(head)
         self.status = "auto_tune" if self.tune_job_id is not None else step.status.value
         self._keep(step)
-        if (now_ns := self._clock.now_ns()) >= self._told_ns + REPORT_PERIOD_NS:
-            self._told_ns = now_ns
+        if self._pace.is_due():
             context.progress(self.looks, total=0, note=f"{self.rate_hz:.1f} looks a second")
         return step
 

@@ -37,7 +37,7 @@ def pairs(
     cluster: ClusterOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Render verged pairs of random scenes with their truth; needs a checkout of the sources."""
+    """Render verged pairs of random scenes with their truth."""
     from foveacam_server.resources.studying.learning.simulated_pairs import PairRequest, run_pairs
 
     request = PairRequest(

@@ -1,4 +1,4 @@
-"""Runs `foveacam learn pairs`: the benches, which read the simulation's truth, make the pairs."""
+"""Runs `foveacam learn pairs`: renders what is missing of a folder, and says how fast."""
 
 import json
 from contextlib import AbstractContextManager
@@ -13,8 +13,8 @@ from foveacam_pipeline.learn.pair_folder import DOCUMENT, Split
 from foveacam_pipeline.workers.cluster import cluster_workers
 from foveacam_pipeline.workers.pool import WorkPool
 from foveacam_pipeline.workers.processes import local_workers
-from foveacam_server.foundation.bench_package import bench_module
 from foveacam_server.foundation.progress_bar import progress_bar
+from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder, make_pairs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +33,7 @@ class PairRequest:
 
 def run_pairs(request: PairRequest, *, as_json: bool) -> None:
     """Make the pairs that are missing; say how many a second were made."""
-    learned = bench_module("learned.pairs")
-    order = learned.PairOrder(
+    order = PairOrder(
         folder=request.out,
         count=request.count,
         seed=request.seed,
@@ -46,7 +45,7 @@ def run_pairs(request: PairRequest, *, as_json: bool) -> None:
         progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar,
     ):
         bar.stage("pairs")
-        found = learned.make_pairs(
+        found = make_pairs(
             order,
             pool,
             on_pair=lambda done, total, rate: bar.progress(done, total=total, note=f"{rate:.2f} pairs/s"),
@@ -65,7 +64,7 @@ def run_pairs(request: PairRequest, *, as_json: bool) -> None:
 def _workers(request: PairRequest) -> AbstractContextManager[WorkPool]:
     if request.cluster is None:
         return local_workers(request.workers)
-    return cluster_workers(request.cluster, modules=("foveacam_bench",))
+    return cluster_workers(request.cluster)
 
 
 def _split(name: str) -> Split:

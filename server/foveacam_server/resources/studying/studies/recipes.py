@@ -2,28 +2,25 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import foveacam_hardware
 import foveacam_pipeline
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.study.report.cache import cache_key, source_files
 from foveacam_pipeline.study.report.findings import StudyResult
-from foveacam_server.foundation.bench_package import INSTALL, bench_folder, bench_module
+from foveacam_pipeline.workers.progress import ProgressWatcher
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
-
-if TYPE_CHECKING:
-    from foveacam_pipeline.study.tradeoff.depth_error import MatchingError
-    from foveacam_pipeline.study.tradeoff.rig_pairs import RigPairScene
 
 CERTIFICATE = SHIPPED / "sim-rig120.json"
 LIBRARIES = ("numpy", "scipy", "shapely", "opencv-python-headless", "matplotlib", "torch")
-TRUTH_MODULE = "study_truth"
-"""Module of foveacam_bench that measures the simulated rig against its truth; it uses the folder `verge`."""
+PAIR_SOURCES = tuple(
+    Path(__file__).parents[1] / "learning" / f"{name}.py"
+    for name in ("random_scenes", "rendered_looks", "rendered_pairs")
+)
+"""What simulated pairs depend on beside the renderer."""
 CLICKS, QUICK_CLICKS = 30, 8
 """Fixations whose true residuals measure the rig's error of matching."""
 
@@ -93,15 +90,13 @@ def _recipe(
     compute: Callable[[ProgressWatcher], StudyResult],
     *,
     rig: bool = False,
-    truth: bool = False,
     pairs: bool = False,
     **settings: object,
 ) -> StudyRecipe:
     """Return a recipe with the files that its result depends on, and its own `settings`, plain for JSON.
 
-    `rig`: it uses the simulated rig, whose sources and scenes count then. `truth`: it uses the benches'
-    measurements against the simulation's truth, whose sources count where they are installed.
-    `pairs`: it uses the benches' simulated pairs, whose sources count likewise.
+    `rig`: it uses the simulated rig, whose sources and scenes count then. `pairs`: it uses simulated pairs,
+    whose sources count then.
     """
     files = source_files(Path(foveacam_pipeline.__file__).parent)
     if rig:
@@ -112,11 +107,8 @@ def _recipe(
             *source_files(Path(__file__).parent),
         )
         files += (CERTIFICATE,)
-    benches = bench_folder()
-    if truth and benches is not None:
-        files += (benches / f"{TRUTH_MODULE}.py", *source_files(benches / "verge"))
-    if pairs and benches is not None:
-        files += source_files(benches / "learned")
+    if pairs:
+        files += PAIR_SOURCES
     settings |= {"quick": order.quick, "libraries": versions()}
     return StudyRecipe(name=name, settings=settings, files=files, compute=compute)
 
@@ -139,46 +131,35 @@ def _depth(order: StudyOrder) -> StudyRecipe:
 
         if any(error.key == VERGE for error in given):
             return depth_error_study(given)
-        if bench_folder() is None:
-            return _without_truth(depth_error_study(given))
+        from foveacam_server.resources.studying.studies.truth_measurements import verge_error
+
         _prepare(watch)
-        clicks = QUICK_CLICKS if order.quick else CLICKS
-        verge_error: MatchingError = bench_module(TRUTH_MODULE).verge_error(clicks, watch=watch)
-        return depth_error_study((verge_error, *given))
+        measured = verge_error(QUICK_CLICKS if order.quick else CLICKS, watch=watch)
+        return depth_error_study((measured, *given))
 
     errors = [asdict(error) for error in given]
-    return _recipe("depth", order, compute, rig=True, truth=True, matching_errors=errors)
+    return _recipe("depth", order, compute, rig=True, matching_errors=errors)
 
 
 def _tradeoff(order: StudyOrder) -> StudyRecipe:
     def compute(watch: ProgressWatcher) -> StudyResult:
         from foveacam_pipeline.study.tradeoff.study import tradeoff_study
         from foveacam_pipeline.study.tradeoff.vkitti import vkitti_frames
+        from foveacam_server.resources.studying.studies.truth_measurements import rig_pair
 
         if order.vkitti is not None:
             vkitti_frames(order.vkitti, count=1)  # what is missing is reported before the rig is used
-        rig_pairs: tuple[RigPairScene, ...] = ()
-        if bench_folder() is not None:
-            _prepare(watch)
-            rig_pairs = (bench_module(TRUTH_MODULE).rig_pair(quick=order.quick, watch=watch),)
-        study = tradeoff_study(
+        _prepare(watch)
+        return tradeoff_study(
             quick=order.quick,
             vkitti=order.vkitti,
-            rig_pairs=rig_pairs,
+            rig_pairs=(rig_pair(quick=order.quick, watch=watch),),
             seed=order.seed or 0,
             watch=watch,
         )
-        return study if rig_pairs else _without_truth(study)
 
     vkitti = _state_of(order.vkitti)
-    return _recipe("tradeoff", order, compute, rig=True, truth=True, vkitti=vkitti, seed=order.seed)
-
-
-def _without_truth(study: StudyResult) -> StudyResult:
-    """Return a study that says why it has nothing that is measured against the simulation's truth."""
-    return replace(
-        study, deviations=(*study.deviations, f"Nothing was measured on the simulated rig: {INSTALL}.")
-    )
+    return _recipe("tradeoff", order, compute, rig=True, vkitti=vkitti, seed=order.seed)
 
 
 def _state_of(folder: Path | None) -> str | None:

@@ -7,11 +7,13 @@ not read.
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import DeviceFault
+from foveacam_hardware.contract import Binning, DeviceFault
+from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
@@ -24,6 +26,12 @@ from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
 
 FIGURINE, SUPPORTS = "figurine", ("rail", "stand")
 """Objects of the scene: what stands on the rail, and what carries it."""
+
+
+def bin_cameras(rig: Rig, binning: Binning) -> None:
+    """Switch all cameras of a rig to a binning."""
+    for camera in (rig.wide, rig.left, rig.right):
+        camera.configure(replace(camera.settings, binning=binning))
 
 
 @contextmanager

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import foveacam_hardware
 from foveacam_hardware.contract import Cancelled, InvalidInput, install_command
-from foveacam_pipeline.capture.progress_steps import ProgressWatcher
 from foveacam_pipeline.learn.pair_folder import Split
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_pipeline.study.learned.outcomes import FULL, QUICK
@@ -18,7 +17,9 @@ from foveacam_pipeline.study.learned.study import learned_study
 from foveacam_pipeline.study.report.cache import cache_key, source_files
 from foveacam_pipeline.study.report.findings import StudyResult
 from foveacam_pipeline.workers.processes import local_workers
-from foveacam_server.foundation.bench_package import bench_folder, bench_module
+from foveacam_pipeline.workers.progress import ProgressWatcher
+from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder, make_pairs
+from foveacam_server.resources.studying.studies.recipes import PAIR_SOURCES
 
 PAIR_SEED = 1
 PAIR_SIZE = (360, 270)
@@ -37,7 +38,7 @@ class TrainedStudy:
 
 
 def compute_learned(wanted: TrainedStudy, watch: ProgressWatcher) -> StudyResult:
-    """Return the study; raise InvalidInput without torch or without the benches, which render the pairs."""
+    """Return the study; raise InvalidInput without torch."""
     _check_torch()
     from foveacam_pipeline.learn.comparison import ComparisonPlan, compare
 
@@ -58,11 +59,10 @@ def compute_learned(wanted: TrainedStudy, watch: ProgressWatcher) -> StudyResult
 
 def rendered_pairs(cache: Path, split: Split, count: int, watch: ProgressWatcher) -> Path:
     """Return the folder of at least so many pairs; what is missing is rendered. Raise Cancelled."""
-    learned = bench_module("learned.pairs")
     folder = cache / f"pairs-{split.value}-{_pairs_key()}"
-    order = learned.PairOrder(folder=folder, count=count, seed=PAIR_SEED, split=split, size=PAIR_SIZE)
+    order = PairOrder(folder=folder, count=count, seed=PAIR_SEED, split=split, size=PAIR_SIZE)
     with local_workers(PAIR_WORKERS) as pool:
-        made = learned.make_pairs(
+        made = make_pairs(
             order,
             pool,
             on_pair=lambda done, total, _rate: watch.progress(done, total=total, note=f"{split.value} pairs"),
@@ -74,10 +74,8 @@ def rendered_pairs(cache: Path, split: Split, count: int, watch: ProgressWatcher
 
 
 def _pairs_key() -> str:
-    """Return the hash of what the pairs depend on: the renderer, and the scenes of the benches."""
-    hardware, benches = Path(foveacam_hardware.__file__).parent, bench_folder()
-    files = source_files(hardware)
-    files += () if benches is None else source_files(benches / "learned")
+    """Return the hash of what the pairs depend on."""
+    files = source_files(Path(foveacam_hardware.__file__).parent) + PAIR_SOURCES
     return cache_key("pairs", {"seed": PAIR_SEED, "size": list(PAIR_SIZE)}, files=files)
 
 

@@ -13,8 +13,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.learned.looks import PRESET, own_calibration, render_look, scale_of
-from foveacam_bench.learned.scenes import draw_scene, scene_seed
 from foveacam_pipeline.learn.pair_folder import (
     PairDocument,
     PairEntry,
@@ -24,6 +22,13 @@ from foveacam_pipeline.learn.pair_folder import (
     pair_arrays,
 )
 from foveacam_pipeline.workers.pool import WorkersLost, WorkPool, results_in_order
+from foveacam_server.resources.studying.learning.random_scenes import draw_scene, scene_seed
+from foveacam_server.resources.studying.learning.rendered_looks import (
+    PRESET,
+    own_calibration,
+    render_look,
+    scale_of,
+)
 
 MadePair: TypeAlias = tuple[PairEntry, dict[str, NDArray[np.generic]]]
 

@@ -1,4 +1,4 @@
-"""Progress and cancelling of work in many steps, such as building a mosaic or a reference from a dataset."""
+"""Progress and cancelling of long work: what it reports to, and how it counts its steps."""
 
 from typing import Protocol
 

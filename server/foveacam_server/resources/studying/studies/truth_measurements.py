@@ -11,14 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.judging import truth_of
-from foveacam_bench.verge.click_truth import ClickKind
-from foveacam_bench.verge.fixations import fixations
 from foveacam_hardware.contract import InvalidInput
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_pipeline.capture.progress_steps import ProgressSteps, ProgressWatcher
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.rectify import rectify, to_uint8
@@ -29,9 +25,12 @@ from foveacam_pipeline.study.visibility.observed import REST_NS
 from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import DirectionTarget, Fixation
+from foveacam_pipeline.workers.progress import ProgressSteps, ProgressWatcher
+from foveacam_server.resources.studying.studies.click_truth import ClickKind, truth_of
+from foveacam_server.resources.studying.studies.judged_clicks import judged_clicks
 from foveacam_server.resources.studying.studies.matching_errors import VERGE, VERGED
 from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
-from foveacam_server.resources.studying.studies.simulated_rigs import pose_setter
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras, pose_setter
 
 CLICK_SCENE = "bench"
 """The simulated scene that the clicks of `verge_error` fall on."""
@@ -44,12 +43,13 @@ def verge_error(clicks: int, *, watch: ProgressWatcher) -> MatchingError:
     """
     steps = ProgressSteps(watch, clicks, ended="the clicks were not all made; run it again")
     found: list[float] = []
-    for result in fixations(
-        CLICK_SCENE, {ClickKind.TEXTURED: clicks, ClickKind.PLAIN: 0, ClickKind.AWKWARD: 0}
-    ):
-        steps.step("the rig verges on what it sees")
-        if result.verged:
-            found.append(result.residual_px)
+    calibration, quota = load_calibration(CERTIFICATE), {ClickKind.TEXTURED: clicks}
+    with open_simulated(CLICK_SCENE, inline=True) as rig:
+        bin_cameras(rig, 1)
+        for result in judged_clicks(rig, calibration, scene=CLICK_SCENE, quota=quota):
+            steps.step("the rig verges on what it sees")
+            if result.verged:
+                found.append(result.residual_px)
     if not found:
         raise InvalidInput(
             f"none of {clicks} clicks verged, so that no matching error is known; allow more clicks"

@@ -6,8 +6,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.learned.scenes import PairScene
-from foveacam_bench.verge.fixations import CERTIFICATE
 from foveacam_hardware.contract import Frame, InvalidInput, Role, StereoVolts, VirtualClock
 from foveacam_hardware.sim.animated_scene import AnimatedScene
 from foveacam_hardware.sim.cameras import CAMERA_NUMBER
@@ -19,6 +17,8 @@ from foveacam_pipeline.learn.pair_folder import PairTruth
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.rectify import halved, rectify_frames, window_from_raw
 from foveacam_pipeline.stereo.values import RectifiedPair
+from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.learning.random_scenes import PairScene
 
 PRESET = RIG120
 EYES = (Role.LEFT, Role.RIGHT)
@@ -49,7 +49,7 @@ def scale_of(calibration: Calibration, size: tuple[int, int]) -> float:
 @cache
 def own_calibration() -> Calibration:
     """Return the calibration of the simulated rig that ships, as a measurement left it."""
-    return load_calibration(CERTIFICATE)
+    return load_calibration(SHIPPED / f"sim-{PRESET.name}.json")
 
 
 def render_look(drawn: PairScene, calibration: Calibration, *, scale: float, noise_seed: int) -> LabelledLook:

@@ -6,7 +6,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role, Sighting
+from foveacam_hardware.contract import DeviceFault, Role, Sighting
+from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.optics import FOVEA_FOCAL_PX
 from foveacam_hardware.sim.render.materials import CellSurface, PlainSurface
 from foveacam_hardware.sim.render.projection import Projection
@@ -51,6 +52,13 @@ class Click:
     name: str
     range_m: float
     point_rig_m: tuple[float, float, float]
+
+
+def truth_of(rig: Rig) -> Truth:
+    """Return the truth of a simulated rig; raise `DeviceFault` for a rig without one."""
+    if rig.truth is None:
+        raise DeviceFault(f"rig {rig.rig_id} has no truth; open a simulated rig with open_simulated")
+    return rig.truth
 
 
 def classify_click(
