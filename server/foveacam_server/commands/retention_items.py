@@ -71,10 +71,10 @@ def _removable_looks(store: Store) -> Sources:
         fixation_id = clouds.remove(cloud_id).fixation_id
         left = clouds.of_fixation(fixation_id)
         fixations.set_cloud(fixation_id, None if left is None else left.id)
-        targets.set_cloud(fixation_id, None if left is None else left.id)
 
     def remove_fixation(fixation_id: str) -> None:
-        targets.remove_of(fixations.remove(fixation_id))
+        targets.remove_of(fixation_id)
+        fixations.remove(fixation_id)
 
     looks = RetainedLooks(store, store.subfolder(CLOUDS))
     return look_sources(looks, remove_cloud=remove_cloud, remove_fixation=remove_fixation)

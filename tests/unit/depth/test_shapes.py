@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.support.devices.fake_rig import Pictures
+from tests.support.scenes.fixations import fixation
 
 from foveacam_hardware.contract import Cancelled, Frame, InvalidInput, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
@@ -25,7 +26,7 @@ from foveacam_server.resources.looking.clouds.shapes import (
 )
 from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 from foveacam_server.resources.looking.fixations.documents import stored_look
-from foveacam_server.resources.looking.fixations.schema import TargetDocument
+from foveacam_server.resources.looking.fixations.table import FixatedTarget
 
 PATIENCE_S = 20.0
 
@@ -205,20 +206,8 @@ def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calib
 
 
 def test_targets_of_an_earlier_run_stand_in_the_pane_again(setup: Setup) -> None:
-    target = TargetDocument(
-        id="tgt-1",
-        label="the door",
-        fixation_id="fix-9",
-        point_rig_m=(0.0, 0.0, 4.0),
-        distance_m=4.0,
-        distance_sigma_m=0.01,
-        ax_deg=0.0,
-        ay_deg=0.0,
-        x_px=720.0,
-        y_px=540.0,
-        cloud_id="cld-lost",
-        created_utc="2026-01-01T00:00:00.000Z",
-    )
+    seen = fixation("9").model_copy(update={"cloud_id": "cld-lost"})
+    target = FixatedTarget(id="tgt-1", label="the door", created_utc=seen.created_utc, fixation=seen)
     look = stored_look(target)
     assert look is not None
     setup.worker.put_back([look])

@@ -1,5 +1,7 @@
 """Applies the operator's corrections: chooses an alternative, or queues a look nearer or farther."""
 
+from dataclasses import replace
+
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
@@ -8,8 +10,6 @@ from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.looking.fixations.corrections import (
     limits_of,
     remaining_range,
-    with_alternative,
-    with_correction,
 )
 from foveacam_server.resources.looking.fixations.schema import (
     CorrectionDocument,
@@ -49,7 +49,8 @@ def choose(
         correction = CorrectionDocument(
             kind="choice", created_utc=utc_now(), fixation_id=fixation_id, alternative=alternative
         )
-        fixations.put_target(with_correction(with_alternative(target, fixation, alternative), correction))
+        corrections = (*target.corrections, correction)
+        fixations.put_target(replace(target, fixation=fixation, corrections=corrections))
     return fixation
 
 

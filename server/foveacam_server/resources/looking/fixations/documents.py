@@ -19,6 +19,7 @@ from foveacam_server.resources.looking.fixations.schema import (
     TargetDocument,
     TargetPlace,
 )
+from foveacam_server.resources.looking.fixations.table import FixatedTarget
 
 
 def describe_step(step: VergeStep) -> StepDocument:
@@ -68,6 +69,28 @@ def describe_fixation(
         calibration_id=calibration.id,
         target_id=None,
         cloud_id=None,
+    )
+
+
+def describe_target(target: FixatedTarget) -> TargetDocument:
+    """Return a target with the answer of its fixation."""
+    answer = target.fixation.answer
+    return TargetDocument(
+        id=target.id,
+        label=target.label,
+        fixation_id=answer.id,
+        distance_m=answer.distance_m,
+        distance_sigma_m=answer.distance_sigma_m,
+        point_rig_m=answer.point_rig_m,
+        basis=answer.basis or "both_foveae",
+        bound=answer.bound,
+        alternatives=answer.alternatives,
+        left_view=answer.left_view,
+        right_view=answer.right_view,
+        corrections=list(target.corrections),
+        **dict(answer.target),
+        cloud_id=answer.cloud_id,
+        created_utc=target.created_utc,
     )
 
 
@@ -145,7 +168,7 @@ def estimate_words(estimate: FixationEstimate) -> str:
     return f"{distance_words(estimate)}, {when}"
 
 
-def distance_words(answer: FixationDocument | TargetDocument | FixationEstimate) -> str:
+def distance_words(answer: FixationDocument | FixationEstimate) -> str:
     """Return distance, standard error and basis of an answer in words, or the limits of the distance."""
     if answer.distance_m is not None and answer.distance_sigma_m is not None:
         basis = BASIS_WORDS.get(answer.basis or "", "")
@@ -165,25 +188,31 @@ def _bound_words(bound: BoundDocument) -> str:
     return nearest if bound.farthest_m is None else f"{nearest}, nearer than {bound.farthest_m:.1f} m"
 
 
-def stored_look(target: TargetDocument) -> StoredLook | BoundedLook | None:
+def stored_look(target: FixatedTarget) -> StoredLook | BoundedLook | None:
     """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
-    distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
+    answer = target.fixation.answer
+    distance_m, sigma_m, point = answer.distance_m, answer.distance_sigma_m, answer.point_rig_m
     if distance_m is not None and sigma_m is not None and point is not None:
         return StoredLook(
-            fixation_id=target.fixation_id,
+            fixation_id=answer.id,
             label=target.label,
             point_rig_m=point,
             distance_m=distance_m,
             distance_sigma_m=sigma_m,
-            basis=Basis(target.basis),
-            cloud_id=target.cloud_id,
+            basis=Basis(answer.basis or "both_foveae"),
+            cloud_id=answer.cloud_id,
         )
-    if target.bound is None:
+    return bounded_look(answer, label=target.label)
+
+
+def bounded_look(fixation: FixationDocument, *, label: str) -> BoundedLook | None:
+    """Return how the limits of a distance are drawn in the 3D pane; None without limits."""
+    if fixation.bound is None:
         return None
     return BoundedLook(
-        fixation_id=target.fixation_id,
-        label=target.label,
-        direction_deg=(target.ax_deg, target.ay_deg),
-        nearest_m=target.bound.nearest_m,
-        farthest_m=target.bound.farthest_m,
+        fixation_id=fixation.id,
+        label=label,
+        direction_deg=(fixation.target.ax_deg, fixation.target.ay_deg),
+        nearest_m=fixation.bound.nearest_m,
+        farthest_m=fixation.bound.farthest_m,
     )

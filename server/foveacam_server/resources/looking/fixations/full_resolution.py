@@ -14,7 +14,7 @@ from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.schema import RequestModel
 from foveacam_server.resources.looking.clouds.shapes import FULL_SCALE, OnCloud, ShapeWorker, VergedLook
-from foveacam_server.resources.looking.fixations.schema import AlternativeDocument, FixationDocument
+from foveacam_server.resources.looking.fixations.schema import FixationDocument
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 
@@ -109,9 +109,7 @@ def point_of(fixation: FixationDocument) -> KnownPoint:
 
     Raise `InvalidInput` where it has none, or where one fovea does not see it, so that there is no pair.
     """
-    answer: FixationDocument | AlternativeDocument = fixation
-    if fixation.chosen_alternative is not None:
-        answer = fixation.alternatives[fixation.chosen_alternative]
+    answer = fixation.answer
     point, distance_m, sigma_m = answer.point_rig_m, answer.distance_m, answer.distance_sigma_m
     if point is None or distance_m is None or sigma_m is None or answer.basis is None:
         raise _no_cloud(fixation.id, "no distance of it is known", "look at something that has texture")

@@ -162,6 +162,14 @@ class FixationDocument(ResponseModel):
         """What was asked for."""
         return FixationOrder.model_validate(self.request)
 
+    @property
+    def answer(self) -> "FixationDocument":
+        """The fixation with the alternative that the operator chose as its distance."""
+        if self.chosen_alternative is None:
+            return self
+        chosen = self.alternatives[self.chosen_alternative]
+        return self.model_copy(update=chosen.model_dump(exclude={"probability"}))
+
 
 class FixationEstimate(ResponseModel):
     """What is known of a fixation's distance so far; the last one is the answer.
