@@ -146,8 +146,7 @@ def looks(tmp_path: Path) -> Path:
             )
         fixations.add(fixation("newest"))
         for name in ("old", "newest"):
-            cloud = clouds.put(shape(fixation_id=f"fix-{name}"))
-            fixations.set_cloud(f"fix-{name}", cloud.id)
+            clouds.put(shape(fixation_id=f"fix-{name}"))
         JobTable(store).add(Job(id="job-9", kind="fixation", request={"corrects": "fix-used"}))
     return tmp_path
 

@@ -16,8 +16,9 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.looking.clouds.collection import CloudCollection
-from foveacam_server.resources.looking.clouds.schema import CloudDocument
+from foveacam_server.resources.looking.clouds.schema import TargetCloud
 from foveacam_server.resources.looking.clouds.shapes import (
+    CLOUD_CREATED,
     FULL_SCALE,
     MAX_POINTS,
     WAITING,
@@ -95,7 +96,11 @@ class Setup:
             viewer=self.pane,
             events=self.events,
         )
-        self.came: dict[str, CloudDocument] = {}
+
+    def created(self) -> list[TargetCloud]:
+        """Return the clouds that were announced."""
+        data = [event.data for event in self.events.recent(9) if event.kind == CLOUD_CREATED]
+        return [TargetCloud.model_validate(one) for one in data]
 
     def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
         return VergedLook(
@@ -106,7 +111,7 @@ class Setup:
             point_rig_m=(0.0, 0.0, 4.0),
             distance_m=4.0,
             distance_sigma_m=0.002,
-            on_cloud=self.came.__setitem__,
+            target_id="tgt-1",
         )
 
 
@@ -151,8 +156,9 @@ def test_textured_look_becomes_pictures_a_cloud_and_what_stands_in_the_pane(
     assert label == "a mug"
     assert cloud is not None
     assert float(np.median(cloud.points_rig_m[:, 2])) == pytest.approx(4.0, rel=0.05)  # eyes roll a little
-    assert setup.came["fix-1"].points == len(cloud)
-    assert setup.came["fix-1"].backend == "sgbm"
+    (created,) = setup.created()
+    assert (created.fixation_id, created.target_id) == ("fix-1", "tgt-1")
+    assert (created.points, created.backend) == (len(cloud), "sgbm")
     assert {"anaglyph", "difference", "depth"} <= setup.pictures.counts.keys()
 
 
@@ -170,7 +176,8 @@ def test_a_shape_at_full_scale_has_as_many_points_an_area_and_can_be_ended(
     assert (cloud.look_width, cloud.look_height) == (cloud.depth_width, cloud.depth_height) == (1440, 1080)
     assert ordinary.most_points == MAX_POINTS < half_cloud.points * 3
     assert 3 * half_cloud.points < cloud.points <= full.most_points == 4 * MAX_POINTS
-    assert setup.shelf.of_fixation("fix-1") == cloud == setup.came["fix-1"]
+    assert setup.shelf.of_fixation("fix-1") == cloud
+    assert TargetCloud(**dict(cloud), target_id="tgt-1") == setup.created()[-1]
 
     def end() -> None:
         raise Cancelled("the job was cancelled")
@@ -195,7 +202,7 @@ def test_look_without_texture_leaves_the_point_and_says_why(setup: Setup, calibr
     setup.worker.close()
     told = setup.events.recent(1)[0]
     assert (told.kind, told.data["fixation_id"]) == ("cloud.failed", "fix-1")
-    assert setup.came == {}
+    assert setup.created() == []
 
 
 def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calibration) -> None:

@@ -34,13 +34,15 @@ from foveacam_server.foundation.watching import timings
 from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.looking.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.looking.clouds.depth_patches import project_patch
-from foveacam_server.resources.looking.clouds.schema import CloudDocument, CloudFailure
+from foveacam_server.resources.looking.clouds.schema import CloudDocument, CloudFailure, TargetCloud
 from foveacam_server.rig.ports import PictureSink, SceneViewer
 
 _log = logging.getLogger(__name__)
 
 PART, LOOKS = "foveacam-shapes", "looks"
 """Name of the thread, and what it is fed with."""
+CLOUD_CREATED = "cloud.created"
+"""Kind of the event that a fixation has a new cloud, which is stored by then."""
 WAITING = 4
 """Fixations that may wait; the oldest is dropped for a newer one."""
 PUT_BACK = 12
@@ -63,10 +65,6 @@ def _unchecked() -> None:
     """Let the work go on."""
 
 
-OnCloud = Callable[[str, CloudDocument], None]
-"""Takes the fixation's id and the new cloud."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VergedLook:
     """A verged fixation whose shape is to be computed."""
@@ -78,7 +76,8 @@ class VergedLook:
     point_rig_m: tuple[float, float, float]
     distance_m: float
     distance_sigma_m: float
-    on_cloud: OnCloud
+    target_id: str | None
+    """Its target, if it has one."""
     basis: Basis = Basis.BOTH_FOVEAE
     scale: float = SCALE
     """Of the depth map: pixels of it for one of the sensor; `FULL_SCALE` needs frames at binning 1."""
@@ -216,7 +215,11 @@ class ShapeWorker:
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
-        seen.on_cloud(seen.fixation_id, cloud)
+        self._events.emit(
+            CLOUD_CREATED,
+            f"{seen.label}: {cloud.points} points",
+            data=TargetCloud(**dict(cloud), target_id=seen.target_id),
+        )
         return cloud
 
     def _publish(self, view: str, picture: NDArray[np.uint8], *, t_ns: int) -> None:

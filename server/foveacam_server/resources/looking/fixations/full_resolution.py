@@ -1,6 +1,5 @@
 """One more look at a fixation's target at full resolution, for its cloud and depth; its answer stays."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +12,9 @@ from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.schema import RequestModel
-from foveacam_server.resources.looking.clouds.shapes import FULL_SCALE, OnCloud, ShapeWorker, VergedLook
+from foveacam_server.resources.looking.clouds.shapes import FULL_SCALE, ShapeWorker, VergedLook
 from foveacam_server.resources.looking.fixations.schema import FixationDocument
+from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 
@@ -37,10 +37,8 @@ class FullResolutionTools:
     calibration: CalibrationInForce
     jobs: JobRunner
     shapes: ShapeWorker
-    find: Callable[[str], FixationDocument]
-    """Returns a fixation or raises `NotFound`."""
-    label_of: Callable[[FixationDocument], str]
-    on_cloud: OnCloud
+    fixations: FixationTable
+    targets: TargetTable
 
 
 class FullResolutionLooks:
@@ -53,29 +51,30 @@ class FullResolutionLooks:
     def look(self, fixation_id: str, *, idempotency_key: str | None = None) -> Job:
         """Queue the look; raise at once what it could not do now."""
         tools = self._tools
-        point_of(tools.find(fixation_id))
+        point_of(tools.fixations.get(fixation_id))
         tools.calibration.require()
         tools.hardware.check_may_move()
         order = FullResolutionOrder(fixation_id=fixation_id)
         return tools.jobs.submit(KIND, order, idempotency_key=idempotency_key, total=TOTAL)
 
     def _run(self, context: JobContext) -> str:
-        fixation = self._tools.find(context.job.parse_request(FullResolutionOrder).fixation_id)
+        fixation = self._tools.fixations.get(context.job.parse_request(FullResolutionOrder).fixation_id)
         answer, calibration = point_of(fixation), self._tools.calibration.require()
         context.progress(0, total=TOTAL, note="look at full resolution")
         sighting = self._sighting(context, answer, calibration)
         context.check()
         context.progress(1, total=TOTAL, note="depth at full resolution")
+        target = None if fixation.target_id is None else self._tools.targets.find(fixation.target_id)
         seen = VergedLook(
             fixation_id=fixation.id,
-            label=self._tools.label_of(fixation),
+            label=target.label if target else (fixation.order.label or "fixation"),
             sighting=sighting,
             calibration=calibration,
             point_rig_m=answer.point_rig_m,
             distance_m=answer.distance_m,
             distance_sigma_m=answer.distance_sigma_m,
             basis=answer.basis,
-            on_cloud=self._tools.on_cloud,
+            target_id=target.id if target else None,
             scale=FULL_SCALE,
         )
         with span("shape"):

@@ -6,7 +6,6 @@ from pydantic import Field
 
 from foveacam_server.foundation.quantities import DistanceM, Index, Label, Metres, Pixels
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
-from foveacam_server.resources.looking.clouds.schema import CloudDocument
 from foveacam_server.rig.schema import Direction
 from foveacam_server.rig.stream_messages import FrameSeq
 
@@ -244,12 +243,6 @@ class FixationStep(ResponseModel):
     fixation_id: str
     job_id: str
     step: StepDocument
-
-
-class TargetCloud(CloudDocument):
-    """Data of the event that a target has a cloud now."""
-
-    target_id: str | None
 
 
 class FixationSelectedEvent(ResponseModel):

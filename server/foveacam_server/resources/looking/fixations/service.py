@@ -13,7 +13,7 @@ from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.surroundings.known_depth import known_distance
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
-from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.events import Event, EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
@@ -22,7 +22,13 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.looking.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.looking.clouds.schema import CloudDocument
-from foveacam_server.resources.looking.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
+from foveacam_server.resources.looking.clouds.shapes import (
+    CLOUD_CREATED,
+    BoundedLook,
+    ShapeWorker,
+    StoredLook,
+    VergedLook,
+)
 from foveacam_server.resources.looking.fixations.corrections import kind_of
 from foveacam_server.resources.looking.fixations.documents import (
     bounded_look,
@@ -47,7 +53,6 @@ from foveacam_server.resources.looking.fixations.schema import (
     FixationOrder,
     FixationRequest,
     FixationStep,
-    TargetCloud,
 )
 from foveacam_server.resources.looking.fixations.table import FixatedTarget, FixationTable, TargetTable
 from foveacam_server.rig.hardware import HardwareThread
@@ -93,11 +98,11 @@ class FixationService:
                 calibration=tools.calibration,
                 jobs=tools.jobs,
                 shapes=tools.shapes,
-                find=self.table.get,
-                label_of=self._label_of,
-                on_cloud=self.add_cloud,
+                fixations=self.table,
+                targets=self.targets,
             )
         )
+        tools.events.on_event(self._hear)
         tools.jobs.handle(KIND, self._run)
 
     def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
@@ -139,29 +144,19 @@ class FixationService:
         """Return what is known of a fixation's distance: so far while it runs, then its answer."""
         return self.estimates.find(fixation_id) or last_estimate(self.table.get(fixation_id))
 
-    def add_cloud(self, fixation_id: str, cloud: CloudDocument) -> None:
-        """Store that a fixation has a cloud now, and emit events."""
-        self.table.set_cloud(fixation_id, cloud.id)
-        target = self.targets.showing(fixation_id)
-        self._tools.events.emit(
-            "cloud.created",
-            f"{target.label if target else fixation_id}: {cloud.points} points",
-            data=TargetCloud(**cloud.model_dump(), target_id=target.id if target else None),
-        )
-        if target is not None:
-            self._emit("target.updated", f"{target.label} has got its shape", target)
-
     def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
-        """Store that a cloud of a fixation was removed, and emit an event; `left`: the newest that it has."""
-        self.table.set_cloud(fixation_id, None if left is None else left.id)
+        """Emit an event that a cloud of a fixation was removed; `left`: the newest that it has."""
+        self._emit_shape(fixation_id, "has no shape any more" if left is None else "has its earlier shape")
+
+    def _hear(self, event: Event) -> None:
+        if event.kind == CLOUD_CREATED:
+            self._emit_shape(str(event.data["fixation_id"]), "has got its shape")
+
+    def _emit_shape(self, fixation_id: str, change: str) -> None:
+        """Emit an event of the target that shows a fixation, if there is one."""
         target = self.targets.showing(fixation_id)
         if target is not None:
-            now = "has no shape any more" if left is None else "has its earlier shape"
-            self._emit("target.updated", f"{target.label} {now}", target)
-
-    def _label_of(self, fixation: FixationDocument) -> str:
-        target = None if fixation.target_id is None else self.targets.find(fixation.target_id)
-        return target.label if target else (fixation.order.label or "fixation")
+            self._emit("target.updated", f"{target.label} {change}", target)
 
     def remove(self, fixation_id: str) -> None:
         """Delete a fixation for good, and the target that shows it; emit an event of that."""
@@ -333,7 +328,7 @@ class FixationService:
                 distance_m=distance_m,
                 distance_sigma_m=sigma_m,
                 basis=fixation.basis or Basis.BOTH_FOVEAE,
-                on_cloud=self.add_cloud,
+                target_id=described.target_id,
             )
         )
 

@@ -3,16 +3,20 @@
 from dataclasses import dataclass
 
 from pydantic import BaseModel
-from sqlalchemy import Select, String, func, select, update
+from sqlalchemy import ScalarSelect, Select, String, func, select
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
+from foveacam_server.resources.looking.clouds.collection import CloudRow
 from foveacam_server.resources.looking.fixations.schema import CorrectionDocument, FixationDocument
 
 
 class FixationRow(TableRow):
-    """A fixation; `document` is what REST shows, without the ids that are set later."""
+    """A fixation; `document` is what REST shows, without the ids of target and cloud.
+
+    `cloud_id`: written by earlier versions alone; a cloud names its fixation.
+    """
 
     __tablename__ = "fixations"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -66,39 +70,32 @@ class FixationTable:
                     id=fixation.id,
                     job_id=fixation.job_id,
                     target_id=fixation.target_id,
-                    cloud_id=fixation.cloud_id,
                     document=fixation,
                 )
             )
 
-    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> None:
-        """Set the cloud of a fixation."""
-        with self._store.session() as session:
-            query = update(FixationRow).where(FixationRow.id == fixation_id)
-            session.execute(query.values(cloud_id=cloud_id))
-
     def choose(self, fixation_id: str, alternative: int) -> FixationDocument:
         """Set which alternative was chosen; return the fixation, or raise `NotFound`."""
         with self._store.session() as session:
-            row = _fixation_row(session, fixation_id)
+            row, cloud_id = _fixation_row(session, fixation_id)
             row.document = row.document.model_copy(update={"chosen_alternative": alternative})
-            return _fixation(row)
+            return _fixation(row, cloud_id)
 
     def get(self, fixation_id: str) -> FixationDocument:
         """Return a fixation by its id or raise `NotFound`."""
         with self._store.session() as session:
-            return _fixation(_fixation_row(session, fixation_id))
+            return _fixation(*_fixation_row(session, fixation_id))
 
     def remove(self, fixation_id: str) -> None:
         """Delete a fixation, or raise `NotFound`."""
         with self._store.session() as session:
-            session.delete(_fixation_row(session, fixation_id))
+            session.delete(_fixation_row(session, fixation_id)[0])
 
     def newest(self, limit: int) -> list[FixationDocument]:
         """Return the newest fixations, newest first."""
         with self._store.session() as session:
-            rows = session.scalars(select(FixationRow).order_by(FixationRow.seq.desc()).limit(limit))
-            return [_fixation(row) for row in rows]
+            rows = session.execute(_fixations().order_by(FixationRow.seq.desc()).limit(limit))
+            return [_fixation(*row) for row in rows]
 
 
 class TargetTable:
@@ -131,16 +128,16 @@ class TargetTable:
     def rename(self, target_id: str, label: str) -> FixatedTarget:
         """Give a target another label."""
         with self._store.session() as session:
-            row, fixation = _target_rows(session, target_id)
+            row, fixation, cloud_id = _target_rows(session, target_id)
             row.label = label
-            return _target(row, fixation)
+            return _target(row, fixation, cloud_id)
 
     def remove(self, target_id: str) -> FixatedTarget:
         """Delete a target; return what it was."""
         with self._store.session() as session:
-            row, fixation = _target_rows(session, target_id)
+            row, fixation, cloud_id = _target_rows(session, target_id)
             session.delete(row)
-            return _target(row, fixation)
+            return _target(row, fixation, cloud_id)
 
     def remove_of(self, fixation_id: str) -> FixatedTarget | None:
         """Delete the target that shows a fixation; return what it was."""
@@ -169,36 +166,46 @@ class TargetTable:
         """Return all targets, oldest first."""
         with self._store.session() as session:
             rows = session.execute(_targets().order_by(TargetRow.seq))
-            return [_target(row, fixation) for row, fixation in rows]
+            return [_target(*row) for row in rows]
 
 
-def _targets() -> Select[TargetRow, FixationRow]:
+def newest_cloud_id() -> ScalarSelect[str | None]:
+    """Return the id of a fixation's newest cloud as a column of a query."""
+    clouds = select(CloudRow.id).where(CloudRow.fixation_id == FixationRow.id)
+    return clouds.order_by(CloudRow.seq.desc()).limit(1).scalar_subquery()
+
+
+def _fixations() -> Select[FixationRow, str | None]:
+    return select(FixationRow, newest_cloud_id())
+
+
+def _targets() -> Select[TargetRow, FixationRow, str | None]:
     held = func.json_extract(TargetRow.document, "$.fixation_id")
-    return select(TargetRow, FixationRow).join(FixationRow, FixationRow.id == held)
+    return select(TargetRow, FixationRow, newest_cloud_id()).join(FixationRow, FixationRow.id == held)
 
 
-def _fixation(row: FixationRow) -> FixationDocument:
-    return row.document.model_copy(update={"target_id": row.target_id, "cloud_id": row.cloud_id})
+def _fixation(row: FixationRow, cloud_id: str | None) -> FixationDocument:
+    return row.document.model_copy(update={"target_id": row.target_id, "cloud_id": cloud_id})
 
 
-def _target(row: TargetRow, fixation: FixationRow) -> FixatedTarget:
+def _target(row: TargetRow, fixation: FixationRow, cloud_id: str | None) -> FixatedTarget:
     return FixatedTarget(
         id=row.id,
         label=row.label,
         created_utc=row.document.created_utc,
-        fixation=_fixation(fixation),
+        fixation=_fixation(fixation, cloud_id),
         corrections=tuple(row.document.corrections),
     )
 
 
-def _fixation_row(session: Session, fixation_id: str) -> FixationRow:
-    row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
+def _fixation_row(session: Session, fixation_id: str) -> tuple[FixationRow, str | None]:
+    row = session.execute(_fixations().where(FixationRow.id == fixation_id)).one_or_none()
     if row is None:
         raise NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
     return row
 
 
-def _target_rows(session: Session, target_id: str) -> tuple[TargetRow, FixationRow]:
+def _target_rows(session: Session, target_id: str) -> tuple[TargetRow, FixationRow, str | None]:
     rows = session.execute(_targets().where(TargetRow.id == target_id)).one_or_none()
     if rows is None:
         raise NotFound(f"there is no target {target_id}; see /api/v1/targets", asked=target_id)
