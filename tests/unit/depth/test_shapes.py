@@ -28,6 +28,7 @@ from foveacam_server.resources.looking.clouds.shapes import (
 from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 from foveacam_server.resources.looking.fixations.documents import stored_look
 from foveacam_server.resources.looking.fixations.table import FixatedTarget
+from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
 
 PATIENCE_S = 20.0
 
@@ -41,9 +42,9 @@ class Pane:
         self.shown: dict[str, tuple[str, Cloud | None]] = {}
         self.changed = threading.Condition()
 
-    def show_fixation(self, fixation_id: str, *, label: str, cloud: Cloud | None, **_rest: object) -> None:
+    def show_fixation(self, fixation_id: str, drawing: FixationDrawing) -> None:
         with self.changed:
-            self.shown[fixation_id] = (label, cloud)
+            self.shown[fixation_id] = (drawing.label, drawing.cloud)
             self.changed.notify_all()
 
     def wait_for(self, fixation_id: str) -> tuple[str, Cloud | None]:
@@ -51,9 +52,9 @@ class Pane:
             assert self.changed.wait_for(lambda: fixation_id in self.shown, timeout=PATIENCE_S)
             return self.shown[fixation_id]
 
-    def show_limits(self, fixation_id: str, *, label: str, **_limits: object) -> None:
+    def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
         with self.changed:
-            self.shown[fixation_id] = (label, None)
+            self.shown[fixation_id] = (drawing.label, None)
             self.changed.notify_all()
 
     def show_field(self, content: bytes, **_centre: object) -> None: ...
@@ -105,12 +106,11 @@ class Setup:
     def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
         return VergedLook(
             fixation_id=fixation_id,
-            label="a mug",
+            drawing=FixationDrawing(
+                label="a mug", point_rig_m=(0.0, 0.0, 4.0), distance_m=4.0, distance_sigma_m=0.002
+            ),
             sighting=sighting,
             calibration=calibration,
-            point_rig_m=(0.0, 0.0, 4.0),
-            distance_m=4.0,
-            distance_sigma_m=0.002,
             target_id="tgt-1",
         )
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.names import utc_now
@@ -11,6 +10,7 @@ from foveacam_server.resources.looking.fixations.corrections import (
     limits_of,
     remaining_range,
 )
+from foveacam_server.resources.looking.fixations.documents import drawing_of
 from foveacam_server.resources.looking.fixations.schema import (
     CorrectionDocument,
     FixationDocument,
@@ -56,21 +56,9 @@ def choose(
 
 def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
     """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
-    if fixation.chosen_alternative is None:
-        return
-    chosen = fixation.alternatives[fixation.chosen_alternative]
-    if chosen.point_rig_m == fixation.point_rig_m:
-        return
-    viewer.show_fixation(
-        fixation.id,
-        label=fixation.order.label or "chosen",
-        point_rig_m=chosen.point_rig_m,
-        distance_m=chosen.distance_m,
-        distance_sigma_m=chosen.distance_sigma_m,
-        basis=Basis(chosen.basis),
-        cloud=None,
-        mesh=None,
-    )
+    drawing = drawing_of(fixation.answer, label=fixation.order.label or "chosen")
+    if drawing is not None and drawing.point_rig_m != fixation.point_rig_m:
+        viewer.show_fixation(fixation.id, drawing)
 
 
 def look_beside(fixations: FixationService, fixation_id: str, direction: RangeSide, *, source: str) -> Job:

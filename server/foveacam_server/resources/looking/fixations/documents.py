@@ -20,6 +20,7 @@ from foveacam_server.resources.looking.fixations.schema import (
     TargetPlace,
 )
 from foveacam_server.resources.looking.fixations.table import FixatedTarget
+from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
 
 
 def describe_step(step: VergeStep) -> StepDocument:
@@ -188,20 +189,26 @@ def _bound_words(bound: BoundDocument) -> str:
     return nearest if bound.farthest_m is None else f"{nearest}, nearer than {bound.farthest_m:.1f} m"
 
 
+def drawing_of(fixation: Fixation | FixationDocument, *, label: str) -> FixationDrawing | None:
+    """Return how a fixation is drawn in the 3D pane; None where its distance is not known."""
+    distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
+    if distance_m is None or sigma_m is None or point is None:
+        return None
+    return FixationDrawing(
+        label=label,
+        point_rig_m=point,
+        distance_m=distance_m,
+        distance_sigma_m=sigma_m,
+        basis=Basis(fixation.basis or Basis.BOTH_FOVEAE),
+    )
+
+
 def stored_look(target: FixatedTarget) -> StoredLook | BoundedLook | None:
     """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
     answer = target.fixation.answer
-    distance_m, sigma_m, point = answer.distance_m, answer.distance_sigma_m, answer.point_rig_m
-    if distance_m is not None and sigma_m is not None and point is not None:
-        return StoredLook(
-            fixation_id=answer.id,
-            label=target.label,
-            point_rig_m=point,
-            distance_m=distance_m,
-            distance_sigma_m=sigma_m,
-            basis=Basis(answer.basis or "both_foveae"),
-            cloud_id=answer.cloud_id,
-        )
+    drawing = drawing_of(answer, label=target.label)
+    if drawing is not None:
+        return StoredLook(fixation_id=answer.id, drawing=drawing, cloud_id=answer.cloud_id)
     return bounded_look(answer, label=target.label)
 
 
@@ -209,10 +216,6 @@ def bounded_look(fixation: FixationDocument, *, label: str) -> BoundedLook | Non
     """Return how the limits of a distance are drawn in the 3D pane; None without limits."""
     if fixation.bound is None:
         return None
-    return BoundedLook(
-        fixation_id=fixation.id,
-        label=label,
-        direction_deg=(fixation.target.ax_deg, fixation.target.ay_deg),
-        nearest_m=fixation.bound.nearest_m,
-        farthest_m=fixation.bound.farthest_m,
-    )
+    direction_deg = (fixation.target.ax_deg, fixation.target.ay_deg)
+    drawing = LimitsDrawing(label=label, direction_deg=direction_deg, **dict(fixation.bound))
+    return BoundedLook(fixation_id=fixation.id, drawing=drawing)

@@ -36,6 +36,7 @@ from foveacam_server.resources.looking.fixations.documents import (
     describe_step,
     describe_target,
     distance_words,
+    drawing_of,
     fixation_words,
     last_estimate,
     stored_look,
@@ -301,16 +302,16 @@ class FixationService:
         self, fixation: Fixation, described: FixationDocument, *, label: str, calibration: Calibration
     ) -> None:
         """Queue what is computed after the answer: overlay distance, depth at the point, cloud and mesh."""
-        distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
+        drawing = drawing_of(fixation, label=label)
         if (limits := bounded_look(described, label=label)) is not None:
             self._tools.shapes.put(limits)
-        if fixation.sighting is None or distance_m is None or sigma_m is None or point is None:
+        if fixation.sighting is None or drawing is None:
             return
-        self._tools.on_distance(distance_m)
+        self._tools.on_distance(drawing.distance_m)
         self._tools.patches.add(
             point_patch(
-                point,
-                sigma_z_m=sigma_m * point[2] / distance_m,
+                drawing.point_rig_m,
+                sigma_z_m=drawing.distance_sigma_m * drawing.point_rig_m[2] / drawing.distance_m,
                 wide=calibration.wide,
                 fixation_id=described.id,
                 created_utc=described.created_utc,
@@ -321,13 +322,9 @@ class FixationService:
         self._tools.shapes.put(
             VergedLook(
                 fixation_id=described.id,
-                label=label,
+                drawing=drawing,
                 sighting=fixation.sighting,
                 calibration=calibration,
-                point_rig_m=point,
-                distance_m=distance_m,
-                distance_sigma_m=sigma_m,
-                basis=fixation.basis or Basis.BOTH_FOVEAE,
                 target_id=described.target_id,
             )
         )
