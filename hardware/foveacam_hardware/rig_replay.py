@@ -12,6 +12,7 @@ from foveacam_hardware.contract import (
     Clock,
     Frame,
     InvalidInput,
+    LookOptions,
     MonotonicClock,
     Role,
     Sighting,
@@ -42,7 +43,7 @@ class ReplayHead:
         self._clock = clock
         self.settle_us = 0
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Return the next recorded pair, with the wide frame of that time or the first one after it."""
         left = _since(self._left, self._clock.now_ns(), now_ns=self._clock.now_ns())
         period_ns = 1e9 / self._left.settings.frame_rate_hz

@@ -17,9 +17,9 @@ from foveacam_hardware.contract import (
     Frame,
     Image,
     InvalidInput,
+    LookOptions,
     MirrorVolts,
     NotConnected,
-    OneEyedHead,
     OutOfRange,
     PixelFormat,
     Role,
@@ -241,10 +241,9 @@ def test_foveae_without_trigger_cables_are_exposed_by_commands_when_the_mirrors_
 def test_commanded_exposure_can_be_begun_and_read_later_and_with_one_fovea_alone(rig: Rig) -> None:
     head = commanded(rig).head
     assert isinstance(head, TriggerHead)
-    assert isinstance(head, OneEyedHead)
     receipt = head.begin(both(20.0, 0.0), settle_us=5000).wait()
     assert [frame.role for frame in head.frames_of(receipt)] == [Role.LEFT, Role.RIGHT]
-    assert not head.look_without(Role.LEFT, both(0.0, 0.0)).left.image.any()
+    assert not head.look(both(0.0, 0.0), options=LookOptions(missing=Role.LEFT)).left.image.any()
 
 
 def test_commanded_exposure_whose_mirrors_were_parked_meanwhile_is_refused(rig: Rig) -> None:
@@ -303,10 +302,9 @@ def test_an_unplugged_fovea_is_reported(rig: Rig) -> None:
 def test_without_one_fovea_the_other_sees_and_the_missing_ones_frame_is_black(
     seeing: Rig, missing: Role, there: Role
 ) -> None:
-    assert isinstance(seeing.head, OneEyedHead)
     world_of(seeing).faults.unplugged.add(missing)
 
-    sighting = seeing.head.look_without(missing, both(12.0, -8.0))
+    sighting = seeing.head.look(both(12.0, -8.0), options=LookOptions(missing=missing))
     frames = {frame.role: frame for frame in (sighting.left, sighting.right)}
 
     assert sighting.missing is missing
@@ -319,10 +317,9 @@ def test_without_one_fovea_the_other_sees_and_the_missing_ones_frame_is_black(
     assert seeing.head.look(both(0.0, 0.0)).missing is None
 
 
-def test_no_look_does_without_the_wide_camera(rig: Rig) -> None:
-    assert isinstance(rig.head, OneEyedHead)
+def test_no_look_does_without_the_wide_camera() -> None:
     with pytest.raises(InvalidInput, match=r"wide camera.*plug it in"):
-        rig.head.look_without(Role.WIDE, PARKED)
+        LookOptions(missing=Role.WIDE)
 
 
 def test_foveae_with_different_exposures_are_refused(rig: Rig) -> None:

@@ -15,6 +15,7 @@ from foveacam_hardware.contract import (
     Frame,
     Head,
     InvalidInput,
+    LookOptions,
     MirrorVolts,
     OutOfRange,
     Role,
@@ -90,9 +91,9 @@ class DeadAxis:
     def __init__(self, head: Head) -> None:
         self._head = head
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         left = replace(volts.left, y_v=0.0)
-        seen = self._head.look(StereoVolts(left=left, right=volts.right), settle_us=settle_us)
+        seen = self._head.look(StereoVolts(left=left, right=volts.right), options=options)
         told = MirrorVolts(x_v=seen.volts.left.x_v, y_v=volts.left.y_v)
         return replace(seen, left=seen.left.with_volts(told))
 
@@ -114,8 +115,8 @@ def test_a_dead_axis_is_named_before_the_sweep_begins(rig: Rig, tmp_path: Path) 
 class Blindfold(DeadAxis):
     """A head whose left eye has its cap on."""
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        seen = self._head.look(volts, settle_us=settle_us)
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        seen = self._head.look(volts, options=options)
         dark = np.random.default_rng(seen.left.seq).integers(0, 4, seen.left.image.shape, dtype=np.uint8)
         return replace(seen, left=replace(seen.left, image=dark))
 

@@ -5,15 +5,15 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from foveacam_hardware.contract import PARKED, PixelFormat, Role, Sighting, StereoVolts
+from foveacam_hardware.contract import PARKED, LookOptions, PixelFormat, Role, StereoVolts
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.rig.hardware_commands import ExclusiveHead, RequestedLook
 from tests.support.servers.running_server import (
     API,
     CENTRE,
@@ -43,7 +43,7 @@ def test_controller_that_dies_in_a_fixation_fails_the_job_and_is_parked_on_retur
         killed.set()
 
     with monkeypatch.context() as patch:
-        patch.setattr(server.services.hardware, "look", before_look(server, 1, kill))
+        patch.setattr(ExclusiveHead, "begin_look", before_look(1, kill))
         answer = server.post("/fixations", CENTRE, Prefer="wait=60")
     assert killed.is_set()
     assert answer.status_code in (502, 503, 504)
@@ -158,15 +158,13 @@ def settings(server: Running, role: str) -> dict[str, Any]:  # Any: a JSON docum
     return found
 
 
-def before_look(server: Running, number: int, act: Callable[[], object]) -> Callable[..., "Future[Sighting]"]:
+def before_look(number: int, act: Callable[[], object]) -> Callable[..., RequestedLook]:
     """Return a look that calls `act` when a job has done `number` looks, before its next."""
-    look, count = server.services.hardware.look, itertools.count()
+    begin_look, count = ExclusiveHead.begin_look, itertools.count()
 
-    def counted(
-        volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
-    ) -> "Future[Sighting]":
+    def counted(head: ExclusiveHead, volts: StereoVolts, *, options: LookOptions) -> RequestedLook:
         if next(count) == number:
             act()
-        return look(volts, settle_us=settle_us, one_eyed=one_eyed)
+        return begin_look(head, volts, options=options)
 
     return counted

@@ -18,8 +18,7 @@ from typing import TypeAlias
 
 import viser
 
-from foveacam_pipeline.stereo.values import Cloud, DepthMesh
-from foveacam_pipeline.verge.values import Basis
+from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene_fixation import FixationNode, FixationParts, LimitsNode
 from foveacam_web.scene_lines import MeasurementNode, TrailNode
 from foveacam_web.scene_panel import ScenePanel, approach
@@ -138,55 +137,24 @@ class ViewerScene:
             if self._rig is not None:
                 self._rig.look(left=left, right=right, distance_m=distance_m)
 
-    def show_fixation(
-        self,
-        fixation_id: str,
-        *,
-        label: str,
-        point_rig_m: Point,
-        distance_m: float,
-        distance_sigma_m: float,
-        basis: Basis = Basis.BOTH_FOVEAE,
-        cloud: Cloud | None = None,
-        mesh: DepthMesh | None = None,
-    ) -> None:
+    def show_fixation(self, fixation_id: str, drawing: FixationDrawing) -> None:
         """Add or replace a fixation; with a cloud or mesh, viewers that follow are moved in front of it."""
-        drawing = FixationDrawing(
-            label=label,
-            point_rig_m=point_rig_m,
-            distance_m=distance_m,
-            distance_sigma_m=distance_sigma_m,
-            basis=basis,
-            cloud=cloud,
-            mesh=mesh,
-        )
         with self._lock:
             if self._server is None or self._panel is None:
                 return
-            if mesh is None and cloud is not None:
+            if drawing.mesh is None and drawing.cloud is not None:
                 self._shown = self._panel.show_clouds()  # a fixation without a mesh shows its cloud
             self._drop(fixation_id)
             with self._server.atomic():
                 node = FixationNode(self._server.scene, fixation_id, drawing, shown=self._shown)
             node.clickable(self._clicked)
             self._add(fixation_id, node)
-            if self._panel.follows and (cloud is not None or mesh is not None):
+            if self._panel.follows and (drawing.cloud is not None or drawing.mesh is not None):
                 for viewer in self._server.get_clients().values():
-                    approach(viewer, point_rig_m)
+                    approach(viewer, drawing.point_rig_m)
 
-    def show_limits(
-        self,
-        fixation_id: str,
-        *,
-        label: str,
-        direction_deg: tuple[float, float],
-        nearest_m: float,
-        farthest_m: float | None,
-    ) -> None:
-        """Add or replace a fixation of which only limits of the distance are known; None: no farthest."""
-        drawing = LimitsDrawing(
-            label=label, direction_deg=direction_deg, nearest_m=nearest_m, farthest_m=farthest_m
-        )
+    def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
+        """Add or replace a fixation of which only limits of the distance are known."""
         with self._lock:
             if self._server is None:
                 return

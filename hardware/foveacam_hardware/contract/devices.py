@@ -14,6 +14,7 @@ from foveacam_hardware.contract.values import (
     ExposureReceipt,
     Frame,
     LinkTelemetry,
+    LookOptions,
     MirrorLimits,
     MirrorState,
     Role,
@@ -210,11 +211,8 @@ class Head(Protocol):
     Implemented by the rig itself (scripts, benches) and by the server (through its hardware thread).
     """
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Steer, settle and expose both foveae; return their frames with a wide frame not older than them.
-
-        `settle_us`: wait between the move and the exposure; None for the rig's default.
-        """
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        """Steer, settle and expose both foveae; return their frames with a wide frame not older than them."""
         ...
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
@@ -242,17 +240,8 @@ class PendingLook(Protocol):
 class AheadHead(Head, Protocol):
     """A head that can begin the next look while its caller still evaluates the previous one."""
 
-    def begin_look(self, volts: StereoVolts) -> PendingLook:
+    def begin_look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> PendingLook:
         """Request a look as `look` makes it, without waiting; requests are carried out in their order."""
-        ...
-
-
-@runtime_checkable
-class OneEyedHead(Head, Protocol):
-    """A head that can look while the camera of one fovea is missing."""
-
-    def look_without(self, missing: Role, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Look as `look` does, with a black frame in place of the missing camera's."""
         ...
 
 

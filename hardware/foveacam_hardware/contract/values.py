@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_hardware.contract.errors import InvalidInput
 from foveacam_hardware.contract.quantities import check_ordered, check_positive
 
 Image: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]
@@ -240,6 +241,22 @@ class PanTiltState:
     """Whether the operator must confirm its zero: it has no switches and its position is not known."""
     wanted: PanTiltPose | None = None
     """Requested bearing of a manual pan-tilt; None when nothing is requested or when it has motors."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LookOptions:
+    """How a look is made."""
+
+    settle_us: int | None = None
+    """Wait between the move and the exposure; None for the rig's default."""
+    one_eyed: bool = False
+    """Whether the camera of one fovea may be missing."""
+    missing: Role | None = None
+    """That fovea, where its camera is known to be missing: its frame is black."""
+
+    def __post_init__(self) -> None:
+        if self.missing is Role.WIDE:
+            raise InvalidInput("asked to look without the wide camera: every look needs it; plug it in")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,6 +17,7 @@ from foveacam_hardware.contract import (
     ExposureReceipt,
     Frame,
     InvalidInput,
+    LookOptions,
     Mirrors,
     MirrorVolts,
     PendingExposure,
@@ -65,15 +66,13 @@ class TriggeredHead:
         self.settle_us = settle_us
         self.pulse_us = pulse_us
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Steer, settle and expose both foveae; return their frames with a wide frame not older than them."""
-        return self._look(volts, settle_us, missing=None)
-
-    def look_without(self, missing: Role, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        """Look with one fovea's camera missing: its frame is black."""
-        if missing is Role.WIDE:
-            raise InvalidInput("asked to look without the wide camera: every look needs it; plug it in")
-        return self._look(volts, settle_us, missing=missing)
+        wait_us = self.settle_us if options.settle_us is None else options.settle_us
+        with span("mirrors move, settle, expose", settle_us=wait_us):
+            receipt = self._expose(volts, wait_us, missing=options.missing)
+        with span("frames"):
+            return self._sighting(receipt, missing=options.missing)
 
     def begin(self, volts: StereoVolts, *, settle_us: int) -> PendingExposure:
         """Begin to steer, settle and expose both foveae; the previous frames can be read meanwhile."""
@@ -113,13 +112,6 @@ class TriggeredHead:
         before_hz = self._mirrors.low_pass_hz
         self._mirrors.set_low_pass(cutoff_hz)
         return before_hz
-
-    def _look(self, volts: StereoVolts, settle_us: int | None, *, missing: Role | None) -> Sighting:
-        wait_us = self.settle_us if settle_us is None else settle_us
-        with span("mirrors move, settle, expose", settle_us=wait_us):
-            receipt = self._expose(volts, wait_us, missing=missing)
-        with span("frames"):
-            return self._sighting(receipt, missing=missing)
 
     def _sighting(self, receipt: ExposureReceipt, *, missing: Role | None) -> Sighting:
         """Return all cameras' frames of an exposure."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from foveacam_hardware.contract import Frame, Head, Sighting, StereoVolts
+from foveacam_hardware.contract import Frame, Head, LookOptions, Sighting, StereoVolts
 
 
 class WatchingHead:
@@ -12,9 +12,9 @@ class WatchingHead:
         self._head = head
         self._see_wide = see_wide
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Look as the head does."""
-        sighting = self._head.look(volts, settle_us=settle_us)
+        sighting = self._head.look(volts, options=options)
         self._see_wide(sighting.wide)
         return sighting
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.track.following import COMPUTE_S
-from foveacam_hardware.contract import Frame, Head, Sighting, StereoVolts
+from foveacam_hardware.contract import Frame, Head, LookOptions, Sighting, StereoVolts
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.continuous_loop.settings import AXES, LoopSettings
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
@@ -59,11 +59,11 @@ class _TimedHead:
         self._head = head
         self.busy_s = 0.0
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Look as the head does."""
         began_s = time.perf_counter()
         try:
-            return self._head.look(volts, settle_us=settle_us)
+            return self._head.look(volts, options=options)
         finally:
             self.busy_s += time.perf_counter() - began_s
 

@@ -20,7 +20,7 @@ from foveacam_bench.figures import Figures
 from foveacam_bench.pace.reference import reference_ms, with_multiples
 from foveacam_bench.verge.field_clicks import FIELD_DEG, SEED
 from foveacam_bench.verge.fixations import CERTIFICATE
-from foveacam_hardware.contract import Binning, Frame, Head, Sighting, StereoVolts
+from foveacam_hardware.contract import Binning, Frame, Head, LookOptions, Sighting, StereoVolts
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.stereo.rectify import to_uint8
@@ -51,10 +51,10 @@ class TimedHead:
         self._binning = binning
         self.spent_s = 0.0
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Look, and average the frames."""
         with self._timed():
-            sighting = self._head.look(volts, settle_us=settle_us)
+            sighting = self._head.look(volts, options=options)
             return replace(
                 sighting,
                 left=self._binned(sighting.left),

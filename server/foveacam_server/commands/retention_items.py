@@ -67,17 +67,12 @@ def _removable_looks(store: Store) -> Sources:
     """Return clouds and fixations of a folder that no server uses."""
     clouds, fixations, targets = CloudCollection(store), FixationTable(store), TargetTable(store)
 
-    def remove_cloud(cloud_id: str) -> None:
-        fixation_id = clouds.remove(cloud_id).fixation_id
-        left = clouds.of_fixation(fixation_id)
-        fixations.set_cloud(fixation_id, None if left is None else left.id)
-        targets.set_cloud(fixation_id, None if left is None else left.id)
-
     def remove_fixation(fixation_id: str) -> None:
-        targets.remove_of(fixations.remove(fixation_id))
+        targets.remove_of(fixation_id)
+        fixations.remove(fixation_id)
 
     looks = RetainedLooks(store, store.subfolder(CLOUDS))
-    return look_sources(looks, remove_cloud=remove_cloud, remove_fixation=remove_fixation)
+    return look_sources(looks, remove_cloud=clouds.remove, remove_fixation=remove_fixation)
 
 
 def _only_shown(item_id: str) -> None:

@@ -12,7 +12,6 @@ from foveacam_hardware.contract import (
     DeviceFault,
     FoveaError,
     NotConnected,
-    OneEyedHead,
     PanTiltState,
     RailState,
     Role,
@@ -77,9 +76,9 @@ class DeviceReconnector:
         return None
 
     def fovea_lost(self, rig: AssembledRig) -> Role | None:
-        """Return the fovea whose camera is lost, if just one is and the rig can look without it."""
+        """Return the fovea whose camera is lost, if just one is; None for a recording."""
         lost = [role for role in (Role.LEFT, Role.RIGHT) if self.problem_of(role.value) is not None]
-        return lost[0] if len(lost) == 1 and isinstance(rig.head, OneEyedHead) else None
+        return lost[0] if len(lost) == 1 and not rig.replayed else None
 
     def needed(self, rig: AssembledRig) -> tuple[str, ...]:
         """Return the devices that a look needs when one fovea may be missing."""

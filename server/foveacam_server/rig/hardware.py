@@ -12,13 +12,13 @@ from typing import TypeVar
 
 from foveacam_hardware.contract import (
     PARKED,
+    AheadHead,
     Binning,
     Busy,
     Clock,
     Frame,
-    Head,
+    LookOptions,
     NotConnected,
-    Sighting,
     StereoVolts,
 )
 from foveacam_server.foundation.events import EventLog
@@ -44,6 +44,7 @@ T = TypeVar("T")
 REOPENED_S = 60.0
 """Longest that somebody waits for another rig to open; its devices that are missing take seconds each."""
 REOPEN_POLL_S = 0.1
+LIVE_LOOK = LookOptions(one_eyed=True)
 SWITCHED_S = 10.0
 """Longest that cameras take to change their binning: stop, set, start."""
 
@@ -174,15 +175,8 @@ class HardwareThread:
             raise refusals.not_open(self.status)
         return self.commands.put(work)
 
-    def look(
-        self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
-    ) -> "Future[Sighting]":
-        """Enqueue one look; its frames feed the views. `one_eyed`: the camera of one fovea may be missing."""
-        self._guard.check(one_eyed=one_eyed)
-        return self.submit(lambda rig: self._moves.look(rig, volts, settle_us=settle_us, one_eyed=one_eyed))
-
     def expose(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
-        """Enqueue work that steers and exposes by itself; raise as `look`."""
+        """Enqueue work that steers and exposes by itself; raise as `check_may_move`."""
         self._guard.check()
         return self.submit(lambda rig: self._moves.expose(rig, work))
 
@@ -207,7 +201,10 @@ class HardwareThread:
         self._guard.opened_rig()
 
     def check_may_move(self, *, one_eyed: bool = False) -> None:
-        """Raise `Stopped` or `NotConnected` when the mirrors cannot move now; `one_eyed` as in `look`."""
+        """Raise `Stopped` or `NotConnected` when the mirrors cannot move now.
+
+        `one_eyed`: whether the camera of one fovea may be missing.
+        """
         self._guard.check(one_eyed=one_eyed)
 
     @contextmanager
@@ -219,7 +216,7 @@ class HardwareThread:
         one_eyed: bool = False,
         gives_way: bool = False,
         binning: Binning | None = None,
-    ) -> Iterator[Head]:
+    ) -> Iterator[AheadHead]:
         """Give one job the rig exclusively: live looks pause, the job's own looks feed the views.
 
         Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
@@ -235,7 +232,7 @@ class HardwareThread:
             self.hand.make_way(f"{holder} uses the rig")
             if binning is not None:
                 self._switch()
-            yield ExclusiveHead(self, cancelled=cancelled, one_eyed=one_eyed)
+            yield ExclusiveHead(self, self._moves, cancelled=cancelled, one_eyed=one_eyed)
 
     @contextmanager
     def recorded_at(self, binning: Binning) -> Iterator[None]:
@@ -335,7 +332,7 @@ class HardwareThread:
             self._live.note_use()
             command.run(rig)
         elif looks and self._live.look_due():
-            self._run_live("live look", lambda: self._moves.look(rig, self.gaze, one_eyed=True))
+            self._run_live("live look", lambda: self._moves.look(rig, self.gaze, options=LIVE_LOOK))
         if wide and self._live.wide_due():
             self._run_live("live wide frame", lambda: self._wide(rig, LIVE_AGE_MS))
         self.mirrors.ping_if_due(rig)

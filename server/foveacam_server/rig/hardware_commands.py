@@ -6,13 +6,23 @@ from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as FutureTimeout
 from contextvars import Context, copy_context
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Generic, Protocol, TypeVar
 
-from foveacam_hardware.contract import Busy, Cancelled, FoveaError, Frame, Sighting, StereoVolts, Timeout
+from foveacam_hardware.contract import (
+    Busy,
+    Cancelled,
+    FoveaError,
+    Frame,
+    LookOptions,
+    Sighting,
+    StereoVolts,
+    Timeout,
+)
 from foveacam_hardware.contract.spans import note_span
 from foveacam_server.foundation.watching import timings
 from foveacam_server.foundation.watching.flows import HARDWARE, count_flow, this_part
+from foveacam_server.rig.hardware_thread.moves import RigMoves
 from foveacam_server.rig.ports import AssembledRig
 
 T = TypeVar("T")
@@ -102,13 +112,11 @@ DEADLINE_S = 10.0
 """Longest that a job waits for one look; the devices' own deadlines are far shorter."""
 
 
-class LookProvider(Protocol):
+class CommandTaker(Protocol):
     """What one job's head needs of the hardware thread."""
 
-    def look(
-        self, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
-    ) -> "Future[Sighting]":
-        """Enqueue one look; `one_eyed`: the camera of one fovea may be missing."""
+    def check_may_move(self, *, one_eyed: bool = False) -> None:
+        """Raise `Stopped` or `NotConnected` when the mirrors cannot move now."""
         ...
 
     def submit(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
@@ -135,24 +143,28 @@ class ExclusiveHead:
     """Implements `AheadHead` for one job: looks go through the hardware thread until it is cancelled."""
 
     def __init__(
-        self, looker: LookProvider, *, cancelled: Callable[[], bool], one_eyed: bool = False
+        self, hardware: CommandTaker, moves: RigMoves, *, cancelled: Callable[[], bool], one_eyed: bool
     ) -> None:
-        self._looker = looker
+        self._hardware = hardware
+        self._moves = moves
         self._cancelled = cancelled
         self._one_eyed = one_eyed
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Steer, settle, expose, and return the frames of all three cameras."""
-        return self._requested(volts, settle_us).result()
+        return self.begin_look(volts, options=options).result()
 
-    def begin_look(self, volts: StereoVolts) -> "RequestedLook":
-        """Request a look without waiting for it."""
-        return self._requested(volts, None)
+    def begin_look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> RequestedLook:
+        """Request a look without waiting for it; its frames feed the views."""
+        self._check()
+        asked = replace(options, one_eyed=self._one_eyed)
+        self._hardware.check_may_move(one_eyed=asked.one_eyed)
+        return RequestedLook(self._hardware.submit(lambda rig: self._moves.look(rig, volts, options=asked)))
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         """Return a recent wide frame."""
         self._check()
-        return answer_of(self._looker.wide_frame(max_age_ms=max_age_ms), asked="a wide frame")
+        return answer_of(self._hardware.wide_frame(max_age_ms=max_age_ms), asked="a wide frame")
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
         """Set both foveae's exposure and gain; a cancelled job may still set them back."""
@@ -160,16 +172,12 @@ class ExclusiveHead:
         def change(rig: AssembledRig) -> None:
             rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
 
-        answer_of(self._looker.submit(change), asked="another exposure")
+        answer_of(self._hardware.submit(change), asked="another exposure")
 
     def set_low_pass(self, cutoff_hz: int) -> int:
         """Run the drive filters at another cut-off; a cancelled job may still set it back."""
-        change = self._looker.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
+        change = self._hardware.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
         return answer_of(change, asked="another filter")
-
-    def _requested(self, volts: StereoVolts, settle_us: int | None) -> "RequestedLook":
-        self._check()
-        return RequestedLook(self._looker.look(volts, settle_us=settle_us, one_eyed=self._one_eyed))
 
     def _check(self) -> None:
         if self._cancelled():

@@ -11,10 +11,9 @@ from foveacam_hardware.contract import Binning, Clock, Frame, MarkerPrint, RailP
 from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.stereo.values import Cloud, DepthMesh
-from foveacam_pipeline.verge.values import Basis
+from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.rig.schema import OverlayDocument
-from foveacam_web.scene_values import EyeGaze, MeasurementDrawing, RigShape
+from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, MeasurementDrawing, RigShape
 
 
 class RigProblem(Protocol):
@@ -165,30 +164,11 @@ class SceneViewer(Protocol):
         """Unix socket that the relay forwards to."""
         ...
 
-    def show_fixation(
-        self,
-        fixation_id: str,
-        *,
-        label: str,
-        point_rig_m: tuple[float, float, float],
-        distance_m: float,
-        distance_sigma_m: float,
-        basis: Basis,
-        cloud: Cloud | None,
-        mesh: DepthMesh | None,
-    ) -> None:
+    def show_fixation(self, fixation_id: str, drawing: FixationDrawing) -> None:
         """Add or replace the drawing of a fixation."""
         ...
 
-    def show_limits(
-        self,
-        fixation_id: str,
-        *,
-        label: str,
-        direction_deg: tuple[float, float],
-        nearest_m: float,
-        farthest_m: float | None,
-    ) -> None:
+    def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
         """Add or replace the drawing of a fixation of which only limits of the distance are known."""
         ...
 

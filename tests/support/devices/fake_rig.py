@@ -20,6 +20,7 @@ from foveacam_hardware.contract import (
     FoveaError,
     Frame,
     LinkTelemetry,
+    LookOptions,
     MarkerPrint,
     MirrorLimits,
     MirrorState,
@@ -233,7 +234,7 @@ class FakeHead:
         self.exposures: list[tuple[int, float]] = []
         self.cutoffs_hz = [120]
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         self.looking.set()
         if self.hold is not None:
             assert self.hold.wait(10.0)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from foveacam_hardware.contract import Frame, Head, Sighting, StereoVolts
+from foveacam_hardware.contract import Frame, Head, LookOptions, Sighting, StereoVolts
 
 
 def binned_frame(frame: Frame) -> Frame:
@@ -26,8 +26,8 @@ class BinnedHead:
 
     head: Head
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        return binned_sighting(self.head.look(volts, settle_us=settle_us))
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        return binned_sighting(self.head.look(volts, options=options))
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         return binned_frame(self.head.wide(max_age_ms=max_age_ms))

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, VirtualClock
+from foveacam_hardware.contract import Frame, LookOptions, Role, Sighting, StereoVolts, VirtualClock
 from foveacam_pipeline.models import Calibration, Intrinsics, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
@@ -150,7 +150,7 @@ class PlaneHead:
             image[:, max(0, round(column_px) - 20) : max(0, round(column_px) + 20)] = 40
         return Frame(image=image, role=Role.WIDE, seq=t_ns, t_ns=t_ns, exposure_ns=EXPOSURE_NS)
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         self.looks += 1
         self.clock.sleep_until_ns(self.clock.now_ns() + self.look_ns)
         left, right = (self._fovea(role, volts) for role in (Role.LEFT, Role.RIGHT))

@@ -162,6 +162,8 @@ def test_removed_cloud_takes_its_files_and_its_depth_along(api_server: Running) 
     fixation = api_server.fixate({"pixel": {"x_px": 700.0, "y_px": 600.0}})
     assert fixation["state"] == "verged"
     cloud = api_server.wait_for_event("cloud.created", after=before, of=fixation["id"])
+    target = api_server.wait_for_event("target.updated", after=before, of=fixation["id"])
+    assert (target["id"], target["cloud_id"]) == (fixation["target_id"], cloud["id"])
     assert api_server.http.delete(f"/api/v1/clouds/{cloud['id']}").status_code == 204
     assert api_server.http.get(cloud["ply_url"]).status_code == 404
     assert api_server.get(f"/fixations/{fixation['id']}").json()["cloud_id"] is None

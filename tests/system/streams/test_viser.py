@@ -23,6 +23,7 @@ from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
+from foveacam_web.scene_values import FixationDrawing
 from foveacam_web.viser_page import viser_subprotocol
 from tests.support.servers.local_server import serving
 
@@ -30,7 +31,9 @@ PATIENCE_S = 10.0
 
 
 def show(scene: ViewerScene, name: str) -> None:
-    scene.show_fixation(name, label=name, point_rig_m=(0.0, 0.0, 3.0), distance_m=3.0, distance_sigma_m=0.02)
+    point = (0.0, 0.0, 3.0)
+    drawing = FixationDrawing(label=name, point_rig_m=point, distance_m=3.0, distance_sigma_m=0.02)
+    scene.show_fixation(name, drawing)
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ class FakeHead:
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
         self.asked.append((exposure_ns, gain_db))
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts) -> Sighting:
         assert volts == PARKED
         self.looks += 1
         if self.looks == self.fails_at:

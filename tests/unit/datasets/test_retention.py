@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from tests.support.scenes.dataset_scenes import written
+from tests.support.scenes.fixations import fixation
 from tests.unit.depth.test_clouds import shape
 from typer.testing import CliRunner
 
@@ -19,12 +20,7 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.resources.capturing.retention.rules import RetentionSource, read_rules
 from foveacam_server.resources.capturing.retention.service import RetentionService
 from foveacam_server.resources.looking.clouds.collection import CloudCollection
-from foveacam_server.resources.looking.fixations.schema import (
-    FixationDocument,
-    TargetDocument,
-    TargetPlace,
-)
-from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
+from foveacam_server.resources.looking.fixations.table import FixatedTarget, FixationTable, TargetTable
 
 
 @dataclass
@@ -134,43 +130,6 @@ def test_the_commands_show_and_move(tmp_path: Path) -> None:
     assert not (tmp_path / "captures" / "gone").exists()
 
 
-def fixation(name: str, *, target_id: str | None = None, age_days: float = 99.0) -> FixationDocument:
-    return FixationDocument(
-        id=f"fix-{name}",
-        job_id="job-1",
-        created_utc=(datetime.now(UTC) - timedelta(days=age_days)).isoformat(),
-        request={"direction": {"ax_deg": 1.0, "ay_deg": 0.0}},
-        target=TargetPlace(ax_deg=1.0, ay_deg=0.0, x_px=700.0, y_px=500.0),
-        state="verged",
-        reason="",
-        distance_m=2.0,
-        distance_sigma_m=0.01,
-        point_rig_m=(0.0, 0.0, 2.0),
-        residual_px=0.1,
-        score=0.9,
-        duration_ms=100.0,
-        steps=[],
-        calibration_id="cal",
-        target_id=target_id,
-        cloud_id=None,
-    )
-
-
-def target(found: FixationDocument, *, label: str) -> TargetDocument:
-    place = found.target
-    return TargetDocument(
-        id=found.target_id or "",
-        label=label,
-        fixation_id=found.id,
-        distance_m=found.distance_m,
-        distance_sigma_m=found.distance_sigma_m,
-        point_rig_m=found.point_rig_m,
-        cloud_id=None,
-        created_utc=found.created_utc,
-        **place.model_dump(),
-    )
-
-
 @pytest.fixture
 def looks(tmp_path: Path) -> Path:
     """A folder with four fixations and two clouds: numbered, labelled, named by a job, and the newest."""
@@ -182,11 +141,12 @@ def looks(tmp_path: Path) -> Path:
         for name, label in (("old", "Target 1"), ("labelled", "the door"), ("used", "Target 3")):
             found = fixation(name, target_id=f"tgt-{name}")
             fixations.add(found)
-            targets.put(target(found, label=label))
+            targets.put(
+                FixatedTarget(id=f"tgt-{name}", label=label, created_utc=found.created_utc, fixation=found)
+            )
         fixations.add(fixation("newest"))
         for name in ("old", "newest"):
-            cloud = clouds.put(shape(fixation_id=f"fix-{name}"))
-            fixations.set_cloud(f"fix-{name}", cloud.id)
+            clouds.put(shape(fixation_id=f"fix-{name}"))
         JobTable(store).add(Job(id="job-9", kind="fixation", request={"corrects": "fix-used"}))
     return tmp_path
 

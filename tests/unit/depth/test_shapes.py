@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.support.devices.fake_rig import Pictures
+from tests.support.scenes.fixations import fixation
 
 from foveacam_hardware.contract import Cancelled, Frame, InvalidInput, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
@@ -15,8 +16,9 @@ from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.looking.clouds.collection import CloudCollection
-from foveacam_server.resources.looking.clouds.schema import CloudDocument
+from foveacam_server.resources.looking.clouds.schema import TargetCloud
 from foveacam_server.resources.looking.clouds.shapes import (
+    CLOUD_CREATED,
     FULL_SCALE,
     MAX_POINTS,
     WAITING,
@@ -25,7 +27,8 @@ from foveacam_server.resources.looking.clouds.shapes import (
 )
 from foveacam_server.resources.looking.depth_backends.service import DepthBackendService
 from foveacam_server.resources.looking.fixations.documents import stored_look
-from foveacam_server.resources.looking.fixations.schema import TargetDocument
+from foveacam_server.resources.looking.fixations.table import FixatedTarget
+from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
 
 PATIENCE_S = 20.0
 
@@ -39,9 +42,9 @@ class Pane:
         self.shown: dict[str, tuple[str, Cloud | None]] = {}
         self.changed = threading.Condition()
 
-    def show_fixation(self, fixation_id: str, *, label: str, cloud: Cloud | None, **_rest: object) -> None:
+    def show_fixation(self, fixation_id: str, drawing: FixationDrawing) -> None:
         with self.changed:
-            self.shown[fixation_id] = (label, cloud)
+            self.shown[fixation_id] = (drawing.label, drawing.cloud)
             self.changed.notify_all()
 
     def wait_for(self, fixation_id: str) -> tuple[str, Cloud | None]:
@@ -49,9 +52,9 @@ class Pane:
             assert self.changed.wait_for(lambda: fixation_id in self.shown, timeout=PATIENCE_S)
             return self.shown[fixation_id]
 
-    def show_limits(self, fixation_id: str, *, label: str, **_limits: object) -> None:
+    def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
         with self.changed:
-            self.shown[fixation_id] = (label, None)
+            self.shown[fixation_id] = (drawing.label, None)
             self.changed.notify_all()
 
     def show_field(self, content: bytes, **_centre: object) -> None: ...
@@ -94,18 +97,21 @@ class Setup:
             viewer=self.pane,
             events=self.events,
         )
-        self.came: dict[str, CloudDocument] = {}
+
+    def created(self) -> list[TargetCloud]:
+        """Return the clouds that were announced."""
+        data = [event.data for event in self.events.recent(9) if event.kind == CLOUD_CREATED]
+        return [TargetCloud.model_validate(one) for one in data]
 
     def seen(self, sighting: Sighting, calibration: Calibration, *, fixation_id: str = "fix-1") -> VergedLook:
         return VergedLook(
             fixation_id=fixation_id,
-            label="a mug",
+            drawing=FixationDrawing(
+                label="a mug", point_rig_m=(0.0, 0.0, 4.0), distance_m=4.0, distance_sigma_m=0.002
+            ),
             sighting=sighting,
             calibration=calibration,
-            point_rig_m=(0.0, 0.0, 4.0),
-            distance_m=4.0,
-            distance_sigma_m=0.002,
-            on_cloud=self.came.__setitem__,
+            target_id="tgt-1",
         )
 
 
@@ -150,8 +156,9 @@ def test_textured_look_becomes_pictures_a_cloud_and_what_stands_in_the_pane(
     assert label == "a mug"
     assert cloud is not None
     assert float(np.median(cloud.points_rig_m[:, 2])) == pytest.approx(4.0, rel=0.05)  # eyes roll a little
-    assert setup.came["fix-1"].points == len(cloud)
-    assert setup.came["fix-1"].backend == "sgbm"
+    (created,) = setup.created()
+    assert (created.fixation_id, created.target_id) == ("fix-1", "tgt-1")
+    assert (created.points, created.backend) == (len(cloud), "sgbm")
     assert {"anaglyph", "difference", "depth"} <= setup.pictures.counts.keys()
 
 
@@ -169,7 +176,8 @@ def test_a_shape_at_full_scale_has_as_many_points_an_area_and_can_be_ended(
     assert (cloud.look_width, cloud.look_height) == (cloud.depth_width, cloud.depth_height) == (1440, 1080)
     assert ordinary.most_points == MAX_POINTS < half_cloud.points * 3
     assert 3 * half_cloud.points < cloud.points <= full.most_points == 4 * MAX_POINTS
-    assert setup.shelf.of_fixation("fix-1") == cloud == setup.came["fix-1"]
+    assert setup.shelf.of_fixation("fix-1") == cloud
+    assert TargetCloud(**dict(cloud), target_id="tgt-1") == setup.created()[-1]
 
     def end() -> None:
         raise Cancelled("the job was cancelled")
@@ -194,7 +202,7 @@ def test_look_without_texture_leaves_the_point_and_says_why(setup: Setup, calibr
     setup.worker.close()
     told = setup.events.recent(1)[0]
     assert (told.kind, told.data["fixation_id"]) == ("cloud.failed", "fix-1")
-    assert setup.came == {}
+    assert setup.created() == []
 
 
 def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calibration) -> None:
@@ -205,20 +213,8 @@ def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calib
 
 
 def test_targets_of_an_earlier_run_stand_in_the_pane_again(setup: Setup) -> None:
-    target = TargetDocument(
-        id="tgt-1",
-        label="the door",
-        fixation_id="fix-9",
-        point_rig_m=(0.0, 0.0, 4.0),
-        distance_m=4.0,
-        distance_sigma_m=0.01,
-        ax_deg=0.0,
-        ay_deg=0.0,
-        x_px=720.0,
-        y_px=540.0,
-        cloud_id="cld-lost",
-        created_utc="2026-01-01T00:00:00.000Z",
-    )
+    seen = fixation("9").model_copy(update={"cloud_id": "cld-lost"})
+    target = FixatedTarget(id="tgt-1", label="the door", created_utc=seen.created_utc, fixation=seen)
     look = stored_look(target)
     assert look is not None
     setup.worker.put_back([look])

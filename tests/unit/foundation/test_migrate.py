@@ -1,5 +1,6 @@
 """Migrations of the database, from a file that the first usable version of the server wrote."""
 
+import json
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -20,6 +21,7 @@ from foveacam_server.foundation.job_table import JobTable
 from foveacam_server.foundation.migrate import migrate, migration_config
 from foveacam_server.foundation.store import Store, TableRow
 from foveacam_server.resources.looking.clouds.collection import CloudCollection
+from foveacam_server.resources.looking.fixations.documents import describe_target
 from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
 from foveacam_server.resources.looking.measurements.table import MeasurementTable
 
@@ -47,7 +49,8 @@ def test_every_row_of_the_first_version_survives_and_is_read(first_database: Pat
     before = {table: _rows(first_database, table) for table in TABLES}
     with Store(tmp_path) as store:
         states = [fixation.state for fixation in FixationTable(store).newest(10)]
-        targets, clouds = TargetTable(store).every(), CloudCollection(store).newest(10)
+        targets = [describe_target(target) for target in TargetTable(store).every()]
+        clouds = CloudCollection(store).newest(10)
         jobs, events = JobTable(store).newest(10), EventLog(store)
         try:
             newest = events.after(0)
@@ -58,6 +61,8 @@ def test_every_row_of_the_first_version_survives_and_is_read(first_database: Pat
     assert [(target.label, target.basis, round(target.distance_m or 0, 3)) for target in targets] == [
         ("Target 1", "both_foveae", 7.996)
     ]
+    stored = json.loads(str(before["targets"][0][3]))
+    assert targets[0].as_json() | stored == targets[0].as_json()  # shown as the first version stored it
     assert [cloud.points for cloud in clouds] == [42527]
     assert [job.state for job in jobs] == ["succeeded"] * 4
     assert len(newest) == len(before["events"])

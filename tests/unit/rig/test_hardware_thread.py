@@ -9,7 +9,6 @@ from tests.support.devices.hardware_setup import PATIENCE_S, HardwareSetup, hard
 
 from foveacam_hardware.contract import (
     PARKED,
-    AheadHead,
     Busy,
     Cancelled,
     DeviceFault,
@@ -75,7 +74,6 @@ def test_live_looks_rest_while_a_job_has_the_rig_and_its_looks_feed_the_views(se
 def test_looks_that_are_begun_ahead_are_made_in_their_order(setup: HardwareSetup) -> None:
     hardware = setup.start()
     with hardware.session("a job", cancelled=never) as head:
-        assert isinstance(head, AheadHead)
         hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
         before = setup.pictures.counts.get("left", 0)
         begun = [head.begin_look(volts) for volts in (THERE, PARKED)]
@@ -86,10 +84,8 @@ def test_looks_that_are_begun_ahead_are_made_in_their_order(setup: HardwareSetup
 
 def test_a_cancelled_session_begins_no_look(setup: HardwareSetup) -> None:
     hardware = setup.start()
-    with hardware.session("a job", cancelled=lambda: True) as head:
-        assert isinstance(head, AheadHead)
-        with pytest.raises(Cancelled):
-            head.begin_look(THERE)
+    with hardware.session("a job", cancelled=lambda: True) as head, pytest.raises(Cancelled):
+        head.begin_look(THERE)
 
 
 def test_second_session_is_refused_and_names_the_first(setup: HardwareSetup) -> None:
@@ -111,30 +107,30 @@ def test_cancelled_session_looks_no_more(setup: HardwareSetup) -> None:
 def test_full_queue_is_busy(setup: HardwareSetup) -> None:
     hardware = setup.start()
     setup.rig.head.hold = threading.Event()
-    with hardware.session("a job", cancelled=never):
-        first = hardware.look(THERE)
+    with hardware.session("a job", cancelled=never) as head:
+        first = head.begin_look(THERE)
         assert setup.rig.head.looking.wait(PATIENCE_S)
         waiting = []
         with pytest.raises(Busy, match="commands waiting"):
             for _ in range(LENGTH + 2):
                 waiting.append(hardware.submit(lambda rig: rig.name))
         setup.rig.head.hold.set()
-        first.result(PATIENCE_S)
+        first.result()
         assert waiting[-1].result(PATIENCE_S) == "Fake rig"
 
 
 def test_halt_parks_from_any_thread_while_a_look_is_under_way(setup: HardwareSetup) -> None:
     hardware = setup.start()
-    with hardware.session("a job", cancelled=never):
+    with hardware.session("a job", cancelled=never) as head:
         hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
         setup.rig.head.hold = threading.Event()
         setup.rig.head.looking.clear()
-        look = hardware.look(THERE)
+        look = head.begin_look(THERE)
         assert setup.rig.head.looking.wait(PATIENCE_S)
         assert hardware.halt()
         assert setup.rig.mirrors.commands[-1] == "park"
         setup.rig.head.hold.set()  # the look moves the mirrors after the stop ...
-        look.result(PATIENCE_S)
+        look.result()
         hardware.submit(lambda rig: None).result(PATIENCE_S)
     assert setup.rig.mirrors.commands[-2:] == ["steer", "park"]  # ... and is parked again
     assert setup.rig.mirrors.volts == PARKED

@@ -16,6 +16,7 @@ from foveacam_hardware.contract import (
     DeviceFault,
     Frame,
     InvalidInput,
+    LookOptions,
     Role,
     Sighting,
     StereoVolts,
@@ -144,13 +145,14 @@ class SpringHead:
         self._at = np.zeros(4)
         self._rng = np.random.default_rng(9)
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         self.looks += 1
         if self.looks > self.fails_after:
             raise DeviceFault("cable pulled")
         target = np.array([volts.left.x_v, volts.left.y_v, volts.right.x_v, volts.right.y_v])
         changed = bool(np.any(target != self._at))
-        delay_s = (14_000 if settle_us is None else settle_us) * 1e-6 if changed else 1.0
+        settle_us = 14_000 if options.settle_us is None else options.settle_us
+        delay_s = settle_us * 1e-6 if changed else 1.0
         seen = target + (self._at - target) * math.exp(-RATE_PER_S * (delay_s + 25e-6))
         self._at = target
         self.clock.sleep_until_ns(self.clock.now_ns() + round(1e9 * delay_s) + 5_000_000)

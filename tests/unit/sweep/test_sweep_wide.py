@@ -8,7 +8,7 @@ import pytest
 from tests.support.scenes.binned_head import BinnedHead
 from tests.support.scenes.marker_images import draw_marker, homography
 
-from foveacam_hardware.contract import Frame, Role, Sighting, StereoVolts, Timeout, VirtualClock
+from foveacam_hardware.contract import Frame, LookOptions, Role, Sighting, StereoVolts, Timeout, VirtualClock
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.markers import middle_px
 from foveacam_pipeline.calibrate.sweep.sweep_wide import WideMarkersAtRest, next_wide_frame
@@ -40,7 +40,7 @@ class WideHead:
         image = draw_marker(0, placed, size=WIDE_SIZE, blur_px=0.6, seed=seq, finer=3)
         return Frame(image=image, role=Role.WIDE, seq=seq, t_ns=seq * PERIOD_NS, exposure_ns=EXPOSURE_NS)
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         raise NotImplementedError
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:

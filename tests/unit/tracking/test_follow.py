@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.support.scenes.plane_head import PlaneHead, noise_texture
 
-from foveacam_hardware.contract import OutOfRange, Sighting, StereoVolts
+from foveacam_hardware.contract import LookOptions, OutOfRange, Sighting, StereoVolts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track import trackers
@@ -216,8 +216,8 @@ class HiddenHead:
         self._head, self._left_of_rad = head, left_of_rad
         self.wide = head.wide
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        sighting = self._head.look(volts, settle_us=settle_us)
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        sighting = self._head.look(volts, options=options)
         if self._head.calibration.gaze_rad(volts)[0][0] > self._left_of_rad:
             return sighting
         blank = replace(sighting.left, image=np.full_like(sighting.left.image, 90))

@@ -10,7 +10,15 @@ import pytest
 from tests.support.scenes.plane_head import PlaneHead
 from tests.unit.tracking.test_follow import begin, head_with, walking
 
-from foveacam_hardware.contract import AheadHead, Frame, PendingLook, Sighting, StereoVolts, Timeout
+from foveacam_hardware.contract import (
+    AheadHead,
+    Frame,
+    LookOptions,
+    PendingLook,
+    Sighting,
+    StereoVolts,
+    Timeout,
+)
 from foveacam_pipeline.track.follow import Follower
 from foveacam_pipeline.track.target import FollowedTarget
 
@@ -39,12 +47,12 @@ class LookingAheadHead:
         self.begun: list[BegunLook] = []
         self.wides = 0
 
-    def begin_look(self, volts: StereoVolts) -> PendingLook:
-        self.begun.append(BegunLook(self.head.look(volts)))
+    def begin_look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> PendingLook:
+        self.begun.append(BegunLook(self.head.look(volts, options=options)))
         return self.begun[-1]
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        return self.head.look(volts, settle_us=settle_us)
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        return self.head.look(volts, options=options)
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         self.wides += 1

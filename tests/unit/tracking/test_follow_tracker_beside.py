@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.support.scenes.plane_head import PlaneHead, noise_texture
 
-from foveacam_hardware.contract import Sighting, StereoVolts
+from foveacam_hardware.contract import LookOptions, Sighting, StereoVolts
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track import trackers
@@ -32,8 +32,8 @@ class LateWideHead(PlaneHead):
 
     late_ns = 30_000_000
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
-        sighting = super().look(volts, settle_us=settle_us)
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        sighting = super().look(volts, options=options)
         self.clock.sleep_until_ns(self.clock.now_ns() + self.late_ns)
         return replace(sighting, wide=self.wide())
 

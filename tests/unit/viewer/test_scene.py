@@ -56,8 +56,7 @@ def scene() -> Iterator[ViewerScene]:
 
 
 def show(scene: ViewerScene, name: str, *, with_cloud: bool = True, with_mesh: bool = True) -> None:
-    scene.show_fixation(
-        name,
+    drawing = FixationDrawing(
         label=name,
         point_rig_m=(0.3, -0.1, 12.0),
         distance_m=12.004,
@@ -65,6 +64,7 @@ def show(scene: ViewerScene, name: str, *, with_cloud: bool = True, with_mesh: b
         cloud=cloud(300) if with_cloud else None,
         mesh=mesh() if with_mesh else None,
     )
+    scene.show_fixation(name, drawing)
 
 
 def fixation_in(scene: ViewerScene, name: str) -> FixationNode:
@@ -332,7 +332,8 @@ def test_limits_are_a_line_along_the_sight(farthest_m: float | None, end_m: floa
 
 
 def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
-    scene.show_limits("sky", label="sky", direction_deg=(0.0, 0.0), nearest_m=1.3, farthest_m=None)
+    limits = LimitsDrawing(label="sky", direction_deg=(0.0, 0.0), nearest_m=1.3, farthest_m=None)
+    scene.show_limits("sky", limits)
     scene.select("sky")
     assert list(scene._fixations) == ["sky"]
     scene.remove_fixation("sky")

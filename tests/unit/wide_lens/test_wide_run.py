@@ -11,6 +11,7 @@ from foveacam_hardware.contract import (
     Cancelled,
     Frame,
     InvalidInput,
+    LookOptions,
     Role,
     Sighting,
     StereoVolts,
@@ -55,7 +56,7 @@ class Shown:
         image = self.pictures[(t_ns // self.hold_ns) % len(self.pictures)]
         return Frame(image=image, role=Role.WIDE, seq=0, t_ns=t_ns, exposure_ns=8_000_000)
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         raise AssertionError("stage 1 moves no mirror")
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:

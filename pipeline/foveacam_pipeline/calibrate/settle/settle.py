@@ -13,7 +13,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import CameraSettings, Clock, DeviceFault, Head, Role, Sighting, StereoVolts
+from foveacam_hardware.contract import (
+    CameraSettings,
+    Clock,
+    DeviceFault,
+    Head,
+    LookOptions,
+    Role,
+    Sighting,
+    StereoVolts,
+)
 from foveacam_pipeline.calibrate.settle.settle_resonance import fit_resonance
 from foveacam_pipeline.calibrate.settle.settle_shift import SettledPicture
 from foveacam_pipeline.calibrate.settle.settle_values import (
@@ -196,7 +205,7 @@ class _SettleRun:
         """
         raise_if_cancelled(self._watch, doing=DOING)
         end = step.ends[1 if self._at_first else 0]
-        sighting = self._head.look(end.volts, settle_us=delay_us)
+        sighting = self._head.look(end.volts, options=LookOptions(settle_us=delay_us))
         rested_ns = self._rested_ns()
         self._begins_us[delay_us] = delay_us + sighting.exposure_after_trigger_ns / 1e3
         left = end.remaining(sighting)
@@ -208,7 +217,7 @@ class _SettleRun:
 
     def _rest(self, volts: StereoVolts) -> Sighting:
         raise_if_cancelled(self._watch, doing=DOING)
-        sighting = self._head.look(volts, settle_us=self._settings.settled_us)
+        sighting = self._head.look(volts, options=LookOptions(settle_us=self._settings.settled_us))
         self._clock.sleep_until_ns(self._rested_ns())
         return sighting
 

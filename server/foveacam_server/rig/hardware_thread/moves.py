@@ -6,10 +6,10 @@ Whether a look or a move is allowed is checked by others.
 import logging
 import threading
 from collections.abc import Callable
-from functools import partial
+from dataclasses import replace
 from typing import TypeVar
 
-from foveacam_hardware.contract import PARKED, FoveaError, Frame, OneEyedHead, Role, Sighting, StereoVolts
+from foveacam_hardware.contract import PARKED, FoveaError, Frame, LookOptions, Role, Sighting, StereoVolts
 from foveacam_hardware.contract.spans import span
 from foveacam_server.foundation.watching import timings
 from foveacam_server.foundation.watching.flows import HARDWARE, MIRRORS, count_flow
@@ -61,17 +61,15 @@ class RigMoves:
         if self.halted:
             self._gaze = PARKED
 
-    def look(
-        self, rig: AssembledRig, volts: StereoVolts, *, settle_us: int | None = None, one_eyed: bool = False
-    ) -> Sighting:
-        """Look once and show the frames. `one_eyed`: the camera of one fovea may be missing."""
+    def look(self, rig: AssembledRig, volts: StereoVolts, *, options: LookOptions) -> Sighting:
+        """Look once and show the frames."""
         self._live.start_look_period()
-        lost = self._reconnector.fovea_lost(rig) if one_eyed else None
-        look = rig.head.look
-        if lost is not None and isinstance(rig.head, OneEyedHead):
-            look = partial(rig.head.look_without, lost)
+        if options.one_eyed:
+            options = replace(options, missing=self._reconnector.fovea_lost(rig))
         with timings.LOOK.time(), span("look"):
-            sighting = self._exposed(rig, lambda: look(volts, settle_us=settle_us), missing=lost)
+            sighting = self._exposed(
+                rig, lambda: rig.head.look(volts, options=options), missing=options.missing
+            )
         if not self.halted:
             self._gaze = sighting.volts if rig.replayed else rig.mirrors.state.volts
         self._live.show_sighting(sighting, in_session=self._in_session())

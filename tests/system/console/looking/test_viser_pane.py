@@ -18,7 +18,7 @@ from foveacam_server.foundation.persons.person_quota import ServerPlaces
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
-from foveacam_web.scene_values import RigShape
+from foveacam_web.scene_values import FixationDrawing, Point, RigShape
 from tests.support.pages.awaited import let_run, wait_for
 from tests.support.pages.console_page import PATIENCE_MS
 from tests.support.servers.local_server import serving
@@ -45,6 +45,16 @@ def wall(distance_m: float) -> DepthMesh:
     )
 
 
+def drawn(label: str, point_rig_m: Point, *, distance_m: float) -> FixationDrawing:
+    return FixationDrawing(
+        label=label,
+        point_rig_m=point_rig_m,
+        distance_m=distance_m,
+        distance_sigma_m=0.01,
+        mesh=wall(point_rig_m[2]),
+    )
+
+
 @pytest.fixture
 def scene() -> Iterator[ViewerScene]:
     with ViewerScene() as opened:
@@ -56,14 +66,7 @@ def scene() -> Iterator[ViewerScene]:
                 fovea_fov_rad=(angle_rad(2.86), angle_rad(2.15)),
             )
         )
-        opened.show_fixation(
-            "fix-1",
-            label="Wall",
-            point_rig_m=(0.0, 0.0, 3.0),
-            distance_m=3.0,
-            distance_sigma_m=0.01,
-            mesh=wall(3.0),
-        )
+        opened.show_fixation("fix-1", drawn("Wall", (0.0, 0.0, 3.0), distance_m=3.0))
         yield opened
 
 
@@ -166,14 +169,7 @@ def test_a_frame_without_focus_reconnects_when_the_pane_comes_back(
 def test_viewers_are_brought_to_what_was_seen_last(scene: ViewerScene, port: int, page: Page) -> None:
     page.goto(f"http://127.0.0.1:{port}/viser/")
     wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
-    scene.show_fixation(
-        "fix-2",
-        label="Farther wall",
-        point_rig_m=(1.0, 0.0, 8.0),
-        distance_m=8.06,
-        distance_sigma_m=0.01,
-        mesh=wall(8.0),
-    )
+    scene.show_fixation("fix-2", drawn("Farther wall", (1.0, 0.0, 8.0), distance_m=8.06))
     (viewer,) = viewer_of(scene).get_clients().values()
 
     def arrived() -> bool:  # as the browser tells it back

@@ -31,7 +31,7 @@ STRIDE = 8
 class PairHead(Protocol):
     """The part of a rig that the search needs."""
 
-    def look(self, volts: StereoVolts, *, settle_us: int | None = None) -> Sighting:
+    def look(self, volts: StereoVolts) -> Sighting:
         """Expose both foveae by one pulse."""
         ...
 

@@ -29,6 +29,12 @@ class CloudDocument(ResponseModel):
     depth_url: str
 
 
+class TargetCloud(CloudDocument):
+    """Data of the event that a target has a cloud now."""
+
+    target_id: str | None
+
+
 class CloudFailure(ResponseModel):
     """Data of the event that a fixation gave no cloud."""
 

@@ -8,7 +8,7 @@ import queue
 import threading
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
 
@@ -34,13 +34,16 @@ from foveacam_server.foundation.watching import timings
 from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.looking.clouds.collection import CloudCollection, FixationShape
 from foveacam_server.resources.looking.clouds.depth_patches import project_patch
-from foveacam_server.resources.looking.clouds.schema import CloudDocument, CloudFailure
+from foveacam_server.resources.looking.clouds.schema import CloudDocument, CloudFailure, TargetCloud
 from foveacam_server.rig.ports import PictureSink, SceneViewer
+from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
 
 _log = logging.getLogger(__name__)
 
 PART, LOOKS = "foveacam-shapes", "looks"
 """Name of the thread, and what it is fed with."""
+CLOUD_CREATED = "cloud.created"
+"""Kind of the event that a fixation has a new cloud, which is stored by then."""
 WAITING = 4
 """Fixations that may wait; the oldest is dropped for a newer one."""
 PUT_BACK = 12
@@ -63,23 +66,17 @@ def _unchecked() -> None:
     """Let the work go on."""
 
 
-OnCloud = Callable[[str, CloudDocument], None]
-"""Takes the fixation's id and the new cloud."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VergedLook:
     """A verged fixation whose shape is to be computed."""
 
     fixation_id: str
-    label: str
+    drawing: FixationDrawing
+    """As it is drawn before its shape is known."""
     sighting: Sighting
     calibration: Calibration
-    point_rig_m: tuple[float, float, float]
-    distance_m: float
-    distance_sigma_m: float
-    on_cloud: OnCloud
-    basis: Basis = Basis.BOTH_FOVEAE
+    target_id: str | None
+    """Its target, if it has one."""
     scale: float = SCALE
     """Of the depth map: pixels of it for one of the sensor; `FULL_SCALE` needs frames at binning 1."""
 
@@ -91,13 +88,10 @@ class VergedLook:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundedLook:
-    """A fixation of which only limits of the distance are known, m; `farthest_m` None: there is none."""
+    """A fixation of which only limits of the distance are known."""
 
     fixation_id: str
-    label: str
-    direction_deg: tuple[float, float]
-    nearest_m: float
-    farthest_m: float | None
+    drawing: LimitsDrawing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,11 +99,7 @@ class StoredLook:
     """A fixation of an earlier run with a known distance; `cloud_id`: None without a cloud."""
 
     fixation_id: str
-    label: str
-    point_rig_m: tuple[float, float, float]
-    distance_m: float
-    distance_sigma_m: float
-    basis: Basis
+    drawing: FixationDrawing
     cloud_id: str | None
 
 
@@ -193,9 +183,7 @@ class ShapeWorker:
             self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
 
     def _work(self, seen: VergedLook) -> None:
-        if (
-            seen.basis is Basis.FOVEA_AND_WIDE
-        ):  # the other fovea does not see it, so there is no pair to match
+        if seen.drawing.basis is Basis.FOVEA_AND_WIDE:  # the other eye does not see it: there is no pair
             self._show(seen, cloud=None, mesh=None)
             return
         self.make(seen)
@@ -216,7 +204,11 @@ class ShapeWorker:
         cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
-        seen.on_cloud(seen.fixation_id, cloud)
+        self._events.emit(
+            CLOUD_CREATED,
+            f"{seen.drawing.label}: {cloud.points} points",
+            data=TargetCloud(**dict(cloud), target_id=seen.target_id),
+        )
         return cloud
 
     def _publish(self, view: str, picture: NDArray[np.uint8], *, t_ns: int) -> None:
@@ -224,31 +216,15 @@ class ShapeWorker:
         if not self._sink.watched(view):
             self._sink.publish_picture(view, picture, t_ns=t_ns)
 
-    def _show(self, seen: VergedLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
+    def _show(self, seen: VergedLook | StoredLook, *, cloud: Cloud | None, mesh: DepthMesh | None) -> None:
         if self._viewer is None:
             return
         count_flow(this_part(), PANE, "drawings")
-        self._viewer.show_fixation(
-            seen.fixation_id,
-            label=seen.label,
-            point_rig_m=seen.point_rig_m,
-            distance_m=seen.distance_m,
-            distance_sigma_m=seen.distance_sigma_m,
-            basis=seen.basis,
-            cloud=cloud,
-            mesh=mesh,
-        )
+        self._viewer.show_fixation(seen.fixation_id, replace(seen.drawing, cloud=cloud, mesh=mesh))
 
     def _show_limits(self, seen: BoundedLook) -> None:
-        if self._viewer is None:
-            return
-        self._viewer.show_limits(
-            seen.fixation_id,
-            label=seen.label,
-            direction_deg=seen.direction_deg,
-            nearest_m=seen.nearest_m,
-            farthest_m=seen.farthest_m,
-        )
+        if self._viewer is not None:
+            self._viewer.show_limits(seen.fixation_id, seen.drawing)
 
     def _show_again(self, look: StoredLook) -> None:
         if self._viewer is None:
@@ -256,18 +232,9 @@ class ShapeWorker:
         try:
             cloud = None if look.cloud_id is None else self._clouds.points(look.cloud_id)
         except (FoveaError, OSError, ValueError) as error:
-            _log.warning("%s: its cloud cannot be read: %s", look.label, error)
+            _log.warning("%s: its cloud cannot be read: %s", look.drawing.label, error)
             cloud = None
-        self._viewer.show_fixation(
-            look.fixation_id,
-            label=look.label,
-            point_rig_m=look.point_rig_m,
-            distance_m=look.distance_m,
-            distance_sigma_m=look.distance_sigma_m,
-            basis=look.basis,
-            cloud=cloud,
-            mesh=None,
-        )
+        self._show(look, cloud=cloud, mesh=None)
 
     def _shape(self, seen: VergedLook, pair: RectifiedPair, matched: MatchedPair) -> FixationShape:
         depth = depth_map(pair, matched.disparity)
@@ -295,7 +262,7 @@ class ShapeWorker:
     def _failed(self, seen: VergedLook, reason: str) -> None:
         self._events.emit(
             "cloud.failed",
-            f"{seen.label}: no shape: {reason}",
+            f"{seen.drawing.label}: no shape: {reason}",
             level=EventLevel.WARNING,
             data=CloudFailure(fixation_id=seen.fixation_id, detail=reason),
         )

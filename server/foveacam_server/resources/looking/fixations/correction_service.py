@@ -1,16 +1,16 @@
 """Applies the operator's corrections: chooses an alternative, or queues a look nearer or farther."""
 
+from dataclasses import replace
+
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.looking.fixations.corrections import (
     limits_of,
     remaining_range,
-    with_alternative,
-    with_correction,
 )
+from foveacam_server.resources.looking.fixations.documents import drawing_of
 from foveacam_server.resources.looking.fixations.schema import (
     CorrectionDocument,
     FixationDocument,
@@ -49,27 +49,16 @@ def choose(
         correction = CorrectionDocument(
             kind="choice", created_utc=utc_now(), fixation_id=fixation_id, alternative=alternative
         )
-        fixations.put_target(with_correction(with_alternative(target, fixation, alternative), correction))
+        corrections = (*target.corrections, correction)
+        fixations.put_target(replace(target, fixation=fixation, corrections=corrections))
     return fixation
 
 
 def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
     """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
-    if fixation.chosen_alternative is None:
-        return
-    chosen = fixation.alternatives[fixation.chosen_alternative]
-    if chosen.point_rig_m == fixation.point_rig_m:
-        return
-    viewer.show_fixation(
-        fixation.id,
-        label=fixation.order.label or "chosen",
-        point_rig_m=chosen.point_rig_m,
-        distance_m=chosen.distance_m,
-        distance_sigma_m=chosen.distance_sigma_m,
-        basis=Basis(chosen.basis),
-        cloud=None,
-        mesh=None,
-    )
+    drawing = drawing_of(fixation.answer, label=fixation.order.label or "chosen")
+    if drawing is not None and drawing.point_rig_m != fixation.point_rig_m:
+        viewer.show_fixation(fixation.id, drawing)
 
 
 def look_beside(fixations: FixationService, fixation_id: str, direction: RangeSide, *, source: str) -> Job:

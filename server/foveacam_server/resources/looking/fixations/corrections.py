@@ -1,4 +1,4 @@
-"""Corrections of a fixation's answer: how a target stores them, and which distances they leave."""
+"""Corrections of a fixation's answer: their kinds, and which distances they leave."""
 
 import math
 from typing import Literal, TypeAlias
@@ -7,12 +7,10 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.verge.values import DistanceRange
 from foveacam_server.resources.looking.fixations.request import depth_range_of
 from foveacam_server.resources.looking.fixations.schema import (
-    CorrectionDocument,
     DistanceLimits,
     FixationDocument,
     FixationOrder,
     RangeSide,
-    TargetDocument,
 )
 
 CorrectionKind: TypeAlias = Literal["choice", "nearer", "farther", "rectangle", "click"]
@@ -23,28 +21,6 @@ def kind_of(order: FixationOrder) -> CorrectionKind | None:
     if order.corrects is None:
         return None
     return order.correction or ("click" if order.rectangle is None else "rectangle")
-
-
-def with_correction(target: TargetDocument, correction: CorrectionDocument) -> TargetDocument:
-    """Return the target with one more correction."""
-    return target.model_copy(update={"corrections": [*target.corrections, correction]})
-
-
-def with_alternative(target: TargetDocument, fixation: FixationDocument, alternative: int) -> TargetDocument:
-    """Return the target with one of the fixation's alternatives as its distance."""
-    chosen = fixation.alternatives[alternative]
-    return target.model_copy(
-        update={
-            "basis": chosen.basis,
-            "distance_m": chosen.distance_m,
-            "distance_sigma_m": chosen.distance_sigma_m,
-            "point_rig_m": chosen.point_rig_m,
-            "alternatives": fixation.alternatives,
-            "bound": None,
-            "fixation_id": fixation.id,
-            "cloud_id": fixation.cloud_id,
-        }
-    )
 
 
 SIGMAS = 3.0
@@ -89,8 +65,7 @@ def limits_of(depth_range: DistanceRange) -> DistanceLimits:
 
 def _excluded(fixation: FixationDocument) -> tuple[float, float]:
     """Return the nearest and the farthest distance, m, that the present answer takes up."""
-    chosen = fixation.chosen_alternative
-    answer = fixation if chosen is None else fixation.alternatives[chosen]
+    answer = fixation.answer
     if answer.distance_m is not None and answer.distance_sigma_m is not None:
         margin_m = max(SIGMAS * answer.distance_sigma_m, LEAST_SHARE * answer.distance_m)
         return answer.distance_m - margin_m, answer.distance_m + margin_m

@@ -19,6 +19,8 @@ from foveacam_server.resources.looking.fixations.schema import (
     TargetDocument,
     TargetPlace,
 )
+from foveacam_server.resources.looking.fixations.table import FixatedTarget
+from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
 
 
 def describe_step(step: VergeStep) -> StepDocument:
@@ -68,6 +70,28 @@ def describe_fixation(
         calibration_id=calibration.id,
         target_id=None,
         cloud_id=None,
+    )
+
+
+def describe_target(target: FixatedTarget) -> TargetDocument:
+    """Return a target with the answer of its fixation."""
+    answer = target.fixation.answer
+    return TargetDocument(
+        id=target.id,
+        label=target.label,
+        fixation_id=answer.id,
+        distance_m=answer.distance_m,
+        distance_sigma_m=answer.distance_sigma_m,
+        point_rig_m=answer.point_rig_m,
+        basis=answer.basis or "both_foveae",
+        bound=answer.bound,
+        alternatives=answer.alternatives,
+        left_view=answer.left_view,
+        right_view=answer.right_view,
+        corrections=list(target.corrections),
+        **dict(answer.target),
+        cloud_id=answer.cloud_id,
+        created_utc=target.created_utc,
     )
 
 
@@ -145,7 +169,7 @@ def estimate_words(estimate: FixationEstimate) -> str:
     return f"{distance_words(estimate)}, {when}"
 
 
-def distance_words(answer: FixationDocument | TargetDocument | FixationEstimate) -> str:
+def distance_words(answer: FixationDocument | FixationEstimate) -> str:
     """Return distance, standard error and basis of an answer in words, or the limits of the distance."""
     if answer.distance_m is not None and answer.distance_sigma_m is not None:
         basis = BASIS_WORDS.get(answer.basis or "", "")
@@ -165,25 +189,33 @@ def _bound_words(bound: BoundDocument) -> str:
     return nearest if bound.farthest_m is None else f"{nearest}, nearer than {bound.farthest_m:.1f} m"
 
 
-def stored_look(target: TargetDocument) -> StoredLook | BoundedLook | None:
-    """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
-    distance_m, sigma_m, point = target.distance_m, target.distance_sigma_m, target.point_rig_m
-    if distance_m is not None and sigma_m is not None and point is not None:
-        return StoredLook(
-            fixation_id=target.fixation_id,
-            label=target.label,
-            point_rig_m=point,
-            distance_m=distance_m,
-            distance_sigma_m=sigma_m,
-            basis=Basis(target.basis),
-            cloud_id=target.cloud_id,
-        )
-    if target.bound is None:
+def drawing_of(fixation: Fixation | FixationDocument, *, label: str) -> FixationDrawing | None:
+    """Return how a fixation is drawn in the 3D pane; None where its distance is not known."""
+    distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
+    if distance_m is None or sigma_m is None or point is None:
         return None
-    return BoundedLook(
-        fixation_id=target.fixation_id,
-        label=target.label,
-        direction_deg=(target.ax_deg, target.ay_deg),
-        nearest_m=target.bound.nearest_m,
-        farthest_m=target.bound.farthest_m,
+    return FixationDrawing(
+        label=label,
+        point_rig_m=point,
+        distance_m=distance_m,
+        distance_sigma_m=sigma_m,
+        basis=Basis(fixation.basis or Basis.BOTH_FOVEAE),
     )
+
+
+def stored_look(target: FixatedTarget) -> StoredLook | BoundedLook | None:
+    """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
+    answer = target.fixation.answer
+    drawing = drawing_of(answer, label=target.label)
+    if drawing is not None:
+        return StoredLook(fixation_id=answer.id, drawing=drawing, cloud_id=answer.cloud_id)
+    return bounded_look(answer, label=target.label)
+
+
+def bounded_look(fixation: FixationDocument, *, label: str) -> BoundedLook | None:
+    """Return how the limits of a distance are drawn in the 3D pane; None without limits."""
+    if fixation.bound is None:
+        return None
+    direction_deg = (fixation.target.ax_deg, fixation.target.ay_deg)
+    drawing = LimitsDrawing(label=label, direction_deg=direction_deg, **dict(fixation.bound))
+    return BoundedLook(fixation_id=fixation.id, drawing=drawing)

@@ -1,6 +1,5 @@
 """One more look at a fixation's target at full resolution, for its cloud and depth; its answer stays."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +12,13 @@ from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.schema import RequestModel
-from foveacam_server.resources.looking.clouds.shapes import FULL_SCALE, OnCloud, ShapeWorker, VergedLook
-from foveacam_server.resources.looking.fixations.schema import AlternativeDocument, FixationDocument
+from foveacam_server.resources.looking.clouds.shapes import FULL_SCALE, ShapeWorker, VergedLook
+from foveacam_server.resources.looking.fixations.documents import drawing_of
+from foveacam_server.resources.looking.fixations.schema import FixationDocument
+from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
+from foveacam_web.scene_values import FixationDrawing
 
 KIND = "full_resolution"
 TOTAL = 2
@@ -37,10 +39,8 @@ class FullResolutionTools:
     calibration: CalibrationInForce
     jobs: JobRunner
     shapes: ShapeWorker
-    find: Callable[[str], FixationDocument]
-    """Returns a fixation or raises `NotFound`."""
-    label_of: Callable[[FixationDocument], str]
-    on_cloud: OnCloud
+    fixations: FixationTable
+    targets: TargetTable
 
 
 class FullResolutionLooks:
@@ -53,29 +53,27 @@ class FullResolutionLooks:
     def look(self, fixation_id: str, *, idempotency_key: str | None = None) -> Job:
         """Queue the look; raise at once what it could not do now."""
         tools = self._tools
-        point_of(tools.find(fixation_id))
+        point_of(tools.fixations.get(fixation_id))
         tools.calibration.require()
         tools.hardware.check_may_move()
         order = FullResolutionOrder(fixation_id=fixation_id)
         return tools.jobs.submit(KIND, order, idempotency_key=idempotency_key, total=TOTAL)
 
     def _run(self, context: JobContext) -> str:
-        fixation = self._tools.find(context.job.parse_request(FullResolutionOrder).fixation_id)
-        answer, calibration = point_of(fixation), self._tools.calibration.require()
+        fixation = self._tools.fixations.get(context.job.parse_request(FullResolutionOrder).fixation_id)
+        target = None if fixation.target_id is None else self._tools.targets.find(fixation.target_id)
+        answer = point_of(fixation, label=target.label if target else (fixation.order.label or "fixation"))
+        calibration = self._tools.calibration.require()
         context.progress(0, total=TOTAL, note="look at full resolution")
         sighting = self._sighting(context, answer, calibration)
         context.check()
         context.progress(1, total=TOTAL, note="depth at full resolution")
         seen = VergedLook(
             fixation_id=fixation.id,
-            label=self._tools.label_of(fixation),
+            drawing=answer,
             sighting=sighting,
             calibration=calibration,
-            point_rig_m=answer.point_rig_m,
-            distance_m=answer.distance_m,
-            distance_sigma_m=answer.distance_sigma_m,
-            basis=answer.basis,
-            on_cloud=self._tools.on_cloud,
+            target_id=target.id if target else None,
             scale=FULL_SCALE,
         )
         with span("shape"):
@@ -83,7 +81,7 @@ class FullResolutionLooks:
         context.progress(TOTAL, total=TOTAL)
         return f"/api/v1/clouds/{cloud.id}"
 
-    def _sighting(self, context: JobContext, answer: "KnownPoint", calibration: Calibration) -> Sighting:
+    def _sighting(self, context: JobContext, answer: FixationDrawing, calibration: Calibration) -> Sighting:
         """Look once, both gazes meeting on the answer's point, all cameras at binning 1."""
         x_m, y_m, z_m = answer.point_rig_m
         gazes = aim_at(calibration, np.array([x_m, y_m]) / z_m, 1.0 / z_m)
@@ -94,31 +92,18 @@ class FullResolutionLooks:
             return head.look(volts)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KnownPoint:
-    """The point of an answer, rig frame, m, with its distance and standard error."""
-
-    point_rig_m: tuple[float, float, float]
-    distance_m: float
-    distance_sigma_m: float
-    basis: Basis
-
-
-def point_of(fixation: FixationDocument) -> KnownPoint:
-    """Return the point of a fixation's answer, which may be a chosen alternative.
+def point_of(fixation: FixationDocument, *, label: str = "") -> FixationDrawing:
+    """Return how the point of a fixation's answer is drawn; that may be a chosen alternative.
 
     Raise `InvalidInput` where it has none, or where one fovea does not see it, so that there is no pair.
     """
-    answer: FixationDocument | AlternativeDocument = fixation
-    if fixation.chosen_alternative is not None:
-        answer = fixation.alternatives[fixation.chosen_alternative]
-    point, distance_m, sigma_m = answer.point_rig_m, answer.distance_m, answer.distance_sigma_m
-    if point is None or distance_m is None or sigma_m is None or answer.basis is None:
+    answer = fixation.answer
+    drawing = drawing_of(answer, label=label)
+    if drawing is None or answer.basis is None:
         raise _no_cloud(fixation.id, "no distance of it is known", "look at something that has texture")
-    basis = Basis(answer.basis)
-    if basis is Basis.FOVEA_AND_WIDE:
+    if drawing.basis is Basis.FOVEA_AND_WIDE:
         raise _no_cloud(fixation.id, "one fovea does not see it", "look at something that both foveae see")
-    return KnownPoint(point_rig_m=point, distance_m=distance_m, distance_sigma_m=sigma_m, basis=basis)
+    return drawing
 
 
 def _no_cloud(fixation_id: str, found: str, remedy: str) -> InvalidInput:

@@ -13,7 +13,7 @@ from foveacam_server.foundation.job_table import JobState
 from foveacam_server.foundation.names import age_s
 from foveacam_server.foundation.store import JobRow
 from foveacam_server.resources.looking.clouds.collection import CloudRow
-from foveacam_server.resources.looking.fixations.table import FixationRow, TargetRow
+from foveacam_server.resources.looking.fixations.table import FixationRow, TargetRow, newest_cloud_id
 
 SHAPE_S = 600.0
 """So long after a fixation its cloud may still be computed."""
@@ -110,7 +110,7 @@ def _fixations(session: Session) -> list[_Fixation]:
     requests = "\n".join(session.scalars(select(cast(JobRow.request, String)).where(is_open)))
     document, row = FixationRow.document, FixationRow
     created, label = (func.json_extract(document, f"$.{name}") for name in ("created_utc", "request.label"))
-    query = select(row.id, row.seq, row.cloud_id, created, func.length(document), row.target_id, label)
+    query = select(row.id, row.seq, newest_cloud_id(), created, func.length(document), row.target_id, label)
     return [
         _Fixation(
             id=row_id,

@@ -6,7 +6,6 @@ from pydantic import Field
 
 from foveacam_server.foundation.quantities import DistanceM, Index, Label, Metres, Pixels
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
-from foveacam_server.resources.looking.clouds.schema import CloudDocument
 from foveacam_server.rig.schema import Direction
 from foveacam_server.rig.stream_messages import FrameSeq
 
@@ -162,6 +161,14 @@ class FixationDocument(ResponseModel):
         """What was asked for."""
         return FixationOrder.model_validate(self.request)
 
+    @property
+    def answer(self) -> "FixationDocument":
+        """The fixation with the alternative that the operator chose as its distance."""
+        if self.chosen_alternative is None:
+            return self
+        chosen = self.alternatives[self.chosen_alternative]
+        return self.model_copy(update=chosen.model_dump(exclude={"probability"}))
+
 
 class FixationEstimate(ResponseModel):
     """What is known of a fixation's distance so far; the last one is the answer.
@@ -236,12 +243,6 @@ class FixationStep(ResponseModel):
     fixation_id: str
     job_id: str
     step: StepDocument
-
-
-class TargetCloud(CloudDocument):
-    """Data of the event that a target has a cloud now."""
-
-    target_id: str | None
 
 
 class FixationSelectedEvent(ResponseModel):

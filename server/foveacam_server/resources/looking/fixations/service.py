@@ -1,7 +1,7 @@
 """Runs fixations as jobs: both foveae verge on a target; page, 3D pane and REST use this one service."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from foveacam_hardware.contract import Clock, Frame
 from foveacam_hardware.contract.spans import span
@@ -13,7 +13,7 @@ from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_pipeline.verge.surroundings.known_depth import known_distance
 from foveacam_pipeline.verge.values import Basis, Fixation, VergeStep
-from foveacam_server.foundation.events import EventLevel, EventLog
+from foveacam_server.foundation.events import Event, EventLevel, EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.names import new_id
@@ -22,12 +22,21 @@ from foveacam_server.foundation.store import Store
 from foveacam_server.foundation.watching import timings
 from foveacam_server.resources.looking.clouds.depth_patches import DepthPatches, point_patch
 from foveacam_server.resources.looking.clouds.schema import CloudDocument
-from foveacam_server.resources.looking.clouds.shapes import BoundedLook, ShapeWorker, StoredLook, VergedLook
-from foveacam_server.resources.looking.fixations.corrections import CorrectionKind, kind_of, with_correction
+from foveacam_server.resources.looking.clouds.shapes import (
+    CLOUD_CREATED,
+    BoundedLook,
+    ShapeWorker,
+    StoredLook,
+    VergedLook,
+)
+from foveacam_server.resources.looking.fixations.corrections import kind_of
 from foveacam_server.resources.looking.fixations.documents import (
+    bounded_look,
     describe_fixation,
     describe_step,
+    describe_target,
     distance_words,
+    drawing_of,
     fixation_words,
     last_estimate,
     stored_look,
@@ -45,10 +54,8 @@ from foveacam_server.resources.looking.fixations.schema import (
     FixationOrder,
     FixationRequest,
     FixationStep,
-    TargetCloud,
-    TargetDocument,
 )
-from foveacam_server.resources.looking.fixations.table import FixationTable, TargetTable
+from foveacam_server.resources.looking.fixations.table import FixatedTarget, FixationTable, TargetTable
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.schema import Direction
@@ -92,11 +99,11 @@ class FixationService:
                 calibration=tools.calibration,
                 jobs=tools.jobs,
                 shapes=tools.shapes,
-                find=self.table.get,
-                label_of=self._label_of,
-                on_cloud=self.add_cloud,
+                fixations=self.table,
+                targets=self.targets,
             )
         )
+        tools.events.on_event(self._hear)
         tools.jobs.handle(KIND, self._run)
 
     def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
@@ -117,7 +124,8 @@ class FixationService:
     def look_again(self, target_id: str, *, source: str) -> Job:
         """Queue a fixation of a known target: its label stays, its distance is measured again."""
         target = self.targets.get(target_id)
-        direction = Direction(ax_deg=target.ax_deg, ay_deg=target.ay_deg)
+        place = target.fixation.target
+        direction = Direction(ax_deg=place.ax_deg, ay_deg=place.ay_deg)
         return self.submit(
             FixationOrder(
                 direction=direction, label=target.label, depth=True, target_id=target_id, source=source
@@ -133,34 +141,24 @@ class FixationService:
         """Return what is known of a fixation's distance: so far while it runs, then its answer."""
         return self.estimates.find(fixation_id) or last_estimate(self.table.get(fixation_id))
 
-    def add_cloud(self, fixation_id: str, cloud: CloudDocument) -> None:
-        """Store that a fixation has a cloud now, and emit events."""
-        self.table.set_cloud(fixation_id, cloud.id)
-        target = self.targets.set_cloud(fixation_id, cloud.id)
-        self._tools.events.emit(
-            "cloud.created",
-            f"{target.label if target else fixation_id}: {cloud.points} points",
-            data=TargetCloud(**cloud.model_dump(), target_id=target.id if target else None),
-        )
-        if target is not None:
-            self._emit("target.updated", f"{target.label} has got its shape", target)
-
     def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
-        """Store that a cloud of a fixation was removed, and emit an event; `left`: the newest that it has."""
-        cloud_id = None if left is None else left.id
-        self.table.set_cloud(fixation_id, cloud_id)
-        target = self.targets.set_cloud(fixation_id, cloud_id)
-        if target is not None:
-            now = "has no shape any more" if left is None else "has its earlier shape"
-            self._emit("target.updated", f"{target.label} {now}", target)
+        """Emit an event that a cloud of a fixation was removed; `left`: the newest that it has."""
+        self._emit_shape(fixation_id, "has no shape any more" if left is None else "has its earlier shape")
 
-    def _label_of(self, fixation: FixationDocument) -> str:
-        target = None if fixation.target_id is None else self.targets.find(fixation.target_id)
-        return target.label if target else (fixation.order.label or "fixation")
+    def _hear(self, event: Event) -> None:
+        if event.kind == CLOUD_CREATED:
+            self._emit_shape(str(event.data["fixation_id"]), "has got its shape")
+
+    def _emit_shape(self, fixation_id: str, change: str) -> None:
+        """Emit an event of the target that shows a fixation, if there is one."""
+        target = self.targets.showing(fixation_id)
+        if target is not None:
+            self._emit("target.updated", f"{target.label} {change}", target)
 
     def remove(self, fixation_id: str) -> None:
         """Delete a fixation for good, and the target that shows it; emit an event of that."""
-        target = self.targets.remove_of(self.table.remove(fixation_id))
+        target = self.targets.remove_of(fixation_id)
+        self.table.remove(fixation_id)
         if target is not None:
             message = f"{target.label} was removed"
             self._tools.events.emit("target.deleted", message, data=ItemId(id=target.id))
@@ -249,77 +247,67 @@ class FixationService:
         level = EventLevel.WARNING if fixation.basis is None else EventLevel.INFO
         message = f"{label}: {fixation_words(described)}"
         self._tools.events.emit("fixation.done", message, level=level, data=described)
-        self._store_answer(target or known, described, kind_of(order))
+        self._store_answer(target, known, described)
         self._queue_shape(fixation, described, label=label, calibration=calibration)
 
-    def _known_target(self, order: FixationOrder) -> TargetDocument | None:
+    def _known_target(self, order: FixationOrder) -> FixatedTarget | None:
         """Return the target that the answer is for, if it exists: looked at again, or corrected."""
         corrects = order.corrects
         target_id = order.target_id if corrects is None else self.table.get(corrects).target_id
         return None if target_id is None else self.targets.find(target_id)
 
     def _store_answer(
-        self, target: TargetDocument | None, fixation: FixationDocument, kind: CorrectionKind | None
+        self, target: FixatedTarget | None, known: FixatedTarget | None, fixation: FixationDocument
     ) -> None:
         """Store the answer, and the correction that ordered it even when it failed."""
-        if target is None or (fixation.basis is None and kind is None):
+        kind, answered = kind_of(fixation.order), target or known
+        if answered is None or (target is None and kind is None):
             return
         if kind is not None:
             correction = CorrectionDocument(
                 kind=kind, created_utc=fixation.created_utc, fixation_id=fixation.id, alternative=None
             )
-            target = with_correction(target, correction)
-        self.put_target(target)
+            answered = replace(answered, corrections=(*answered.corrections, correction))
+        self.put_target(answered)
 
     def _target(
-        self, fixation: FixationDocument, order: FixationOrder, known: TargetDocument | None
-    ) -> TargetDocument:
-        return TargetDocument(
-            id=known.id if known else (order.target_id or new_id("tgt")),
-            label=known.label if known else (order.label or self.targets.next_label()),
-            fixation_id=fixation.id,
-            basis=fixation.basis or "both_foveae",
-            distance_m=fixation.distance_m,
-            distance_sigma_m=fixation.distance_sigma_m,
-            point_rig_m=fixation.point_rig_m,
-            bound=fixation.bound,
-            alternatives=fixation.alternatives,
-            left_view=fixation.left_view,
-            right_view=fixation.right_view,
-            corrections=known.corrections if known else [],
-            ax_deg=fixation.target.ax_deg,
-            ay_deg=fixation.target.ay_deg,
-            x_px=fixation.target.x_px,
-            y_px=fixation.target.y_px,
-            cloud_id=None,
+        self, fixation: FixationDocument, order: FixationOrder, known: FixatedTarget | None
+    ) -> FixatedTarget:
+        if known is not None:
+            return replace(known, fixation=fixation)
+        return FixatedTarget(
+            id=order.target_id or new_id("tgt"),
+            label=order.label or self.targets.next_label(),
             created_utc=fixation.created_utc,
+            fixation=fixation,
         )
 
-    def put_target(self, target: TargetDocument) -> None:
+    def put_target(self, target: FixatedTarget) -> None:
         """Store a new or changed target and emit an event; its earlier look leaves the 3D pane."""
         earlier = self.targets.find(target.id)
-        if earlier is not None and earlier.fixation_id != target.fixation_id:
-            self._tools.shapes.forget(earlier.fixation_id)
+        if earlier is not None and earlier.fixation.id != target.fixation.id:
+            self._tools.shapes.forget(earlier.fixation.id)
         created = self.targets.put(target)
         kind = "target.created" if created else "target.updated"
-        self._emit(kind, f"{target.label} {distance_words(target)}", target)
+        self._emit(kind, f"{target.label} {distance_words(target.fixation.answer)}", target)
 
-    def _emit(self, kind: str, message: str, target: TargetDocument) -> None:
-        self._tools.events.emit(kind, message, data=target)
+    def _emit(self, kind: str, message: str, target: FixatedTarget) -> None:
+        self._tools.events.emit(kind, message, data=describe_target(target))
 
     def _queue_shape(
         self, fixation: Fixation, described: FixationDocument, *, label: str, calibration: Calibration
     ) -> None:
         """Queue what is computed after the answer: overlay distance, depth at the point, cloud and mesh."""
-        distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
-        self._show_limits(described, label=label)
-        if fixation.sighting is None or distance_m is None or sigma_m is None or point is None:
+        drawing = drawing_of(fixation, label=label)
+        if (limits := bounded_look(described, label=label)) is not None:
+            self._tools.shapes.put(limits)
+        if fixation.sighting is None or drawing is None:
             return
-        self._tools.on_distance(distance_m)
+        self._tools.on_distance(drawing.distance_m)
         self._tools.patches.add(
             point_patch(
-                point,
-                sigma_z_m=sigma_m * point[2] / distance_m,
+                drawing.point_rig_m,
+                sigma_z_m=drawing.distance_sigma_m * drawing.point_rig_m[2] / drawing.distance_m,
                 wide=calibration.wide,
                 fixation_id=described.id,
                 created_utc=described.created_utc,
@@ -330,28 +318,10 @@ class FixationService:
         self._tools.shapes.put(
             VergedLook(
                 fixation_id=described.id,
-                label=label,
+                drawing=drawing,
                 sighting=fixation.sighting,
                 calibration=calibration,
-                point_rig_m=point,
-                distance_m=distance_m,
-                distance_sigma_m=sigma_m,
-                basis=fixation.basis or Basis.BOTH_FOVEAE,
-                on_cloud=self.add_cloud,
-            )
-        )
-
-    def _show_limits(self, fixation: FixationDocument, *, label: str) -> None:
-        """Draw the limits of a distance in the 3D pane."""
-        if fixation.bound is None:
-            return
-        self._tools.shapes.put(
-            BoundedLook(
-                fixation_id=fixation.id,
-                label=label,
-                direction_deg=(fixation.target.ax_deg, fixation.target.ay_deg),
-                nearest_m=fixation.bound.nearest_m,
-                farthest_m=fixation.bound.farthest_m,
+                target_id=described.target_id,
             )
         )
 

@@ -1,15 +1,22 @@
 """Reads and writes fixations and targets as rows of the database."""
 
-from sqlalchemy import String, select, update
+from dataclasses import dataclass
+
+from pydantic import BaseModel
+from sqlalchemy import ScalarSelect, Select, String, func, select
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.store import SchemaColumn, Store, TableRow
-from foveacam_server.resources.looking.fixations.schema import FixationDocument, TargetDocument
+from foveacam_server.resources.looking.clouds.collection import CloudRow
+from foveacam_server.resources.looking.fixations.schema import CorrectionDocument, FixationDocument
 
 
 class FixationRow(TableRow):
-    """A fixation; `document` is what REST shows, without the ids that are set later."""
+    """A fixation; `document` is what REST shows, without the ids of target and cloud.
+
+    `cloud_id`: written by earlier versions alone; a cloud names its fixation.
+    """
 
     __tablename__ = "fixations"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -20,14 +27,33 @@ class FixationRow(TableRow):
     document: Mapped[FixationDocument] = mapped_column(SchemaColumn(FixationDocument))
 
 
+class TargetRecord(BaseModel):
+    """What the row of a target stores of it; those of earlier versions repeat its fixation's fields."""
+
+    fixation_id: str
+    corrections: list[CorrectionDocument] = []
+    created_utc: str
+
+
 class TargetRow(TableRow):
-    """A target: a point that was fixated; `document` is what REST shows, but for its label."""
+    """A target: a point that was fixated."""
 
     __tablename__ = "targets"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     id: Mapped[str] = mapped_column(String(40), unique=True)
     label: Mapped[str]
-    document: Mapped[TargetDocument] = mapped_column(SchemaColumn(TargetDocument))
+    document: Mapped[TargetRecord] = mapped_column(SchemaColumn(TargetRecord))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixatedTarget:
+    """A labelled point with the fixation that measured it last; `corrections`: oldest first."""
+
+    id: str
+    label: str
+    created_utc: str
+    fixation: FixationDocument
+    corrections: tuple[CorrectionDocument, ...] = ()
 
 
 class FixationTable:
@@ -44,41 +70,32 @@ class FixationTable:
                     id=fixation.id,
                     job_id=fixation.job_id,
                     target_id=fixation.target_id,
-                    cloud_id=fixation.cloud_id,
                     document=fixation,
                 )
             )
 
-    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> None:
-        """Set the cloud of a fixation."""
-        with self._store.session() as session:
-            query = update(FixationRow).where(FixationRow.id == fixation_id)
-            session.execute(query.values(cloud_id=cloud_id))
-
     def choose(self, fixation_id: str, alternative: int) -> FixationDocument:
         """Set which alternative was chosen; return the fixation, or raise `NotFound`."""
         with self._store.session() as session:
-            row = _fixation_row(session, fixation_id)
+            row, cloud_id = _fixation_row(session, fixation_id)
             row.document = row.document.model_copy(update={"chosen_alternative": alternative})
-            return _fixation(row)
+            return _fixation(row, cloud_id)
 
     def get(self, fixation_id: str) -> FixationDocument:
         """Return a fixation by its id or raise `NotFound`."""
         with self._store.session() as session:
-            return _fixation(_fixation_row(session, fixation_id))
+            return _fixation(*_fixation_row(session, fixation_id))
 
-    def remove(self, fixation_id: str) -> FixationDocument:
-        """Delete a fixation, or raise `NotFound`; return what it was."""
+    def remove(self, fixation_id: str) -> None:
+        """Delete a fixation, or raise `NotFound`."""
         with self._store.session() as session:
-            row = _fixation_row(session, fixation_id)
-            session.delete(row)
-            return _fixation(row)
+            session.delete(_fixation_row(session, fixation_id)[0])
 
     def newest(self, limit: int) -> list[FixationDocument]:
         """Return the newest fixations, newest first."""
         with self._store.session() as session:
-            rows = session.scalars(select(FixationRow).order_by(FixationRow.seq.desc()).limit(limit))
-            return [_fixation(row) for row in rows]
+            rows = session.execute(_fixations().order_by(FixationRow.seq.desc()).limit(limit))
+            return [_fixation(*row) for row in rows]
 
 
 class TargetTable:
@@ -87,14 +104,19 @@ class TargetTable:
     def __init__(self, store: Store) -> None:
         self._store = store
 
-    def put(self, target: TargetDocument) -> bool:
-        """Add or replace a target; return whether it is new. A known one keeps its label."""
+    def put(self, target: FixatedTarget) -> bool:
+        """Add or replace a target; return whether it is new. A known one keeps label and time of creation."""
+        record = TargetRecord(
+            fixation_id=target.fixation.id,
+            corrections=list(target.corrections),
+            created_utc=target.created_utc,
+        )
         with self._store.session() as session:
             row = session.scalars(select(TargetRow).where(TargetRow.id == target.id)).one_or_none()
             if row is not None:
-                row.document = target.model_copy(update={"created_utc": row.document.created_utc})
+                row.document = record.model_copy(update={"created_utc": row.document.created_utc})
                 return False
-            session.add(TargetRow(id=target.id, label=target.label, document=target))
+            session.add(TargetRow(id=target.id, label=target.label, document=record))
             return True
 
     def next_label(self) -> str:
@@ -103,69 +125,88 @@ class TargetTable:
             newest = session.scalars(select(TargetRow.seq).order_by(TargetRow.seq.desc()).limit(1)).first()
         return f"Target {(newest or 0) + 1}"
 
-    def set_cloud(self, fixation_id: str, cloud_id: str | None) -> TargetDocument | None:
-        """Set the cloud of the target that a fixation produced; return that target."""
-        with self._store.session() as session:
-            for row in session.scalars(select(TargetRow)):
-                if row.document.fixation_id == fixation_id:
-                    row.document = row.document.model_copy(update={"cloud_id": cloud_id})
-                    return _target(row)
-        return None
-
-    def rename(self, target_id: str, label: str) -> TargetDocument:
+    def rename(self, target_id: str, label: str) -> FixatedTarget:
         """Give a target another label."""
         with self._store.session() as session:
-            row = _target_row(session, target_id)
+            row, fixation, cloud_id = _target_rows(session, target_id)
             row.label = label
-            return _target(row)
+            return _target(row, fixation, cloud_id)
 
-    def remove(self, target_id: str) -> TargetDocument:
+    def remove(self, target_id: str) -> FixatedTarget:
         """Delete a target; return what it was."""
         with self._store.session() as session:
-            row = _target_row(session, target_id)
+            row, fixation, cloud_id = _target_rows(session, target_id)
             session.delete(row)
-            return _target(row)
+            return _target(row, fixation, cloud_id)
 
-    def remove_of(self, fixation: FixationDocument) -> TargetDocument | None:
+    def remove_of(self, fixation_id: str) -> FixatedTarget | None:
         """Delete the target that shows a fixation; return what it was."""
-        found = None if fixation.target_id is None else self.find(fixation.target_id)
-        return self.remove(found.id) if found is not None and found.fixation_id == fixation.id else None
+        shown = self.showing(fixation_id)
+        return None if shown is None else self.remove(shown.id)
 
-    def get(self, target_id: str) -> TargetDocument:
+    def get(self, target_id: str) -> FixatedTarget:
         """Return a target by its id or raise `NotFound`."""
         with self._store.session() as session:
-            return _target(_target_row(session, target_id))
+            return _target(*_target_rows(session, target_id))
 
-    def find(self, target_id: str) -> TargetDocument | None:
+    def find(self, target_id: str) -> FixatedTarget | None:
         """Return a target by its id; None when there is none."""
         try:
             return self.get(target_id)
         except NotFound:
             return None
 
-    def every(self) -> list[TargetDocument]:
+    def showing(self, fixation_id: str) -> FixatedTarget | None:
+        """Return the target that shows a fixation; None when it is no target's newest."""
+        with self._store.session() as session:
+            rows = session.execute(_targets().where(FixationRow.id == fixation_id)).first()
+            return None if rows is None else _target(*rows)
+
+    def every(self) -> list[FixatedTarget]:
         """Return all targets, oldest first."""
         with self._store.session() as session:
-            return [_target(row) for row in session.scalars(select(TargetRow).order_by(TargetRow.seq))]
+            rows = session.execute(_targets().order_by(TargetRow.seq))
+            return [_target(*row) for row in rows]
 
 
-def _fixation(row: FixationRow) -> FixationDocument:
-    return row.document.model_copy(update={"target_id": row.target_id, "cloud_id": row.cloud_id})
+def newest_cloud_id() -> ScalarSelect[str | None]:
+    """Return the id of a fixation's newest cloud as a column of a query."""
+    clouds = select(CloudRow.id).where(CloudRow.fixation_id == FixationRow.id)
+    return clouds.order_by(CloudRow.seq.desc()).limit(1).scalar_subquery()
 
 
-def _target(row: TargetRow) -> TargetDocument:
-    return row.document.model_copy(update={"label": row.label})
+def _fixations() -> Select[FixationRow, str | None]:
+    return select(FixationRow, newest_cloud_id())
 
 
-def _fixation_row(session: Session, fixation_id: str) -> FixationRow:
-    row = session.scalars(select(FixationRow).where(FixationRow.id == fixation_id)).one_or_none()
+def _targets() -> Select[TargetRow, FixationRow, str | None]:
+    held = func.json_extract(TargetRow.document, "$.fixation_id")
+    return select(TargetRow, FixationRow, newest_cloud_id()).join(FixationRow, FixationRow.id == held)
+
+
+def _fixation(row: FixationRow, cloud_id: str | None) -> FixationDocument:
+    return row.document.model_copy(update={"target_id": row.target_id, "cloud_id": cloud_id})
+
+
+def _target(row: TargetRow, fixation: FixationRow, cloud_id: str | None) -> FixatedTarget:
+    return FixatedTarget(
+        id=row.id,
+        label=row.label,
+        created_utc=row.document.created_utc,
+        fixation=_fixation(fixation, cloud_id),
+        corrections=tuple(row.document.corrections),
+    )
+
+
+def _fixation_row(session: Session, fixation_id: str) -> tuple[FixationRow, str | None]:
+    row = session.execute(_fixations().where(FixationRow.id == fixation_id)).one_or_none()
     if row is None:
         raise NotFound(f"there is no fixation {fixation_id}; see /api/v1/fixations", asked=fixation_id)
     return row
 
 
-def _target_row(session: Session, target_id: str) -> TargetRow:
-    row = session.scalars(select(TargetRow).where(TargetRow.id == target_id)).one_or_none()
-    if row is None:
+def _target_rows(session: Session, target_id: str) -> tuple[TargetRow, FixationRow, str | None]:
+    rows = session.execute(_targets().where(TargetRow.id == target_id)).one_or_none()
+    if rows is None:
         raise NotFound(f"there is no target {target_id}; see /api/v1/targets", asked=target_id)
-    return row
+    return rows

@@ -15,6 +15,7 @@ from foveacam_server.foundation.http.provided import Provided
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.schema import ItemId, JobDocument
+from foveacam_server.resources.looking.fixations.documents import describe_target
 from foveacam_server.resources.looking.fixations.schema import FixationDocument, TargetDocument, TargetPatch
 from foveacam_server.resources.looking.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
@@ -25,13 +26,13 @@ router = GuardedRouter("/targets", tags=["targets"], reading=Right.VIEW, changin
 @router.get("", summary="All targets, oldest first")
 def every(fixations: Provided[FixationService]) -> list[TargetDocument]:
     """Return all targets."""
-    return fixations.targets.every()
+    return [describe_target(target) for target in fixations.targets.every()]
 
 
 @router.get("/{target_id}", summary="One target", responses=problems(404))
 def one(target_id: str, fixations: Provided[FixationService]) -> TargetDocument:
     """Return one target."""
-    return fixations.targets.get(target_id)
+    return describe_target(fixations.targets.get(target_id))
 
 
 @router.patch("/{target_id}", summary="Rename a target", responses=problems(404))
@@ -39,7 +40,7 @@ def rename(
     target_id: str, patch: TargetPatch, fixations: Provided[FixationService], events: Provided[EventLog]
 ) -> TargetDocument:
     """Give a target another label."""
-    target = fixations.targets.rename(target_id, patch.label)
+    target = describe_target(fixations.targets.rename(target_id, patch.label))
     events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
     return target
 
@@ -55,7 +56,7 @@ def remove(
     target = fixations.targets.remove(target_id)
     events.emit("target.deleted", f"{target.label} was removed", data=ItemId(id=target_id))
     if viewer is not None:
-        viewer.remove_fixation(target.fixation_id)
+        viewer.remove_fixation(target.fixation.id)
 
 
 @router.post(

@@ -19,7 +19,7 @@ from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.report_pace import ReportPace
-from foveacam_server.resources.looking.fixations.schema import TargetDocument
+from foveacam_server.resources.looking.fixations.table import FixatedTarget
 from foveacam_server.resources.looking.follows.first_look import catch_up, look_first
 from foveacam_server.resources.looking.follows.followed import FollowedRecord
 from foveacam_server.resources.looking.follows.records import FollowedRecords
@@ -37,7 +37,7 @@ REPORT_PERIOD_NS = 2_000_000_000
 class KnownTargets(Protocol):
     """Targets of earlier fixations."""
 
-    def get(self, target_id: str) -> TargetDocument:
+    def get(self, target_id: str) -> FixatedTarget:
         """Return a target or raise `NotFound`."""
         ...
 

@@ -165,8 +165,8 @@ class FollowService:
                 found="two targets",
                 remedy="send one of them",
             )
-        known = self._tools.targets.get(request.target_id)
-        direction = Direction(ax_deg=known.ax_deg, ay_deg=known.ay_deg)
+        place = self._tools.targets.get(request.target_id).fixation.target
+        direction = Direction(ax_deg=place.ax_deg, ay_deg=place.ay_deg)
         return target_of(FixationRequest(direction=direction))
 
     def _label(self, request: FollowRequest) -> str:
