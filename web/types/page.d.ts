@@ -161,6 +161,9 @@ export type StreamOrder =
 
 // The console.
 
+/** A job that is followed; of one that the server does not know any more, only these are known. */
+export type Job = Pick<JobDocument, "id" | "state" | "problem"> & Partial<JobDocument>;
+
 /** The look at full resolution that this page has ordered; null once its cloud is there. */
 export type FullLook = {
   fixation_id: string;
@@ -204,15 +207,13 @@ export type Settings = {
 
 export type CameraNumber = "exposure_ms" | "gain_db" | "black_level" | "frame_rate_hz";
 
-/** The trigger's self-test that this page has begun. */
-export type RunningTest = { job_id: string; note: string; done: number; total: number | null };
-
 export type RigPageState = {
   rig_page: boolean;
   rail: RailDocument | null;
   faults: SimulatedFaults | null;
   trigger_test: TriggerTestDocument | null;
-  running_test: RunningTest | null;
+  /** The trigger's self-test that runs, whoever began it. */
+  running_test: Job | null;
 };
 
 // The set-up page.
@@ -321,9 +322,6 @@ export type CapturePageState = {
   capturing: Capturing | null;
   estimate: Answered<Estimate>;
 };
-
-/** The still that is being taken, or how the last one ended: `problem` null while it runs and when all went well. */
-export type StillPress = { job_id: string; over: boolean; done: number; total: number | null; problem: Problem | null };
 
 // The calibration page.
 
@@ -467,7 +465,7 @@ export type LoopState = {
   loop_page: boolean;
   loop: LoopDocument | null;
   loop_samples: LoopSample[];
-  loop_tuning: JobDocument | null;
+  loop_tuning: Job | null;
   tune_refusal: string;
 };
 

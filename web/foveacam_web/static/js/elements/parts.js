@@ -6,6 +6,7 @@ import { icon } from "./icons.js";
 import { isRunning } from "../calibrating/calibration/state.js";
 
 /**
+ * @import { JobDocument } from "#api"
  * @import { ConsoleState } from "#page"
  * @import { Child } from "./dom.js"
  * @import { IconName } from "./icons.js"
@@ -188,6 +189,29 @@ export function bar(label, { share, text }) {
     aria-valuemax="100" aria-valuenow=${value ?? absent} aria-valuetext=${text}
   >
     <span class="part" .style=${`inline-size: ${value ?? 0}%`}></span>
+  </div>`;
+}
+
+/**
+ * Return the finished share of a job; null while it is unknown.
+ * @param {{done: number, total: number | null} | null | undefined} progress
+ */
+export function shareOf(progress) {
+  return progress?.total && progress.done > 0 ? progress.done / progress.total : null;
+}
+
+/**
+ * Build the row of a running job: what it does, how far it is, and the button that cancels it.
+ * @param {{state?: JobDocument["state"], progress?: JobDocument["progress"] | null} | null} job
+ * @param {{label: string, words: string, cancel: () => unknown, verb?: string}} how `label`: of the bar
+ */
+export function jobRow(job, { label, words, cancel, verb = "Cancel" }) {
+  return html`<div class="job running">
+    <div class="words">${words}</div>
+    <div class="progress">${bar(label, { share: shareOf(job?.progress), text: words })}</div>
+    <button type="button" class="plain" ?disabled=${job?.state === "cancelling"} @click=${() => void cancel()}>
+      ${verb}
+    </button>
   </div>`;
 }
 

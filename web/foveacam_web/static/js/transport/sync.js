@@ -10,7 +10,8 @@ import { signIn } from "./sign_in.js";
  * @import { CloudDocument, EventDocument, LeaseDocument, RigDocument, StopDocument, TargetDocument } from "#api"
  * @import { Fixations } from "../looking/fixations.js"
  * @import { Store } from "../store.js"
- * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void}} Reader reads what is its own
+ * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void, forget?(): void}} Reader reads what is its
+ *   own; `forget`: called when its page is left
  */
 
 const RIG_EVERY_MS = 2000;

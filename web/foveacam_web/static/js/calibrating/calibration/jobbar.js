@@ -1,10 +1,10 @@
 // Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
 import { fill, h, html, say } from "../../elements/dom.js";
-import { pixels, remedyOf, sentence } from "../../elements/format.js";
+import { pixels, remedyOf, sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { knockWords } from "./fit/knocks.js";
-import { bar } from "../../elements/parts.js";
+import { bar, shareOf } from "../../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 
 /**
@@ -87,22 +87,10 @@ function nameOf({ step, stage }) {
   return step === "all" && stage !== "all" ? `Everything: ${name.toLowerCase()}` : name;
 }
 
-/** Return the finished share; null while it is unknown. @param {Work} work */
-function shareOf({ done, total }) {
-  return total && done > 0 ? done / total : null;
-}
-
 /** @param {Work} work */
 function far({ done, total, eta_s }) {
   if (!total || (done === 0 && total === 1)) return "";
-  return [`${done} of ${total}`, leftOf(eta_s)].filter(Boolean).join(", ");
-}
-
-/** Word the time left of the step, rounded to what is known. @param {number | null} eta_s */
-function leftOf(eta_s) {
-  if (eta_s === null || eta_s === undefined) return "";
-  if (eta_s < 8) return "a few seconds left";
-  return eta_s < 90 ? `${Math.ceil(eta_s / 5) * 5} s left` : `${Math.round(eta_s / 60)} min left`;
+  return [`${done} of ${total}`, timeLeft(eta_s)].filter(Boolean).join(", ");
 }
 
 /**

@@ -103,8 +103,7 @@ export class CalibrationOrders {
 
   /** Cancel the running procedure; its measurements are kept. */
   cancel() {
-    const id = this.#store.state.work?.job_id;
-    return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
+    return this.#work.cancel(this.#commands);
   }
 
   /** Take a camera's view of the board out of the fit. @param {string} sample_id @param {string} camera */
@@ -194,7 +193,7 @@ export class CalibrationOrders {
   /** Run a drift check. @param {{distance_m: number | null, apply: boolean}} body */
   async checkDrift(body) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/drift_checks", { body }));
-    if (job) this.#work.follow(job, { step: "drift", session_id: null });
+    if (job) this.#work.follow(job, { step: "drift", session_id: null, options: null });
   }
 
   /** @param {{station: string} | {pan_deg: number, tilt_deg: number}} body */

@@ -27,7 +27,7 @@ export class CaptureOrders {
     try {
       const options = { body: wish, headers: this.#commands.leaseHeader() };
       const job = /** @type {JobDocument} */ (await request("POST", "/captures", options));
-      this.#reader.follow(job.id, { name: wish.name });
+      this.#reader.follow(job, { name: wish.name });
       return null;
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
@@ -40,7 +40,7 @@ export class CaptureOrders {
   /** Resume a partial capture. @param {CaptureDocument} capture */
   async resume({ id, name }) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", `/captures/${id}/resume`));
-    if (job) this.#reader.follow(job.id, { name, capture_id: id });
+    if (job) this.#reader.follow(job, { name, capture_id: id });
     else await this.#reader.readList();
   }
 
@@ -54,11 +54,8 @@ export class CaptureOrders {
 
   /** Cancel the running capture; its points stay on the disk. */
   async cancel() {
-    const { capturing } = this.#store.state;
-    if (!capturing) return;
     this.#reader.mark("cancel");
-    const answer = await this.#commands.send("POST", `/jobs/${capturing.job_id}/cancel`);
-    if (answer === null) this.#reader.mark(null);
+    if ((await this.#reader.cancel(this.#commands)) === null) this.#reader.mark(null);
   }
 
   /** @param {"pause" | "continue"} how */

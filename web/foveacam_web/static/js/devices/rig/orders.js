@@ -2,7 +2,6 @@
 // control.
 
 import { RequestError, request } from "../../transport/api.js";
-import { hasEnded } from "../../transport/jobs.js";
 
 /**
  * @import { BinningRequest, CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument } from "#api"
@@ -15,7 +14,6 @@ import { hasEnded } from "../../transport/jobs.js";
  */
 
 const CAMERA_MS = 30_000; // the camera is stopped, set and started again
-const LOOK_MS = 300;
 
 /** The device commands of one page. */
 export class RigOrders {
@@ -115,49 +113,14 @@ export class RigOrders {
     });
   }
 
-  /** Test both triggers and follow the test until it ends. */
+  /** Test both triggers. */
   async testTriggers() {
-    const begun = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/cameras/self_tests"));
-    if (!begun) return;
-    let job = begun;
-    while (!hasEnded(job.state)) {
-      this.#store.set({
-        running_test: {
-          job_id: job.id,
-          note: job.progress?.note ?? "",
-          done: job.progress?.done ?? 0,
-          total: job.progress?.total ?? null,
-        },
-      });
-      await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
-      job = (await this.#lookAt(job.id)) ?? job;
-    }
-    this.#store.set({ running_test: null });
-    if (job.problem)
-      this.#commands.say({
-        tone: "bad",
-        title: "The trigger test failed",
-        detail: job.problem.detail ?? "",
-        remedy: job.problem.remedy ?? undefined,
-      });
-    await Promise.all([this.#reader.readTest(), this.#reader.readRig()]);
-  }
-
-  /** @param {string} id */
-  async #lookAt(id) {
-    try {
-      return /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.document.status === 404)
-        return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
-      return null; // the server is away: the banner says so, and the job is read again
-    }
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/cameras/self_tests"));
+    if (job) this.#reader.tests.follow(job);
   }
 
   cancelTest() {
-    const id = this.#store.state.running_test?.job_id;
-    return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
+    return this.#reader.tests.cancel(this.#commands);
   }
 
   /** Restart both DACs. */

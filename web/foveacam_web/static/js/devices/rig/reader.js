@@ -1,10 +1,13 @@
 // Keeps the rig page's state equal to the server's: once a second while it is open, and at each event.
 
 import { request } from "../../transport/api.js";
+import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { EventDocument, RailDocument, SimulatedFaults, TriggerTestDocument } from "#api"
+ * @import { Job } from "#page"
+ * @import { Commands } from "../../commands.js"
  * @import { Store } from "../../store.js"
  */
 
@@ -16,7 +19,10 @@ const RESTING_MS = 1500;
 export class RigReader {
   #store;
   #pan_tilt;
+  #commands;
   #reads = new QuietReads();
+  /** Follows the self-test of the triggers, whoever began it. */
+  tests = new JobFollower({ ours: ({ kind }) => kind === "camera.self_test", news: (job) => this.#test(job) });
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #next_rail;
   /** How many answers to orders have shown the faults. */
@@ -24,9 +30,10 @@ export class RigReader {
   /** Read the rig's document. */
   readRig = () => Promise.resolve();
 
-  /** @param {{store: Store, pan_tilt: {readPanTilt(): Promise<void>}}} context */
-  constructor({ store, pan_tilt }) {
+  /** @param {{store: Store, commands: Commands, pan_tilt: {readPanTilt(): Promise<void>}}} context */
+  constructor({ store, commands, pan_tilt }) {
     this.#store = store;
+    this.#commands = commands;
     this.#pan_tilt = pan_tilt;
     store.on(["rig_page"], ({ rig_page }) => rig_page && void this.readAll());
     store.on(["rig"], ({ rig_page, faults }) => rig_page && !faults && void this.readFaults());
@@ -44,8 +51,23 @@ export class RigReader {
       this.readRail(),
       this.#pan_tilt.readPanTilt(),
       this.readTest(),
+      this.#reads.read("running test", () => this.tests.readAll()),
       this.readFaults(),
     ]);
+  }
+
+  /** Show how far the self-test of the triggers is; at its end what it found, or why it failed. @param {Job} job */
+  #test(job) {
+    const { state, problem } = job;
+    const over = hasEnded(state);
+    this.#store.set({ running_test: over ? null : job });
+    if (!over) return;
+    if (state === "failed") {
+      const { detail = "", remedy } = problem ?? {};
+      this.#commands.say({ tone: "bad", title: "The trigger test failed", detail, remedy: remedy ?? undefined });
+    }
+    void this.readTest();
+    void this.readRig();
   }
 
   readTest() {
@@ -89,6 +111,7 @@ export class RigReader {
   /** @param {EventDocument} event */
   hear(event) {
     if (!this.#store.state.rig_page) return;
+    this.tests.hear(event);
     if (event.kind === "camera.self_test") void this.readTest();
     if (event.kind === "simulation.faults") void this.readFaults();
     if (event.kind.startsWith("rail.")) void this.readRail();

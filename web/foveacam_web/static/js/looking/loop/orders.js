@@ -2,6 +2,7 @@
 // that they are shown beside their controls.
 
 import { RequestError, request } from "../../transport/api.js";
+import { JobFollower } from "../../transport/jobs.js";
 import { LatestOrder } from "../../transport/latest_order.js";
 
 /**
@@ -23,6 +24,11 @@ export class LoopOrders {
   #commands;
   /** @type {LatestOrder<LoopDrag>} */
   #drags;
+  /** Follows the tuning, whoever began it. */
+  tuning = new JobFollower({
+    ours: ({ kind }) => kind === "loop_tune",
+    news: (job) => this.#store.set({ loop_tuning: job.kind ? job : null }), // null: the server does not know it
+  });
   /** Called when settings have changed, of which no event tells: a read under way may have found those before. */
   changed = () => {};
 
@@ -120,14 +126,12 @@ export class LoopOrders {
     const { document, refusal } = await this.#tried(
       () => /** @type {Promise<JobDocument>} */ (this.#request("POST", "/loop/tune", { polish })),
     );
-    this.#store.set(document ? { loop_tuning: document } : { tune_refusal: refusal ?? "" });
+    if (document) this.tuning.follow(document);
+    else this.#store.set({ tune_refusal: refusal ?? "" });
   }
 
-  async abortTuning() {
-    const { loop_tuning } = this.#store.state;
-    const path = `/jobs/${loop_tuning?.id}/cancel`;
-    const job = /** @type {JobDocument | null} */ (loop_tuning && (await this.#commands.send("POST", path)));
-    if (job) this.#store.set({ loop_tuning: job });
+  abortTuning() {
+    return this.tuning.cancel(this.#commands);
   }
 
   /**
