@@ -64,16 +64,41 @@ export function starter({
  * Build a button that shows only a picture.
  * @param {string} label
  * @param {IconName} picture
- * @param {() => unknown} act
- * @param {boolean} [pressed] for a button that switches something
+ * @param {(event: any) => unknown} act `any`: a click, whose target is the button
+ * @param {{title?: string, pressed?: boolean, disabled?: boolean}} [options] `title`: where it says more than the label;
+ *   `pressed`: for a button that switches something
  */
-export function toolButton(label, picture, act, pressed) {
+export function toolButton(label, picture, act, { title = label, pressed, disabled = false } = {}) {
   return html`<button
-    type="button" class="tool" aria-label=${label} title=${label}
-    aria-pressed=${pressed === undefined ? absent : String(pressed)} @click=${() => void act()}
+    type="button" class="tool" aria-label=${label} title=${title} ?disabled=${disabled}
+    aria-pressed=${stated(pressed)} @click=${act}
   >
     ${icon(picture)}
   </button>`;
+}
+
+/**
+ * Build a button with a text.
+ * @param {string} text
+ * @param {(event: any) => unknown} act `any`: a click, whose target is the button
+ * @param {{
+ *   kind?: string, picture?: IconName, name?: string, title?: string, disabled?: boolean, hidden?: boolean,
+ *   pressed?: boolean, expanded?: boolean
+ * }} [options] `name`: for screen readers, where the text alone does not say what it acts on
+ */
+export function textButton(text, act, options = {}) {
+  const { kind = "plain", picture, name, title, disabled = false, hidden = false, pressed, expanded } = options;
+  return html`<button
+    type="button" class=${kind} aria-label=${name ?? absent} title=${title ?? absent} ?disabled=${disabled}
+    ?hidden=${hidden} aria-pressed=${stated(pressed)} aria-expanded=${stated(expanded)} @click=${act}
+  >
+    ${picture && icon(picture)}${text}
+  </button>`;
+}
+
+/** Return the value of an attribute that is not there where nothing is to be stated. @param {boolean | undefined} on */
+function stated(on) {
+  return on === undefined ? absent : String(on);
 }
 
 let fields = 0;
@@ -209,9 +234,7 @@ export function jobRow(job, { label, words, cancel, verb = "Cancel" }) {
   return html`<div class="job running">
     <div class="words">${words}</div>
     <div class="progress">${bar(label, { share: shareOf(job?.progress), text: words })}</div>
-    <button type="button" class="plain" ?disabled=${job?.state === "cancelling"} @click=${() => void cancel()}>
-      ${verb}
-    </button>
+    ${textButton(verb, cancel, { disabled: job?.state === "cancelling" })}
   </div>`;
 }
 

@@ -3,6 +3,7 @@
 import { fill, h, html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { ROOT } from "../root.js";
+import { textButton } from "../elements/parts.js";
 
 /**
  * @import { TargetDocument } from "#api"
@@ -94,15 +95,10 @@ export class Scene {
 
   #failed() {
     this.#frame = null;
-    const again = html`<button
-      type="button" class="plain"
-      @click=${() => {
-        this.#loaded_for = null;
-        void this.#update(this.#store.state);
-      }}
-    >
-      Try again
-    </button>`;
+    const again = textButton("Try again", () => {
+      this.#loaded_for = null;
+      void this.#update(this.#store.state);
+    });
     fill(
       this.#place,
       html`<div class="notice">

@@ -43,7 +43,7 @@ function targetRow(target, selected, { commands, follows, select }) {
       <span class="basis" title=${basisMeaning(basis)} ?hidden=${basis === "both_foveae" && !corrected}>${words}</span>
     </span>`,
     tools: [
-      toolButton("Show in the 3D pane", "cube", () => select(target), selected),
+      toolButton("Show in the 3D pane", "cube", () => select(target), { pressed: selected }),
       toolButton("Look again", "again", () => void commands.lookAgain(id)),
       toolButton("Follow", "follow", () => follows.follow({ target_id: id })),
       toolButton("Delete", "trash", () => commands.remove(target)),

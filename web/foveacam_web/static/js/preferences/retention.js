@@ -4,9 +4,8 @@ import { RequestError, request } from "../transport/api.js";
 import { html, update } from "../elements/dom.js";
 import { count, sentence } from "../elements/format.js";
 import { sizeWords, whenWords } from "../capturing/gallery/dataset_words.js";
-import { icon } from "../elements/icons.js";
 import { offers } from "../operating/session/words.js";
-import { nothing } from "../elements/parts.js";
+import { nothing, textButton } from "../elements/parts.js";
 import { actWords, removedWords, ruleWords } from "./retention_words.js";
 
 /**
@@ -68,12 +67,7 @@ function shown({ file, rules, items, size_bytes, digest }, move) {
     </p>
     ${items.length === 0 ? nothing("Nothing would be removed now.") : dueOf(items)}
     <p class="actions">
-      ${
-        move &&
-        html`<button type="button" class="plain" ?disabled=${items.length === 0} @click=${() => void move(digest)}>
-          ${icon("trash")}${actWords(items)}
-        </button>`
-      }
+      ${move && textButton(actWords(items), () => move(digest), { picture: "trash", disabled: items.length === 0 })}
       ${items.length > 0 && html`<span class="why">${count(items.length)}, ${sizeWords(size_bytes)}</span>`}
     </p>
   </div>`;

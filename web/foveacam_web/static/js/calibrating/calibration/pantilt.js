@@ -6,7 +6,7 @@ import { angle, MISSING, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { nextStep, stateWord } from "../../devices/rig/positioner_words.js";
 import { zeroOf } from "../../devices/rig/zero.js";
-import { choiceField, nothing } from "../../elements/parts.js";
+import { choiceField, nothing, textButton } from "../../elements/parts.js";
 import { isRunning } from "./state.js";
 
 /**
@@ -132,9 +132,7 @@ function driveOf({ store, orders }) {
     arrow("Turn right", "on", 1, 0),
     arrow("Turn down", "low", 0, 1),
   ];
-  const hold = html`<button type="button" class="plain hold" @click=${() => void orders.hold()} title="Stop turning now">
-    Hold
-  </button>`;
+  const hold = textButton("Hold", () => orders.hold(), { kind: "plain hold", title: "Stop turning now" });
   const home = h("button", { type: "button", class: "plain", on: { click: () => void orders.home() } }, "Home");
   const reason = h("p", { class: "why", role: "status" });
   const element = h(
@@ -176,13 +174,10 @@ function stationsOf({ pan_tilt, busy }, { orders }) {
           </span>
           ${
             pan_tilt.moves_itself &&
-            html`<button
-              type="button" class="plain" ?disabled=${busy || !pan_tilt.connected || Boolean(pan_tilt.fault)}
-              aria-label="Turn to the station ${station.name}"
-              @click=${() => void orders.turn({ station: station.name })}
-            >
-              Go
-            </button>`
+            textButton("Go", () => orders.turn({ station: station.name }), {
+              name: `Turn to the station ${station.name}`,
+              disabled: busy || !pan_tilt.connected || Boolean(pan_tilt.fault),
+            })
           }
         </li>`,
       )}

@@ -3,8 +3,7 @@
 import { RequestError, request } from "../../transport/api.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
-import { badge, jobRow, panel } from "../../elements/parts.js";
+import { badge, jobRow, panel, textButton } from "../../elements/parts.js";
 import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { archivedWords, sizeWords } from "./dataset_words.js";
 
@@ -83,13 +82,11 @@ function progressOf(jobs, commands) {
  * @param {{url: string | null, send: (remove_local: boolean) => () => void, fetch: () => void}} acts
  */
 function buttons(archived, { url, send, fetch }) {
-  if (archived && !archived.local)
-    return html`<button type="button" class="plain primary" @click=${fetch}>${icon("down")}Fetch</button>`;
+  if (archived && !archived.local) return textButton("Fetch", fetch, { kind: "plain primary", picture: "down" });
   if (url === null) return null;
   const smaller = "Keep only its description and thumbnail here; the rest is read from the archive";
   return [
-    html`<button type="button" class="plain" @click=${send(false)}>${icon("file")}${archived ? "Archive again" : "Archive"}</button>`,
-    archived &&
-      html`<button type="button" class="plain" title=${smaller} @click=${send(true)}>Keep the small ones here</button>`,
+    textButton(archived ? "Archive again" : "Archive", send(false), { picture: "file" }),
+    archived && textButton("Keep the small ones here", send(true), { title: smaller }),
   ];
 }

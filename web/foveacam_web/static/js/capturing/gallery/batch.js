@@ -1,7 +1,7 @@
 // Batches of datasets: ticks on the cards, a form, the progress of the job, and a link to what it made.
 
 import { request } from "../../transport/api.js";
-import { choiceField, jobRow, show } from "../../elements/parts.js";
+import { choiceField, jobRow, show, textButton } from "../../elements/parts.js";
 import { h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -116,12 +116,11 @@ export function makeBatch({ commands, follow }, changed) {
 /** @param {Batch} batch */
 function openButton(batch) {
   const count = batch.ticked.size;
-  return html`<button
-      type="button" class="plain" aria-expanded=${String(batch.asked)} ?disabled=${count === 0 && !batch.asked}
-      title="Depth, mosaics, exports or figures of all ticked datasets" @click=${() => batch.ask(!batch.asked)}
-    >
-      Batch …
-    </button>
+  return html`${textButton("Batch …", () => batch.ask(!batch.asked), {
+    title: "Depth, mosaics, exports or figures of all ticked datasets",
+    disabled: count === 0 && !batch.asked,
+    expanded: batch.asked,
+  })}
     <span class="why" role="status">${tickedWords(count)}</span>`;
 }
 
@@ -141,7 +140,7 @@ function formOf(batch) {
       capture_ids: [...batch.ticked],
       cluster: by.value() === "cluster",
     });
-  const button = html`<button type="button" class="plain" @click=${start}>Start</button>`;
+  const button = textButton("Start", start);
   const place = h("div", { class: "batch-form" });
   show(place, [kind.element, to.element, by.element, button]);
   return place;

@@ -1,6 +1,6 @@
 // The page of one dataset: contact sheet, coverage, details, checks and files.
 
-import { badge, figures, nothing, panel } from "../../elements/parts.js";
+import { badge, figures, nothing, panel, textButton } from "../../elements/parts.js";
 import { fresh } from "../../calibrating/calibration/pictures.js";
 import { galleryAddress, wizardAddress } from "../../addresses.js";
 import { copyCode } from "../../elements/copy.js";
@@ -110,11 +110,11 @@ function headParts(dataset, noun, orders) {
     actions: [
       live && html`<a class="plain primary" href="#/capture">Watch it</a>`,
       resumable &&
-        html`<button
-          type="button" class="plain primary" title="Take what is missing, from the exact next point" @click=${resume}
-        >
-          ${icon("again")}Resume
-        </button>`,
+        textButton("Resume", resume, {
+          kind: "plain primary",
+          picture: "again",
+          title: "Take what is missing, from the exact next point",
+        }),
       readable &&
         points.taken > 0 &&
         DATASET_PARTS.map(
@@ -193,7 +193,7 @@ function python(dataset) {
   return html`<div class="stack copied">
     <pre class="code scroll-x" tabindex="0" aria-label="Python">${snippet(dataset)}</pre>
     <p class="actions">
-      <button type="button" class="plain" @click=${copyCode}>${icon("file")}Copy</button>
+      ${textButton("Copy", copyCode, { picture: "file" })}
       <span class="why" role="status"></span>
     </p>
   </div>`;

@@ -1,7 +1,7 @@
 // What the server makes of a dataset, a mosaic or a reference: its reads, its commands, and the making as it is shown.
 
 import { hasEnded, JobFollower } from "../../transport/jobs.js";
-import { jobRow, shareOf } from "../../elements/parts.js";
+import { jobRow, shareOf, toolButton } from "../../elements/parts.js";
 import { html } from "../../elements/dom.js";
 import { sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -95,7 +95,7 @@ export class Made extends EntryReader {
         html`<div class="strip bad" role="alert">
           ${icon("warn")}
           <div><strong>The last ${kind} was not finished. </strong>${sentence(trouble.detail)}</div>
-          <button type="button" class="tool" aria-label="Dismiss" @click=${() => this.dismiss()}>${icon("close")}</button>
+          ${toolButton("Dismiss", "close", () => this.dismiss())}
         </div>`,
       why &&
         html`<div class="strip warn" role="status">

@@ -1,6 +1,6 @@
 // The stills of the gallery: their list, or one still with the pictures of all cameras.
 
-import { figures, panel } from "../../elements/parts.js";
+import { figures, panel, textButton } from "../../elements/parts.js";
 import { StillOrders } from "../capture/still_orders.js";
 import { picturesOf } from "../capture/still_shown.js";
 import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/still_words.js";
@@ -124,8 +124,7 @@ function headParts(still, orders) {
     orders,
     word: archivedBadge(still),
     actions: [
-      state === "held" &&
-        html`<button type="button" class="plain primary" @click=${keep}>${icon("check")}Keep</button>`,
+      state === "held" && textButton("Keep", keep, { kind: "plain primary", picture: "check" }),
       readable &&
         html`<a class="plain" href="${url}/download.zip" download="${name}.zip">${icon("down")}Download ZIP</a>`,
     ],

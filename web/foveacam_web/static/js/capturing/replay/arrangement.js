@@ -5,6 +5,7 @@ import { RequestError, request } from "../../transport/api.js";
 import { h, html, update } from "../../elements/dom.js";
 import { recordingPath } from "../gallery/recording_words.js";
 import { icon } from "../../elements/icons.js";
+import { textButton } from "../../elements/parts.js";
 
 /** @import { LayoutDocument, PlayerLayout } from "#api" */
 
@@ -77,7 +78,7 @@ export class Arrangement {
       this.element,
       html`<p class="strip warn">
         ${icon("warn")}<span>The arrangement of the player is not kept: ${why}.</span>
-        <button type="button" class="plain" @click=${overwrite}>Overwrite it</button>
+        ${textButton("Overwrite it", overwrite)}
       </p>`,
     );
   }

@@ -1,6 +1,6 @@
 // Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
-import { nothing, numberField } from "../../elements/parts.js";
+import { nothing, numberField, textButton } from "../../elements/parts.js";
 import { isRunning } from "../../calibrating/calibration/state.js";
 import { changing, fill, h, html, say } from "../../elements/dom.js";
 import { number, sentence } from "../../elements/format.js";
@@ -137,12 +137,10 @@ function placesOf({ rail, busy }, orders) {
           html`<li>
           <span class="name">${name}</span>
           <span class="where">${number(position_mm, 0)} mm</span>
-          <button
-            type="button" class="plain" ?disabled=${!ready} aria-label="Move to the place ${name}"
-            @click=${() => void orders.slide({ place: name })}
-          >
-            Go
-          </button>
+          ${textButton("Go", () => orders.slide({ place: name }), {
+            name: `Move to the place ${name}`,
+            disabled: !ready,
+          })}
         </li>`,
       )}
     </ul>`,

@@ -1,6 +1,6 @@
 // Shows the trigger: its rate, the source of its settle time, and the self-test of each eye's line.
 
-import { badge, figures, nothing, starter } from "../../elements/parts.js";
+import { badge, figures, nothing, starter, textButton } from "../../elements/parts.js";
 import { changing, fill, h, html } from "../../elements/dom.js";
 import { clockTime, millis, MISSING, number, sentence } from "../../elements/format.js";
 import { takesOrders, VERDICTS } from "./words.js";
@@ -84,11 +84,7 @@ function progress({ state, progress }, orders) {
     html`<p class="state running" role="status">
       <span class="spinner" aria-hidden="true"></span>
       ${`${sentence(note || "waiting for its turn")} ${total ? `${done} of ${total}` : ""}`}
-      <button
-        type="button" class="plain" ?disabled=${state === "cancelling"} @click=${() => void orders.cancelTest()}
-      >
-        Cancel
-      </button>
+      ${textButton("Cancel", () => orders.cancelTest(), { disabled: state === "cancelling" })}
     </p>`,
   ];
 }

@@ -2,7 +2,7 @@
 
 import { html } from "../../elements/dom.js";
 import { clockTime, number } from "../../elements/format.js";
-import { jobRow } from "../../elements/parts.js";
+import { jobRow, textButton } from "../../elements/parts.js";
 import { hasEnded } from "../../transport/jobs.js";
 import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
 import { API } from "../../root.js";
@@ -23,11 +23,7 @@ export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
   const running = loop_tuning !== null && !hasEnded(loop_tuning.state);
   const why = running ? "It is being tuned." : whyNotTuned(loop);
   const button = (/** @type {string} */ text, /** @type {boolean} */ polish, /** @type {string} */ title) =>
-    html`<button
-      type="button" class="plain" title=${title} ?disabled=${why !== null} @click=${() => void orders.tune(polish)}
-    >
-      ${text}
-    </button>`;
+    textButton(text, () => orders.tune(polish), { title, disabled: why !== null });
   return html`<p class="lead">
       Finds the gains on the target as it is. A relay swings each axis by a little and tells how it answers, which takes
       about a minute; polishing then tries 48 candidates by CMA-ES, which takes some minutes. Aborted, it leaves the
@@ -36,12 +32,10 @@ export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
     <div class="actions">
       ${button("Tune", false, "By relays alone, about a minute")}
       ${button("Tune and polish", true, "By relays, then by CMA-ES: some minutes")}
-      <button
-        type="button" class="plain" title="The gains of pan, depth and vertical shift as they were at first"
-        ?disabled=${running} @click=${() => void orders.resetGains()}
-      >
-        Back to default gains
-      </button>
+      ${textButton("Back to default gains", () => orders.resetGains(), {
+        title: "The gains of pan, depth and vertical shift as they were at first",
+        disabled: running,
+      })}
       <span class="why">${why ?? ""}</span>
     </div>
     ${tune_refusal && html`<p class="refused" role="alert">${tune_refusal}</p>`}

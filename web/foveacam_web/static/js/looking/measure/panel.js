@@ -74,7 +74,7 @@ function rowOf(measured, selected, { store, orders }) {
     selected,
     values: html`<span class="distance number" title=${KINDS[kind].title}>${valueText(measured)}</span>`,
     tools: [
-      toolButton("Details", "info", toggle, selected),
+      toolButton("Details", "info", toggle, { pressed: selected }),
       toolButton("Delete", "trash", () => orders.remove(measured)),
     ],
     more: html`<div class="more" ?hidden=${!selected}>${selected && facts()}</div>`,

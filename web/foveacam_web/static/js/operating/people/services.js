@@ -4,7 +4,7 @@ import { request } from "../../transport/api.js";
 import { ask } from "../../elements/ask.js";
 import { h, html, update } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
-import { badge, numberField, panel, tickField } from "../../elements/parts.js";
+import { badge, numberField, panel, textButton, tickField } from "../../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
@@ -118,7 +118,7 @@ function cellsOf(token, listing) {
         : whenWords(expires_utc),
     ago(last_used_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="Revoke the token of ${name}" @click=${() => void revoke()}>Revoke</button>
+      ${textButton("Revoke", () => revoke(), { name: `Revoke the token of ${name}` })}
     </span>`,
   ];
 }

@@ -2,7 +2,7 @@
 
 import { h, html, update } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
-import { badge, panel } from "../../elements/parts.js";
+import { badge, panel, textButton } from "../../elements/parts.js";
 import { passwordForm } from "../session/form.js";
 import { may } from "../session/words.js";
 import { Listing } from "./listing.js";
@@ -70,9 +70,7 @@ function cellsOf(
     html`<time datetime=${created_utc} title="Until ${whenWords(expires_utc)}">${whenWords(created_utc)}</time>`,
     ago(last_seen_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="Sign out ${user} at ${address}, ${browserWords(browser)}" @click=${() => void end()}>
-        Sign out
-      </button>
+      ${textButton("Sign out", () => end(), { name: `Sign out ${user} at ${address}, ${browserWords(browser)}` })}
     </span>`,
   ];
 }

@@ -4,8 +4,7 @@ import { request } from "../../transport/api.js";
 import { choose } from "../../elements/ask.js";
 import { h, html, update } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
-import { icon } from "../../elements/icons.js";
-import { badge, choiceField, panel } from "../../elements/parts.js";
+import { badge, choiceField, panel, textButton, toolButton } from "../../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";
@@ -110,13 +109,15 @@ function cellsOf(user, own, orders) {
     badge(tone, text, title),
     ago(last_seen_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="New link for ${name}" title="Also for a forgotten password" ?disabled=${disabled} @click=${() => void orders.invite(name)}>
-        New link
-      </button>
-      <button type="button" class="plain" aria-label="${disabled ? "Enable" : "Disable"} ${name}" @click=${() => void orders.setDisabled(name, !disabled)}>
-        ${disabled ? "Enable" : "Disable"}
-      </button>
-      <button type="button" class="tool" aria-label="Remove ${name}" title="Remove" @click=${() => void orders.remove(name)}>${icon("trash")}</button>
+      ${textButton("New link", () => orders.invite(name), {
+        name: `New link for ${name}`,
+        title: "Also for a forgotten password",
+        disabled,
+      })}
+      ${textButton(disabled ? "Enable" : "Disable", () => orders.setDisabled(name, !disabled), {
+        name: `${disabled ? "Enable" : "Disable"} ${name}`,
+      })}
+      ${toolButton(`Remove ${name}`, "trash", () => orders.remove(name), { title: "Remove" })}
     </span>`,
   ];
 }

@@ -3,6 +3,7 @@
 import { fill, h, html } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { HUES } from "./drawing.js";
+import { textButton, toolButton } from "../../elements/parts.js";
 
 /**
  * @import { MapPoint } from "#page"
@@ -27,7 +28,7 @@ export function makeTargets(orders) {
     empty,
     list,
     html`<p class="actions">
-      <button type="button" class="plain" @click=${() => orders.add()}>${icon("plus")}Add a target</button>
+      ${textButton("Add a target", () => orders.add(), { picture: "plus" })}
       ${reset}
     </p>`,
   );
@@ -41,12 +42,7 @@ export function makeTargets(orders) {
           <span class="mark" aria-hidden="true">${String(index)}</span>
           ${inputs.map((input, axis) => html`<label><span>${axis === 0 ? "x" : "y"}</span>${input}</label>`)}
           <span class="unit">m</span>
-          <button
-            type="button" class="tool" aria-label="Remove target ${index}" title="Remove target ${index}"
-            @click=${() => orders.remove(index)}
-          >
-            ${icon("trash")}
-          </button>
+          ${toolButton(`Remove target ${index}`, "trash", () => orders.remove(index))}
         </li>`,
       ),
     );
