@@ -1,6 +1,11 @@
 // Serialises reads from the server: one at a time by name; a read requested meanwhile runs once more afterwards.
 
-import { RequestError } from "./api.js";
+import { RequestError, request } from "./api.js";
+
+/**
+ * @import { ConsoleState } from "#page"
+ * @import { Store } from "../store.js"
+ */
 
 const FIRST_PAUSE_MS = 2000;
 const LAST_PAUSE_MS = 30_000;
@@ -35,6 +40,20 @@ export class QuietReads {
     }
   }
 
+  /**
+   * Read a document of the server into the page's state.
+   * @template {keyof ConsoleState} K
+   * @param {Store} store
+   * @param {K} key
+   * @param {string} path
+   * @param {(found: any) => ConsoleState[K]} [shown] `any`: what the path answers
+   */
+  keep(store, key, path, shown = (found) => found) {
+    return this.read(key, async () => {
+      store.set(/** @type {Partial<ConsoleState>} */ ({ [key]: shown(await request("GET", path)) }));
+    });
+  }
+
   /** @param {string} what @param {() => Promise<void>} read */
   async #once(what, read) {
     const before = this.#put_off.get(what);
@@ -49,4 +68,9 @@ export class QuietReads {
       this.#put_off.set(what, { timer: setTimeout(() => void this.read(what, read), pause_ms), pause_ms });
     }
   }
+}
+
+/** Sort documents, the newest first. @template {{created_utc: string}} T @param {T[]} documents */
+export function newestFirst(documents) {
+  return documents.sort((a, b) => b.created_utc.localeCompare(a.created_utc));
 }

@@ -2,12 +2,12 @@
 // pan-tilt is read for the rig page as well.
 
 import { request } from "../../transport/api.js";
-import { QuietReads } from "../../transport/quiet.js";
+import { newestFirst, QuietReads } from "../../transport/quiet.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { CalibrationDocument, DisplayDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
- * @import { PanTiltDocument, PatternDocument, SessionDocument, SettleTimeDocument } from "#api"
+ * @import { DisplayDocument, EventDocument } from "#api"
+ * @import { PanTiltDocument, PatternDocument, SessionDocument } from "#api"
  * @import { ConsoleState, NodeState, SessionSummary } from "#page"
  * @import { Store } from "../../store.js"
  * @import { WorkFollower } from "./work.js"
@@ -77,28 +77,19 @@ export class CalibrationReader {
   }
 
   readHealth() {
-    return this.#reads.read("health", async () => {
-      this.#store.set({ health: /** @type {HealthDocument} */ (await request("GET", "/calibrations/health")) });
-    });
+    return this.#reads.keep(this.#store, "health", "/calibrations/health");
   }
 
   readRecords() {
-    return this.#reads.read("records", async () => {
-      this.#store.set({ records: /** @type {CalibrationDocument[]} */ (await request("GET", "/calibrations")) });
-    });
+    return this.#reads.keep(this.#store, "records", "/calibrations");
   }
 
   readDrift() {
-    return this.#reads.read("drift", async () => {
-      const checks = /** @type {DriftCheckDocument[]} */ (await request("GET", "/drift_checks"));
-      this.#store.set({ drift_checks: checks.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
-    });
+    return this.#reads.keep(this.#store, "drift_checks", "/drift_checks", newestFirst);
   }
 
   readSettleTime() {
-    return this.#reads.read("settle time", async () => {
-      this.#store.set({ settle_time: /** @type {SettleTimeDocument} */ (await request("GET", "/settle_time")) });
-    });
+    return this.#reads.keep(this.#store, "settle_time", "/settle_time");
   }
 
   /** Read the list of sessions and the open session, or the newest if none is open. */

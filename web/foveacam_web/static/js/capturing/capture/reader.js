@@ -36,9 +36,7 @@ export class CaptureReader {
   }
 
   readList() {
-    return this.#reads.read("captures", async () => {
-      this.#store.set({ captures: /** @type {CaptureDocument[]} */ (await request("GET", "/captures")) });
-    });
+    return this.#reads.keep(this.#store, "captures", "/captures");
   }
 
   /**

@@ -1,6 +1,5 @@
 // Keeps the list of faults equal to the server's, and adds what fails in this page itself.
 
-import { request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";
 import { withoutPresent, withPageFault } from "./words.js";
 
@@ -32,9 +31,7 @@ export class FaultReader {
   }
 
   readAll() {
-    return this.#reads.read("faults", async () => {
-      this.#store.set({ server_faults: /** @type {FaultDocument[]} */ (await request("GET", "/faults")) });
-    });
+    return this.#reads.keep(this.#store, "server_faults", "/faults");
   }
 
   /** @param {EventDocument} event */

@@ -5,7 +5,7 @@ import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { QuietReads } from "../../transport/quiet.js";
 
 /**
- * @import { EventDocument, RailDocument, SimulatedFaults, TriggerTestDocument } from "#api"
+ * @import { EventDocument, RailDocument, SimulatedFaults } from "#api"
  * @import { Job } from "#page"
  * @import { Commands } from "../../commands.js"
  * @import { Store } from "../../store.js"
@@ -71,11 +71,7 @@ export class RigReader {
   }
 
   readTest() {
-    return this.#reads.read("trigger test", async () => {
-      this.#store.set({
-        trigger_test: /** @type {TriggerTestDocument} */ (await request("GET", "/cameras/self_tests/newest")),
-      });
-    });
+    return this.#reads.keep(this.#store, "trigger_test", "/cameras/self_tests/newest");
   }
 
   /** Read the simulated faults; a real rig has none. */

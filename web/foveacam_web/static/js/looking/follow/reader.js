@@ -6,7 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 import { endedMessage } from "./words.js";
 
 /**
- * @import { EventDocument, FollowedDocument, TrailPoint } from "#api"
+ * @import { EventDocument, TrailPoint } from "#api"
  * @import { FollowEnded, FollowRoundTaken } from "#page"
  * @import { Commands } from "../../commands.js"
  * @import { Store } from "../../store.js"
@@ -48,9 +48,7 @@ export class FollowReader {
   }
 
   readFollowed() {
-    return this.#reads.read("followed", async () => {
-      this.#store.set({ followed: /** @type {FollowedDocument[]} */ (await request("GET", "/follows")) });
-    });
+    return this.#reads.keep(this.#store, "followed", "/follows");
   }
 
   readTrails() {

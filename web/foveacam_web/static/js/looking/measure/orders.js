@@ -1,6 +1,5 @@
 // Makes, reads, renames and deletes measurements; a deletion can be undone.
 
-import { request } from "../../transport/api.js";
 import { Deletions } from "../../deletions.js";
 import { QuietReads } from "../../transport/quiet.js";
 
@@ -36,9 +35,7 @@ export class MeasureOrders {
   }
 
   readAll() {
-    return this.#reads.read("measurements", async () => {
-      this.#store.set({ measurements: /** @type {MeasurementDocument[]} */ (await request("GET", "/measurements")) });
-    });
+    return this.#reads.keep(this.#store, "measurements", "/measurements");
   }
 
   /** @param {import("#api").EventDocument} event */
