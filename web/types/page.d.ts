@@ -67,6 +67,11 @@ import type {
   WindowLayout,
 } from "#api";
 
+// What nearly every module is given.
+
+export type { Commands } from "../foveacam_web/static/js/commands.js";
+export type { Store } from "../foveacam_web/static/js/store.js";
+
 // Values that fields of several documents take.
 
 export type Role = StillCamera["camera"];

@@ -7,9 +7,8 @@ import { NO_LEASE, holderName } from "./operating/lease/words.js";
 /**
  * @import { DepthDocument, FixationDocument, FixationRequest, JobDocument } from "#api"
  * @import { LeaseDocument, StopDocument } from "#api"
- * @import { Point } from "#page"
+ * @import { Point, Store } from "#page"
  * @import { Fixations } from "./looking/fixations.js"
- * @import { Store } from "./store.js"
  * @import { Toasts } from "./elements/toasts.js"
  */
 

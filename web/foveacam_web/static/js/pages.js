@@ -6,8 +6,7 @@ import { icon } from "./elements/icons.js";
 import { textButton } from "./elements/parts.js";
 
 /**
- * @import { ConsoleState, Role } from "#page"
- * @import { Store } from "./store.js"
+ * @import { ConsoleState, Role, Store } from "#page"
  * @import { Views } from "./video/views.js"
  * @typedef {ReadonlyMap<Role, HTMLElement>} Slots where a page shows the live pane of each camera
  * @typedef {(typeof PAGES)[number]} Page

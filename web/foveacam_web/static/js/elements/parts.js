@@ -7,10 +7,9 @@ import { isRunning } from "../calibrating/calibration/state.js";
 
 /**
  * @import { JobDocument } from "#api"
- * @import { ConsoleState } from "#page"
+ * @import { ConsoleState, Store } from "#page"
  * @import { Child } from "./dom.js"
  * @import { IconName } from "./icons.js"
- * @import { Store } from "../store.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 

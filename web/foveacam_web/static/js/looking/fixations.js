@@ -6,8 +6,7 @@ import { hasEnded, JobFollower, resultPath } from "../transport/jobs.js";
 /**
  * @import { EventDocument, FixationDocument, FixationEstimate, FixationRequest, JobDocument } from "#api"
  * @import { Problem, StepDocument } from "#api"
- * @import { CurrentFixation, Job } from "#page"
- * @import { Store } from "../store.js"
+ * @import { CurrentFixation, Job, Store } from "#page"
  */
 
 const REQUESTS = 8; // the newest orders of this page whose requests are kept

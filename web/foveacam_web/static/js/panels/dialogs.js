@@ -8,8 +8,7 @@ import { ROOT } from "../root.js";
 import { textButton, toolButton } from "../elements/parts.js";
 
 /**
- * @import { Settings } from "#page"
- * @import { Store } from "../store.js"
+ * @import { Settings, Store } from "#page"
  */
 
 /** @type {[string, [string, string][]][]} */

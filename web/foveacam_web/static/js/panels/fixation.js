@@ -17,10 +17,8 @@ import { textButton } from "../elements/parts.js";
 
 /**
  * @import { CloudDocument, FixationDocument, FixationEstimate, FixationRequest } from "#api"
- * @import { ConsoleState, CurrentFixation, FullLook } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, ConsoleState, CurrentFixation, FullLook, Store } from "#page"
  * @import { FollowOrders } from "../looking/follow/orders.js"
- * @import { Store } from "../store.js"
  * @import { FullResolution } from "./full_resolution.js"
  * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution}} Orders
  * @typedef {{fixation_id: string, size: string, look: FullLook | null}} MoreToSee

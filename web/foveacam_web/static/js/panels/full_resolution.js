@@ -6,10 +6,8 @@ import { JobFollower, resultPath } from "../transport/jobs.js";
 
 /**
  * @import { CloudDocument, FixationDocument, JobDocument } from "#api"
- * @import { ConsoleState, FullLook, Job } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, ConsoleState, FullLook, Job, Store } from "#page"
  * @import { Fixations } from "../looking/fixations.js"
- * @import { Store } from "../store.js"
  */
 
 /**

@@ -7,9 +7,8 @@ import { textButton } from "../elements/parts.js";
 
 /**
  * @import { TargetDocument } from "#api"
- * @import { ConsoleState } from "#page"
+ * @import { ConsoleState, Store } from "#page"
  * @import { Keyboard } from "../keys.js"
- * @import { Store } from "../store.js"
  */
 
 const CLOSEST_M = 0.2;

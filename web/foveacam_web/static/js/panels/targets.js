@@ -8,9 +8,8 @@ import { namedRow } from "./named_row.js";
 
 /**
  * @import { TargetDocument } from "#api"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, Store } from "#page"
  * @import { FollowOrders } from "../looking/follow/orders.js"
- * @import { Store } from "../store.js"
  * @typedef {{store: Store, commands: Commands, follows: FollowOrders, select: (target: TargetDocument) => void}} Context
  */
 

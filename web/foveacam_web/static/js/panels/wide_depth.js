@@ -8,9 +8,7 @@ import { API } from "../root.js";
 
 /**
  * @import { EventDocument, JobDocument, WideDepthDocument } from "#api"
- * @import { Job } from "#page"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Job, Store } from "#page"
  */
 
 const KIND = "wide_depth_survey";

@@ -15,8 +15,7 @@ import { layoutAddress } from "../operating/windows/layout.js";
 
 /**
  * @import { CameraPreset, WindowLayout } from "#api"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Store } from "#page"
  * @import { Preferences } from "./reader.js"
  */
 

@@ -10,8 +10,7 @@ import { actWords, removedWords, ruleWords } from "./retention_words.js";
 
 /**
  * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Store } from "#page"
  */
 
 const MOST = 20;

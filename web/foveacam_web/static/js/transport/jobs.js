@@ -4,8 +4,7 @@ import { RequestError, request } from "./api.js";
 
 /**
  * @import { EventDocument, JobDocument } from "#api"
- * @import { Job } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, Job } from "#page"
  */
 
 const LOOK_MS = 700; // without an event for so long, the job is read

@@ -3,8 +3,7 @@
 import { RequestError, request } from "./api.js";
 
 /**
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../store.js"
+ * @import { ConsoleState, Store } from "#page"
  */
 
 const FIRST_PAUSE_MS = 2000;

@@ -8,8 +8,8 @@ import { signIn } from "./sign_in.js";
 
 /**
  * @import { EventDocument, RigDocument, StopDocument } from "#api"
+ * @import { Store } from "#page"
  * @import { Fixations } from "../looking/fixations.js"
- * @import { Store } from "../store.js"
  * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void, forget?(): void}} Reader reads what is its
  *   own; `forget`: called when its page is left
  */

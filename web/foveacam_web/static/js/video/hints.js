@@ -7,7 +7,7 @@ import { changeSettings } from "../settings.js";
 
 /**
  * @import { SuggestionDocument } from "#api"
- * @import { Store } from "../store.js"
+ * @import { Store } from "#page"
  * @import { Pane } from "./pane.js"
  */
 

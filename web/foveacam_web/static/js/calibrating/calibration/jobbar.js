@@ -8,8 +8,7 @@ import { bar, shareOf } from "../../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 
 /**
- * @import { Work } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Store, Work } from "#page"
  * @import { CalibrationOrders } from "./orders.js"
  * @import { WorkFollower } from "./work.js"
  */

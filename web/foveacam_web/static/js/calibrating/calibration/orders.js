@@ -6,9 +6,7 @@ import { h } from "../../elements/dom.js";
 /**
  * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"
  * @import { SettleTimeDocument } from "#api"
- * @import { DisplayPattern, RunStep } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, DisplayPattern, RunStep, Store } from "#page"
  * @import { CalibrationReader } from "./reader.js"
  * @import { WorkFollower } from "./work.js"
  */

@@ -11,8 +11,7 @@ import { isRunning } from "./state.js";
 
 /**
  * @import { PanTiltDocument, StationDocument } from "#api"
- * @import { Work } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Store, Work } from "#page"
  * @import { CalibrationOrders } from "./orders.js"
  */
 

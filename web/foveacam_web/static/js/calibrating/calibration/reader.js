@@ -8,8 +8,7 @@ import { isRunning } from "./state.js";
 /**
  * @import { DisplayDocument, EventDocument } from "#api"
  * @import { PanTiltDocument, PatternDocument, SessionDocument } from "#api"
- * @import { ConsoleState, NodeState, SessionSummary } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, NodeState, SessionSummary, Store } from "#page"
  * @import { WorkFollower } from "./work.js"
  */
 

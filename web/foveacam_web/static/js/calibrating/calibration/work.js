@@ -5,9 +5,7 @@ import { isRunning } from "./state.js";
 
 /**
  * @import { EventDocument, JobDocument } from "#api"
- * @import { Job, Work } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Job, Store, Work } from "#page"
  */
 
 /** Follows the procedure for one page. */

@@ -12,9 +12,7 @@ import { makeStarter } from "./starter.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { ViewSize, WholeDraft } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store, ViewSize, WholeDraft } from "#page"
  */
 
 /** The plan that is edited on the page. */

@@ -5,8 +5,7 @@ import { RequestError, request } from "../../transport/api.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { Estimate } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Estimate, Store } from "#page"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 

@@ -4,8 +4,7 @@ import { RequestError, request } from "../../transport/api.js";
 
 /**
  * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @import { CaptureReader } from "./reader.js"
  */
 

@@ -9,7 +9,7 @@ import { sizeText } from "./words.js";
 
 /**
  * @import { CaptureDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#page"
  * @import { CaptureOrders } from "./orders.js"
  */
 

@@ -8,9 +8,7 @@ import { isCapturing } from "./state.js";
 
 /**
  * @import { CaptureDocument, CaptureProgress, EventDocument, JobDocument } from "#api"
- * @import { Capturing, Job } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Capturing, Commands, Job, Store } from "#page"
  */
 
 /** The capture reads of one page. */

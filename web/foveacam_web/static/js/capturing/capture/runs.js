@@ -10,8 +10,7 @@ import { galleryAddress } from "../../addresses.js";
 import { endWords, farWords, stateWords } from "./words.js";
 
 /**
- * @import { CaptureEnd, Capturing } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { CaptureEnd, Capturing, Store } from "#page"
  * @import { CaptureOrders } from "./orders.js"
  * @import { CaptureReader } from "./reader.js"
  */

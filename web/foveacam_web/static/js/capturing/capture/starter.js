@@ -10,8 +10,7 @@ import { asked, textField } from "./parts.js";
 
 /**
  * @import { CaptureRequest, Problem } from "#api"
- * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Trouble } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Store, Trouble } from "#page"
  * @import { CaptureOrders } from "./orders.js"
  * @import { Troubles } from "./parts.js"
  */

@@ -10,8 +10,7 @@ import { makeStillShown } from "./still_shown.js";
 
 /**
  * @import { JobProgress, Problem } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @import { StillReader } from "./still_reader.js"
  */
 

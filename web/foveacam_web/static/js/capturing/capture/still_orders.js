@@ -6,7 +6,7 @@ import { galleryAddress } from "../../addresses.js";
 
 /**
  * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands } from "#page"
  */
 
 /** The still commands of one page. @extends {CollectionOrders<StillDocument>} */

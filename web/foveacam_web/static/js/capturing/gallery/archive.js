@@ -9,7 +9,7 @@ import { archivedWords, sizeWords } from "./dataset_words.js";
 
 /**
  * @import { ArchiveDocument, ArchivedDocument } from "#api"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands } from "#page"
  * @import { CollectionOrders } from "./collection_orders.js"
  * @typedef {{id: string, name: string, archived: ArchivedDocument | null}} Archivable
  */

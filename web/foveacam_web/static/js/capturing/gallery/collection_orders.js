@@ -4,8 +4,7 @@ import { RequestError } from "../../transport/api.js";
 
 /**
  * @import { JobDocument } from "#api"
- * @import { Job } from "#page"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands, Job } from "#page"
  * @import { JobFollower } from "../../transport/jobs.js"
  */
 

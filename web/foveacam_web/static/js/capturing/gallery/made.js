@@ -10,8 +10,7 @@ import { capturePath } from "./dataset_words.js";
 
 /**
  * @import { EventDocument, Problem } from "#api"
- * @import { Job, MakingDocument } from "#page"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands, Job, MakingDocument } from "#page"
  */
 
 /**

@@ -9,8 +9,7 @@ import { changeSettings } from "../../settings.js";
 
 /**
  * @import { NameDocument, RecordingRequest } from "#api"
- * @import { Settings } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Settings, Store } from "#page"
  */
 
 const PAUSE_MS = 250;

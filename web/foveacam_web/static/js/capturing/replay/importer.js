@@ -11,8 +11,7 @@ import { nameOf, sendRecording } from "./upload.js";
 
 /**
  * @import { FolderFile, FoldersDocument, RecordingDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @typedef {{file: File, name: string, sent: number, refused: string, stop: AbortController}} Sending
  */
 

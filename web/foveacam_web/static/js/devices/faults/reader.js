@@ -5,8 +5,7 @@ import { withoutPresent, withPageFault } from "./words.js";
 
 /**
  * @import { EventDocument, FaultDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  */
 
 const LOST_MS = 600; // a shorter interruption is no fault

@@ -9,7 +9,7 @@ import { placeWords, trayLabel, trayRows, trayTone, whenWords } from "./words.js
 
 /**
  * @import { FaultDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#page"
  * @import { FaultReader } from "./reader.js"
  */
 

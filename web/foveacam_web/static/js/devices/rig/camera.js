@@ -11,8 +11,7 @@ import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, 
 
 /**
  * @import { CameraDocument, CameraPatch } from "#api"
- * @import { CameraNumber, ConsoleState, Role } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { CameraNumber, ConsoleState, Role, Store } from "#page"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{store: Store, orders: RigOrders}} Context
  */

@@ -6,9 +6,7 @@ import { RequestError, request } from "../../transport/api.js";
 /**
  * @import { BinningRequest, CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument } from "#api"
  * @import { RailDocument, RigBinningDocument, SimulatedFaults } from "#api"
- * @import { Role } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Role, Store } from "#page"
  * @import { RigReader } from "./reader.js"
  * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */

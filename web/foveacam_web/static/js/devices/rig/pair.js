@@ -8,7 +8,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { CameraPatch, DifferenceDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#page"
  * @import { RigOrders } from "./orders.js"
  */
 

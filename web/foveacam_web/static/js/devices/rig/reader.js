@@ -6,9 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { EventDocument, RailDocument, SimulatedFaults } from "#api"
- * @import { Job } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Job, Store } from "#page"
  */
 
 const READ_BACK_MS = 1000;

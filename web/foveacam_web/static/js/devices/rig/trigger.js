@@ -7,8 +7,7 @@ import { takesOrders, VERDICTS } from "./words.js";
 
 /**
  * @import { EyeTestDocument, TriggerDocument, TriggerTestDocument } from "#api"
- * @import { ConsoleState, Job } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Job, Store } from "#page"
  * @import { RigOrders } from "./orders.js"
  */
 

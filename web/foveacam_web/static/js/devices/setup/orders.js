@@ -4,8 +4,7 @@ import { request, RequestError } from "../../transport/api.js";
 
 /**
  * @import { DraftDocument, RigDraft, RigFileDocument, RigFiles, TryResult } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @import { SetupReader } from "./reader.js"
  */
 

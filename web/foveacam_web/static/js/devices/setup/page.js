@@ -11,8 +11,7 @@ import { valuesOf } from "./values.js";
 
 /**
  * @import { FoundCameraDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#page"
  * @import { SetupOrders } from "./orders.js"
  * @import { SetupReader } from "./reader.js"
  */

@@ -6,7 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { AdviceDocument, DraftDocument, EventDocument, FoundDevices, RigFileDocument, RigFiles, StartDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#page"
  */
 
 const START_MS = 400;

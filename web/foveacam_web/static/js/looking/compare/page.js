@@ -10,8 +10,7 @@ import { differenceRows, firstPair, histogramCurves, researchOnly, sideRows } fr
 
 /**
  * @import { BackendComparisonDocument, DepthBackendsDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @typedef {{first: string, second: string}} Chosen
  */
 

@@ -7,8 +7,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { FollowedDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#page"
  * @import { FollowOrders } from "./orders.js"
  * @typedef {{store: Store, orders: FollowOrders}} FollowContext
  */

@@ -7,9 +7,7 @@ import { endedMessage } from "./words.js";
 
 /**
  * @import { EventDocument, TrailPoint } from "#api"
- * @import { FollowEnded, FollowRoundTaken } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, FollowEnded, FollowRoundTaken, Store } from "#page"
  */
 
 const READ_MS = 500;

@@ -8,9 +8,7 @@ import { LatestOrder } from "../../transport/latest_order.js";
 /**
  * @import { JobDocument, LoopDocument, LoopDrag, LoopPatch, LoopSettingsDocument, LoopSettingsPatch } from "#api"
  * @import { LoopTargetRequest } from "#api"
- * @import { Point } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Point, Store } from "#page"
  * @import { GainGroup, GroupName } from "./settings.js"
  */
 

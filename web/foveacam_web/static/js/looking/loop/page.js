@@ -14,9 +14,8 @@ import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from 
 
 /**
  * @import { LoopDocument, LoopSample, LoopTriggerDocument } from "#api"
- * @import { Role } from "#page"
+ * @import { Role, Store } from "#page"
  * @import { Slots } from "../../pages.js"
- * @import { Store } from "../../store.js"
  * @import { LoopOrders } from "./orders.js"
  */
 

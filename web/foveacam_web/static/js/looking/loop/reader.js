@@ -9,8 +9,7 @@ import { eventMessage } from "./words.js";
 
 /**
  * @import { EventDocument, LoopDocument, LoopSample } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @import { JobFollower } from "../../transport/jobs.js"
  */
 

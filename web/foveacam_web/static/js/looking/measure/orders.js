@@ -5,9 +5,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { MeasurementDocument, PlaceRequest } from "#api"
- * @import { MeasureKind } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, MeasureKind, Store } from "#page"
  */
 
 const PATIENCE_MS = 30_000;

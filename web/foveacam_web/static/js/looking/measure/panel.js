@@ -10,8 +10,7 @@ import { API } from "../../root.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#page"
  * @import { MeasureOrders } from "./orders.js"
  * @typedef {{store: Store, orders: MeasureOrders}} Context
  */

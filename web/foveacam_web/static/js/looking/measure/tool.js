@@ -8,8 +8,7 @@ import { toolButton } from "../../elements/parts.js";
 
 /**
  * @import { PlaceRequest } from "#api"
- * @import { MeasureKind, MeasuredView, Point } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { MeasureKind, MeasuredView, Point, Store } from "#page"
  * @import { Views } from "../../video/views.js"
  * @import { MeasureOrders } from "./orders.js"
  */

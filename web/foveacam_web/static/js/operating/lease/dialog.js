@@ -5,8 +5,7 @@ import { sheet } from "../../panels/dialogs.js";
 import { NAMELESS, holderName, isPerson, leaseWays, leaseWords } from "./words.js";
 
 /**
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  */
 
 /** @param {{store: Store, commands: Commands}} context */

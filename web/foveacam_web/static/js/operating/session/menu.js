@@ -11,8 +11,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { SignInDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#page"
  * @import { SessionReader } from "./reader.js"
  */
 

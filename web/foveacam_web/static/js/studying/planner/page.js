@@ -15,8 +15,7 @@ import { makeTargets } from "./targets.js";
 import { PlanView } from "./view.js";
 
 /**
- * @import { MapPoint } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { MapPoint, Store } from "#page"
  */
 
 /** @param {HTMLElement} place @param {{store: Store}} context */
