@@ -95,6 +95,12 @@ export function textButton(text, act, options = {}) {
   </button>`;
 }
 
+/** Build a button with a text that its module keeps and changes. @param {Parameters<typeof textButton>} button */
+export function keptButton(...button) {
+  const place = h("div", {}, textButton(...button));
+  return /** @type {HTMLButtonElement} */ (place.firstElementChild);
+}
+
 /** Return the value of an attribute that is not there where nothing is to be stated. @param {boolean | undefined} on */
 function stated(on) {
   return on === undefined ? absent : String(on);

@@ -4,7 +4,7 @@ import { fill, h, html, say } from "../../elements/dom.js";
 import { pixels, remedyOf, sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { knockWords } from "./fit/knocks.js";
-import { bar, shareOf } from "../../elements/parts.js";
+import { bar, keptButton, shareOf } from "../../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 
 /**
@@ -35,25 +35,11 @@ const RESUMABLE = new Set(["wide", "lens", "mirrors", "all"]);
 export function mountJobBar(place, { store, orders, work: follower, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "job" });
-  const stop = h("button", { type: "button", class: "plain", on: { click: () => void orders.cancel() } }, "Cancel");
-  const onward = h(
-    "button",
-    {
-      type: "button",
-      class: "plain primary",
-      on: { click: () => store.state.work && void orders.goOn(store.state.work) },
-    },
-    "Go on",
-  );
-  const elsewhere = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      on: { click: () => void reader.openSession(store.state.work?.session_id ?? "") },
-    },
-    "Show its measurement",
-  );
+  const stop = keptButton("Cancel", () => orders.cancel());
+  const onward = keptButton("Go on", () => store.state.work && void orders.goOn(store.state.work), {
+    kind: "plain primary",
+  });
+  const elsewhere = keptButton("Show its measurement", () => reader.openSession(store.state.work?.session_id ?? ""));
   const dismiss = h(
     "button",
     { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => follower.dismiss() } },

@@ -6,7 +6,7 @@ import { angle, MISSING, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { nextStep, stateWord } from "../../devices/rig/positioner_words.js";
 import { zeroOf } from "../../devices/rig/zero.js";
-import { choiceField, nothing, textButton } from "../../elements/parts.js";
+import { choiceField, keptButton, nothing, textButton } from "../../elements/parts.js";
 import { isRunning } from "./state.js";
 
 /**
@@ -132,7 +132,7 @@ function driveOf({ store, orders }) {
     arrow("Turn down", "low", 0, 1),
   ];
   const hold = textButton("Hold", () => orders.hold(), { kind: "plain hold", title: "Stop turning now" });
-  const home = h("button", { type: "button", class: "plain", on: { click: () => void orders.home() } }, "Home");
+  const home = keptButton("Home", () => orders.home());
   const reason = h("p", { class: "why", role: "status" });
   const element = h(
     "div",

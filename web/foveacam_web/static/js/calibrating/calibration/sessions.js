@@ -2,8 +2,7 @@
 
 import { changing, fill, h, html, repeat, say } from "../../elements/dom.js";
 import { MISSING, number } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
-import { badge, nothing, textButton, toolButton } from "../../elements/parts.js";
+import { badge, keptButton, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { offers } from "../../operating/session/words.js";
 
 /**
@@ -42,12 +41,7 @@ export function mountSessions(place, { store, orders, reader }) {
   /** @type {Set<string>} */
   const picked = new Set();
   const hint = h("span", { class: "why", role: "status" });
-  const combine = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => void act() } },
-    icon("plus"),
-    "Combine",
-  );
+  const combine = keptButton("Combine", () => act(), { picture: "plus" });
   const together = h("p", { class: "actions" }, html`<span class="starter">${combine}${hint}</span>`);
   const act = async () => {
     combine.disabled = true;

@@ -1,9 +1,8 @@
 // The panel of stills: the options of the next still, the button, and the last still.
 
-import { bar, panel } from "../../elements/parts.js";
+import { bar, keptButton, panel } from "../../elements/parts.js";
 import { changing, h, html } from "../../elements/dom.js";
 import { count, remedyOf, sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { makeStillForm } from "./still_form.js";
 import { StillOrders } from "./still_orders.js";
 import { makeStillShown } from "./still_shown.js";
@@ -33,12 +32,7 @@ export function stillPanel({ store, commands, reader }) {
     if (!("status" in answer)) reader.jobs.follow(answer);
     show();
   };
-  const button = h(
-    "button",
-    { type: "button", class: "plain primary start", on: { click: () => void take() } },
-    icon("pictures"),
-    "Take a still",
-  );
+  const button = keptButton("Take a still", () => take(), { kind: "plain primary start", picture: "pictures" });
   const show = () => {
     const { jobs, held } = reader;
     button.disabled = sending || store.state.stream === "down" || jobs.running;

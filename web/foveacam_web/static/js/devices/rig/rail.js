@@ -1,6 +1,6 @@
 // Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
-import { nothing, numberField, textButton } from "../../elements/parts.js";
+import { keptButton, nothing, numberField, textButton } from "../../elements/parts.js";
 import { isRunning } from "../../calibrating/calibration/state.js";
 import { changing, fill, h, html, say } from "../../elements/dom.js";
 import { number, sentence } from "../../elements/format.js";
@@ -74,22 +74,12 @@ function byHand({ wanted_mm, position_mm }) {
 function driveOf(orders) {
   const to = numberField("Position", { unit: "mm", step: "any" });
   const go = h("button", { type: "submit", class: "plain" }, "Go");
-  const hold = h(
-    "button",
-    {
-      type: "button",
-      class: "plain hold",
-      title: "Stop moving now",
-      "aria-label": "Hold the rail",
-      on: { click: () => void orders.holdRail() },
-    },
-    "Hold",
-  );
-  const home = h(
-    "button",
-    { type: "button", class: "plain", "aria-label": "Home the rail", on: { click: () => void orders.homeRail() } },
-    "Home",
-  );
+  const hold = keptButton("Hold", () => orders.holdRail(), {
+    kind: "plain hold",
+    name: "Hold the rail",
+    title: "Stop moving now",
+  });
+  const home = keptButton("Home", () => orders.homeRail(), { name: "Home the rail" });
   const reason = h("p", { class: "why", role: "status" });
   const send = (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();

@@ -1,9 +1,8 @@
 // Lists the targets: shows, edits and removes each by keyboard, as the drawing does by pointer.
 
 import { fill, h, html } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
 import { HUES } from "./drawing.js";
-import { textButton, toolButton } from "../../elements/parts.js";
+import { keptButton, textButton, toolButton } from "../../elements/parts.js";
 
 /**
  * @import { MapPoint } from "#page"
@@ -13,12 +12,7 @@ import { textButton, toolButton } from "../../elements/parts.js";
 /** @param {Orders} orders */
 export function makeTargets(orders) {
   const list = h("ol", { class: "plan-targets" });
-  const reset = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => orders.reset() } },
-    icon("again"),
-    "The map’s own",
-  );
+  const reset = keptButton("The map’s own", () => orders.reset(), { picture: "again" });
   const empty = h("p", { class: "empty", text: "No target yet: click on the plan, or add one." });
   /** @type {{inputs: HTMLInputElement[]}[]} */
   let rows = [];

@@ -5,7 +5,7 @@ import { MISSING, number, span } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
 import { facts } from "../facts.js";
 import { makeImporter } from "./importer.js";
-import { badge, figures, nothing, textButton, toolButton } from "../../../elements/parts.js";
+import { badge, figures, keptButton, nothing, textButton, toolButton } from "../../../elements/parts.js";
 import { API } from "../../../root.js";
 import { offers } from "../../../operating/session/words.js";
 
@@ -30,12 +30,7 @@ export function mountRecords(place, context) {
   const picked = new Set();
   const list = h("ul", { class: "records" });
   const compared = h("div", { class: "compared", hidden: true });
-  const compare = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => void act() } },
-    icon("scales"),
-    "Compare",
-  );
+  const compare = keptButton("Compare", () => act(), { picture: "scales" });
   const hint = h("span", { class: "why", role: "status" });
   const act = async () => {
     const [a, b] = [...picked];
