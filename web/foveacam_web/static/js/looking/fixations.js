@@ -1,6 +1,6 @@
 // Follows the running fixation, whoever requested it: its steps by events, its result at the end.
 
-import { RequestError, request } from "../transport/api.js";
+import { outcome, request } from "../transport/api.js";
 import { hasEnded, JobFollower, resultPath } from "../transport/jobs.js";
 
 /**
@@ -86,15 +86,12 @@ export class Fixations {
   /** Show an earlier fixation, unless it was deleted meanwhile or another one runs. @param {string} fixation_id */
   async recall(fixation_id) {
     if (this.running) return;
-    try {
-      const past = /** @type {FixationDocument} */ (await request("GET", `/fixations/${fixation_id}`));
-      if (this.running) return;
-      this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
-      const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
-      if (target) this.#store.set({ selected_target: target.id });
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-    }
+    const asked = /** @type {Promise<FixationDocument>} */ (request("GET", `/fixations/${fixation_id}`));
+    const { answer: past } = await outcome(asked);
+    if (this.running || !past) return;
+    this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
+    const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
+    if (target) this.#store.set({ selected_target: target.id });
   }
 
   /** Show the new answer of a fixation after the operator has chosen one. @param {FixationDocument} fixation */
@@ -170,12 +167,9 @@ export class Fixations {
 
   /** @param {string} path */
   async #load(path) {
-    try {
-      this.#ended(await request("GET", path));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#fail(error.document);
-    }
+    const { answer, error } = await outcome(/** @type {Promise<FixationDocument>} */ (request("GET", path)));
+    if (answer) this.#ended(answer);
+    else this.#fail(error.document);
   }
 
   /** @param {FixationDocument} fixation */

@@ -1,7 +1,7 @@
 // Orders one more look at full resolution for the cloud of a fixation, and follows its job until it ends.
 
 import { basisOf } from "../looking/answers.js";
-import { RequestError, request } from "../transport/api.js";
+import { outcome, request } from "../transport/api.js";
 import { JobFollower, resultPath } from "../transport/jobs.js";
 
 /**
@@ -74,14 +74,10 @@ export class FullResolution {
 
   /** Show the new cloud with its fixation. @param {string} fixation_id @param {string} path */
   async #show(fixation_id, path) {
-    try {
-      const cloud = /** @type {CloudDocument} */ (await request("GET", path));
-      const { clouds, current } = this.#store.state;
-      this.#store.set({ full_look: null, clouds: [cloud, ...clouds.filter(({ id }) => id !== cloud.id)] });
-      if (current?.fixation?.id === fixation_id) this.#fixations.changed({ ...current.fixation, cloud_id: cloud.id });
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#change({ state: "failed", problem: error.document });
-    }
+    const { answer: cloud, error } = await outcome(/** @type {Promise<CloudDocument>} */ (request("GET", path)));
+    if (error) return this.#change({ state: "failed", problem: error.document });
+    const { clouds, current } = this.#store.state;
+    this.#store.set({ full_look: null, clouds: [cloud, ...clouds.filter(({ id }) => id !== cloud.id)] });
+    if (current?.fixation?.id === fixation_id) this.#fixations.changed({ ...current.fixation, cloud_id: cloud.id });
   }
 }

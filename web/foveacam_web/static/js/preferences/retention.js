@@ -1,6 +1,6 @@
 // The panel of retention on the settings page: its rules, what they would remove now, and the button.
 
-import { RequestError, request } from "../transport/api.js";
+import { outcome, request } from "../transport/api.js";
 import { html, update } from "../elements/dom.js";
 import { count, sentence } from "../elements/format.js";
 import { sizeWords, whenWords } from "../capturing/gallery/dataset_words.js";
@@ -30,13 +30,10 @@ const KINDS = [
  */
 export function showRetention(place, { store, commands, signal }) {
   const read = async () => {
-    try {
-      const found = /** @type {RetentionPreview} */ (await request("GET", "/retention"));
-      if (!signal.aborted) update(place, shown(found, offers(store.state.sign_in, "administer") ? move : null));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (!signal.aborted) update(place, nothing(sentence(error.message)));
-    }
+    const { answer, error } = await outcome(/** @type {Promise<RetentionPreview>} */ (request("GET", "/retention")));
+    if (signal.aborted) return;
+    if (error) update(place, nothing(sentence(error.message)));
+    else update(place, shown(answer, offers(store.state.sign_in, "administer") ? move : null));
   };
   const move = async (/** @type {string} */ digest) => {
     const moved = /** @type {RetentionApplied | null} */ (

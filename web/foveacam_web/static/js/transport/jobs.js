@@ -1,6 +1,6 @@
 // Follows a job of the server until it ends: by its events, and by reading it where they do not arrive.
 
-import { RequestError, request } from "./api.js";
+import { outcome, request } from "./api.js";
 
 /**
  * @import { EventDocument, JobDocument } from "#api"
@@ -109,16 +109,10 @@ export class JobFollower {
 
   async #read() {
     const id = /** @type {string} */ (this.id);
-    /** @type {Job | null} */
-    let found = null;
-    try {
-      found = /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.document.status === GONE) found = { id, state: "failed", problem: error.document };
-    }
+    const { answer, error } = await outcome(/** @type {Promise<JobDocument>} */ (request("GET", `/jobs/${id}`)));
     if (id !== this.id) return; // another job is followed meanwhile
-    if (found) this.#take(found);
+    if (answer) this.#take(answer);
+    else if (error.document.status === GONE) this.#take({ id, state: "failed", problem: error.document });
     else this.#readLater(); // the server is away, opens its rig, or does not know this browser
   }
 }

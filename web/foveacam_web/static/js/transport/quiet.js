@@ -1,6 +1,6 @@
 // Serialises reads from the server: one at a time by name; a read requested meanwhile runs once more afterwards.
 
-import { RequestError, request } from "./api.js";
+import { outcome, request } from "./api.js";
 
 /**
  * @import { ConsoleState, Store } from "#page"
@@ -58,14 +58,10 @@ export class QuietReads {
     const before = this.#put_off.get(what);
     clearTimeout(before?.timer);
     this.#put_off.delete(what);
-    try {
-      await read();
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.document.status !== NOT_YET) return;
-      const pause_ms = before ? Math.min(LAST_PAUSE_MS, 2 * before.pause_ms) : FIRST_PAUSE_MS;
-      this.#put_off.set(what, { timer: setTimeout(() => void this.read(what, read), pause_ms), pause_ms });
-    }
+    const { error } = await outcome(read());
+    if (error?.document.status !== NOT_YET) return;
+    const pause_ms = before ? Math.min(LAST_PAUSE_MS, 2 * before.pause_ms) : FIRST_PAUSE_MS;
+    this.#put_off.set(what, { timer: setTimeout(() => void this.read(what, read), pause_ms), pause_ms });
   }
 }
 

@@ -1,10 +1,9 @@
 // Starts, resumes, pauses and cancels captures. The refusal of a start is returned, so that it is shown at its field.
 
-import { RequestError, request } from "../../transport/api.js";
-
 /**
  * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"
  * @import { Commands, Store } from "#page"
+ * @import { RequestError } from "../../transport/api.js"
  * @import { CaptureReader } from "./reader.js"
  */
 
@@ -23,17 +22,12 @@ export class CaptureOrders {
 
   /** @param {CaptureRequest} wish @returns {Promise<Problem | null>} the refusal */
   async start(wish) {
-    try {
-      const options = { body: wish, headers: this.#commands.leaseHeader() };
-      const job = /** @type {JobDocument} */ (await request("POST", "/captures", options));
-      this.#reader.follow(job, { name: wish.name });
-      return null;
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      // shown as a message with a button
-      if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error));
-      return error.document;
-    }
+    const { answer, error } = await this.#commands.tried("POST", "/captures", {
+      body: wish,
+      said: (refusal) => this.#hasAWayOut(refusal), // the message has a button
+    });
+    if (answer) this.#reader.follow(/** @type {JobDocument} */ (answer), { name: wish.name });
+    return error?.document ?? null;
   }
 
   /** Resume a partial capture. @param {CaptureDocument} capture */

@@ -1,6 +1,6 @@
 // Shows whether a dataset, recording or still is in the archive; sends it there and fetches it, with progress.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { badge, jobRow, panel, textButton } from "../../elements/parts.js";
@@ -45,11 +45,8 @@ export function makeArchive({ orders, signal, changed, read }) {
     sending = false;
   };
   const ask = async () => {
-    try {
-      ({ url } = /** @type {ArchiveDocument} */ (await request("GET", "/archive")));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error; // it is shown without the panel
-    }
+    const found = await outcome(/** @type {Promise<ArchiveDocument>} */ (request("GET", "/archive")));
+    url = found.answer?.url ?? null; // null: it is shown without the panel
     if (!signal.aborted && url !== null) changed();
   };
   void ask();

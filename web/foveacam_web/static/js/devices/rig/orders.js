@@ -1,8 +1,6 @@
 // Sends commands to the rig's devices. The refusal of a camera setting is returned, so that it is shown beside its
 // control.
 
-import { RequestError, request } from "../../transport/api.js";
-
 /**
  * @import { BinningRequest, CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument } from "#api"
  * @import { RailDocument, RigBinningDocument, SimulatedFaults } from "#api"
@@ -46,20 +44,11 @@ export class RigOrders {
    */
   chooseBinning(working_binning) {
     return this.#inTurn(async () => {
-      const body = /** @type {BinningRequest} */ ({ working_binning });
-      try {
-        const binning = /** @type {RigBinningDocument} */ (
-          await request("PUT", "/rig/binning", { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS })
-        );
-        const { rig } = this.#store.state;
-        if (rig) this.#store.set({ rig: { ...rig, binning } });
-        return null;
-      } catch (error) {
-        if (!(error instanceof RequestError)) throw error;
-        if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
-        void this.#reader.readRig();
-        return error.message;
-      }
+      const binning = await this.#set("PUT", "/rig/binning", /** @type {BinningRequest} */ ({ working_binning }));
+      const { rig } = this.#store.state;
+      if (rig && binning.answer)
+        this.#store.set({ rig: { ...rig, binning: /** @type {RigBinningDocument} */ (binning.answer) } });
+      return binning.error?.message ?? null;
     });
   }
 
@@ -87,18 +76,26 @@ export class RigOrders {
    * @returns {Promise<Answer>}
    */
   async #camera(method, path, body) {
-    try {
-      const changed = /** @type {CamerasChangedDocument} */ (
-        await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS })
-      );
-      this.#adopt(changed);
-      return { changed, refusal: null };
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
-      void this.#reader.readRig();
-      return { changed: null, refusal: error.message };
-    }
+    const { answer, error } = await this.#set(method, path, body);
+    const changed = /** @type {CamerasChangedDocument | null} */ (answer);
+    if (changed) this.#adopt(changed);
+    return { changed, refusal: error?.message ?? null };
+  }
+
+  /**
+   * Set what the cameras have; where it is refused, read what they have instead.
+   * @param {"PUT" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {object | undefined} body
+   */
+  async #set(method, path, body) {
+    const options = { body, patience_ms: CAMERA_MS };
+    const found = await this.#commands.tried(method, path, {
+      ...options,
+      said: ({ document }) => document.status !== 422,
+    });
+    if (found.error) void this.#reader.readRig();
+    return found;
   }
 
   /** @param {CamerasChangedDocument} changed */
