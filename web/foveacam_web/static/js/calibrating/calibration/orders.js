@@ -1,7 +1,7 @@
 // Sends the calibration commands. A refusal is shown with its remedy, and null returned.
 
 import { file, request } from "../../transport/api.js";
-import { h } from "../../elements/dom.js";
+import { hand } from "../../elements/download.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"
@@ -11,7 +11,6 @@ import { h } from "../../elements/dom.js";
  * @import { WorkFollower } from "./work.js"
  */
 
-const KEPT_MS = 60_000; // the browser may start saving late
 const UNDO_MS = 15_000;
 const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes long
 
@@ -182,10 +181,7 @@ export class CalibrationOrders {
   /** Save a file of the server; a refusal is shown and not saved. @param {string} path below /api/v1 */
   async save(path) {
     const found = await this.#commands.attempt(() => file(path));
-    if (!found) return;
-    const address = URL.createObjectURL(found.content);
-    h("a", { href: address, download: found.name }).click();
-    setTimeout(() => URL.revokeObjectURL(address), KEPT_MS);
+    if (found) hand(found.content, found.name);
   }
 
   /** Run a drift check. @param {{distance_m: number | null, apply: boolean}} body */
