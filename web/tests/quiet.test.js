@@ -81,3 +81,20 @@ test("a document is kept in the page's state, and stays there while the server i
   for (let read = 0; read < 2; read += 1) await reads.keep(store, "targets", "/targets", newestFirst);
   assert.deepEqual(store.state.targets, [newer, older]);
 });
+
+test("a repeated read goes on after each pause until there is none, also where one fails", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const reads = new QuietReads();
+  const pauses = [100, 100, null];
+  let runs = 0;
+  const read = async () => {
+    runs += 1;
+    if (runs === 1) throw failure;
+  };
+  await reads.repeat("rail", read, () => pauses.shift() ?? null);
+  for (let turn = 0; turn < 4; turn += 1) {
+    t.mock.timers.tick(100);
+    await new Promise(setImmediate);
+  }
+  assert.equal(runs, 3);
+});

@@ -15,6 +15,8 @@ export class QuietReads {
   #busy = new Set();
   /** @type {Map<string, {timer: ReturnType<typeof setTimeout>, pause_ms: number}>} reads that the server put off */
   #put_off = new Map();
+  /** @type {Map<string, ReturnType<typeof setTimeout>>} the next of the reads that are repeated */
+  #repeated = new Map();
 
   /**
    * Run a read. A failed request is ignored until the next read: the banner and the panels show what is missing. One
@@ -50,6 +52,25 @@ export class QuietReads {
   keep(store, key, path, shown = (found) => found) {
     return this.read(key, async () => {
       store.set(/** @type {Partial<ConsoleState>} */ ({ [key]: shown(await request("GET", path)) }));
+    });
+  }
+
+  /**
+   * Read now and repeatedly.
+   * @param {string} what
+   * @param {() => Promise<void>} read
+   * @param {() => number | null} pause_ms called after each read: the pause before the next one, null for none
+   */
+  repeat(what, read, pause_ms) {
+    clearTimeout(this.#repeated.get(what));
+    return this.read(what, read).finally(() => {
+      clearTimeout(this.#repeated.get(what));
+      const pause = pause_ms();
+      if (pause !== null)
+        this.#repeated.set(
+          what,
+          setTimeout(() => void this.repeat(what, read, pause_ms), pause),
+        );
     });
   }
 

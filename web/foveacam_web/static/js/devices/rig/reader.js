@@ -21,8 +21,6 @@ export class RigReader {
   #reads = new QuietReads();
   /** Follows the self-test of the triggers, whoever began it. */
   tests = new JobFollower({ ours: ({ kind }) => kind === "camera.self_test", news: (job) => this.#test(job) });
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #next_rail;
   /** How many answers to orders have shown the faults. */
   #faults_set = 0;
   /** Read the rig's document. */
@@ -90,16 +88,13 @@ export class RigReader {
 
   /** Read the rail now and repeatedly while the page is open: no event reports its position. */
   readRail() {
-    clearTimeout(this.#next_rail);
-    return this.#reads
-      .read("rail", async () => {
-        if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
-      })
-      .finally(() => {
-        const { rig_page, rail } = this.#store.state;
-        clearTimeout(this.#next_rail);
-        if (rig_page) this.#next_rail = setTimeout(() => void this.readRail(), rail?.moving ? MOVING_MS : RESTING_MS);
-      });
+    const read = async () => {
+      if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
+    };
+    return this.#reads.repeat("rail", read, () => {
+      const { rig_page, rail } = this.#store.state;
+      return rig_page ? (rail?.moving ? MOVING_MS : RESTING_MS) : null;
+    });
   }
 
   /** @param {EventDocument} event */

@@ -8,7 +8,7 @@ import { badge, numberField, panel, textButton, tickField } from "../../elements
 import { orderForm, textField } from "../session/form.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
-import { ago, listingTable } from "./table.js";
+import { ago, followedTable } from "./table.js";
 import { SCOPES, isExpired, scopeWords } from "./words.js";
 
 /**
@@ -30,24 +30,18 @@ const COLUMNS = [
 
 /** @param {PeopleContext} context @returns {HTMLElement} */
 export function openServices({ follow }) {
-  const [list, secret] = [h("div", {}), h("div", {})];
+  const secret = h("div", {});
   /** @type {Listing<ServiceTokenDocument>} */
   const listing = new Listing("/service_tokens", ({ tokens }) => tokens);
   const show = (/** @type {ServiceTokenCreated | null} */ made) =>
     update(secret, made && tokenBox(made, () => show(null)));
-  listing.changed = () =>
-    update(
-      list,
-      listingTable(listing, {
-        label: "Tokens",
-        empty: "No program has a token yet.",
-        columns: COLUMNS,
-        key: ({ id }) => id,
-        cells: (token) => cellsOf(token, listing),
-      }),
-    );
-  listing.changed();
-  follow(listing);
+  const list = followedTable(listing, follow, {
+    label: "Tokens",
+    empty: "No program has a token yet.",
+    columns: COLUMNS,
+    key: ({ id }) => id,
+    cells: (token) => cellsOf(token, listing),
+  });
   return h("div", { class: "stack" }, panel("Add a service", addForm(listing, show), secret), panel("Tokens", list));
 }
 

@@ -9,7 +9,7 @@ import { orderForm, textField } from "../session/form.js";
 import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
-import { ago, listingTable } from "./table.js";
+import { ago, followedTable } from "./table.js";
 import { ROLE_CHOICES, nameFault, removalWords, stateWords, tokenWords, tokensOf, userName } from "./words.js";
 import { ROOT } from "../../root.js";
 
@@ -34,25 +34,19 @@ const COLUMNS = [
 
 /** @param {PeopleContext} context @returns {HTMLElement} */
 export function openUsers({ store, follow }) {
-  const [list, link] = [h("div", {}), h("div", {})];
+  const link = h("div", {});
   /** @type {Listing<UserDocument>} */
   const listing = new Listing("/users", ({ users }) => users);
   const showLink = (/** @type {Link | null} */ made) => update(link, made && linkBox(made, () => showLink(null)));
   const own = store.state.sign_in?.name ?? null;
   const orders = new UserOrders(listing, showLink, own);
-  listing.changed = () =>
-    update(
-      list,
-      listingTable(listing, {
-        label: "People",
-        empty: "Nobody has a name on this server yet.",
-        columns: COLUMNS,
-        key: ({ name }) => name,
-        cells: (user) => cellsOf(user, own, orders),
-      }),
-    );
-  listing.changed();
-  follow(listing);
+  const list = followedTable(listing, follow, {
+    label: "People",
+    empty: "Nobody has a name on this server yet.",
+    columns: COLUMNS,
+    key: ({ name }) => name,
+    cells: (user) => cellsOf(user, own, orders),
+  });
   return h("div", { class: "stack" }, panel("Add somebody", addForm(listing, showLink), link), panel("People", list));
 }
 
