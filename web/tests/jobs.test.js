@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
+import { GalleryReader } from "../foveacam_web/static/js/capturing/gallery/reader.js";
 import { hasEnded, JobFollower, resultPath } from "../foveacam_web/static/js/transport/jobs.js";
 import { only, problem } from "./documents.js";
 
@@ -147,6 +148,17 @@ test("a page that was left asks no more, and is told nothing of what it asked be
   await wait(t, 10 * LOOK_MS);
   assert.deepEqual(states(), ["running"]);
   assert.deepEqual(asked, ["/jobs/job-1"]);
+});
+
+test("a page of the gallery that was left does not follow its job any more", async (t) => {
+  serve(t, { "/jobs?limit=20": () => [job("running")] });
+  const left = new AbortController();
+  const jobs = following({ ours: () => true });
+  new GalleryReader().follow(jobs, left.signal);
+  await wait(t, 0);
+  left.abort();
+  await wait(t, 10 * LOOK_MS);
+  assert.deepEqual([states(), asked], [["running"], ["/jobs?limit=20"]]);
 });
 
 test("a page that opens in the midst finds the job that runs, of its kind alone", async (t) => {

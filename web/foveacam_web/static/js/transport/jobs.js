@@ -34,7 +34,7 @@ export class JobFollower {
   /**
    * @param {{news: (job: Job) => unknown, ours?: (job: JobDocument) => boolean}} context
    *   `news`: called with each state of the job up to its end; one that the server does not know any more has failed,
-   *   with the server's refusal as its problem; `ours`: which jobs are followed though this page has not started them;
+   *   with the server's refusal as its problem; `ours`: which jobs are followed though this page has not started them
    */
   constructor({ news, ours }) {
     this.#news = news;
