@@ -25,7 +25,7 @@ import {
 
 /**
  * @import { EngineDocument, MirrorsDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "../../store.js"
  * @import { Choice } from "./graph.js"
  * @typedef {{engine: EngineDocument, mirrors: MirrorsDocument}} Load
  * @typedef {{flagged?: boolean, cells: unknown[]}} Row the first cell names the row
