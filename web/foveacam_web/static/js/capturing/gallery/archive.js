@@ -11,6 +11,7 @@ import { archivedWords, sizeWords } from "./dataset_words.js";
  * @import { ArchiveDocument, ArchivedDocument } from "#api"
  * @import { Commands } from "#page"
  * @import { CollectionOrders } from "./collection_orders.js"
+ * @import { EntryReader } from "./collection_readers.js"
  * @typedef {{id: string, name: string, archived: ArchivedDocument | null}} Archivable
  */
 
@@ -22,17 +23,17 @@ export function archivedBadge({ archived }) {
 /**
  * Return a function that shows the archive's panel; it shows nothing where the server has no archive.
  * @template {Archivable & {id: string, name: string}} T
- * @param {{orders: CollectionOrders<T>, signal: AbortSignal, changed: () => unknown, read: () => unknown}} context
- *   `changed`: called when it has to be shown again; `read`: reads the entry again
+ * @param {{orders: CollectionOrders<T>, reader: EntryReader<T>, signal: AbortSignal}} context
  */
-export function makeArchive({ orders, signal, changed, read }) {
+export function makeArchive({ orders, reader, signal }) {
   let url = /** @type {string | null} */ (null);
+  const changed = () => reader.entry && reader.changed();
   const jobs = new JobFollower({
     news: async (job) => {
       changed();
       if (!hasEnded(job.state)) return;
       await orders.sayEnd(job);
-      await read();
+      await reader.readAll();
       changed();
     },
   });

@@ -12,7 +12,7 @@ import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
 import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
 import { progressOf } from "./datasets.js";
-import { makeEditable } from "./editable.js";
+import { makeEditable, saveOf } from "./editable.js";
 import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
 
@@ -37,20 +37,11 @@ const LICENCES = ["all rights reserved", "CC BY 4.0", "CC BY-SA 4.0", "CC0 1.0"]
  */
 export function makeDatasetPage(id, { noun, orders, reader, context }) {
   const { store, signal } = context;
-  const save = (/** @type {"label" | "licence"} */ key) => async (/** @type {string} */ value) => {
-    const now = await orders.describe(id, { [key]: value });
-    if (now) reader.adopt(now);
-    return now !== null;
-  };
-  const label = makeEditable("Label", { save: save("label"), hint: "a line for people" });
-  const licence = makeEditable("Licence", { save: save("licence"), usual: LICENCES });
+  const entry = { orders, reader };
+  const label = makeEditable("Label", { save: saveOf("label", id, entry), hint: "a line for people" });
+  const licence = makeEditable("Licence", { save: saveOf("licence", id, entry), usual: LICENCES });
   const check = makeCheck(orders, () => reader.changed());
-  const archive = makeArchive({
-    orders,
-    signal,
-    changed: () => reader.entry && reader.changed(),
-    read: () => reader.readAll(),
-  });
+  const archive = makeArchive({ orders, reader, signal });
   const reference = makeReference(id, context, () => reader.entry && reader.changed());
   const sheet = makeSheet(signal);
   store.on(["rig"], () => reader.entry && reader.changed(), signal);
