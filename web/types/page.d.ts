@@ -2,11 +2,6 @@
 
 import type * as api from "#api";
 
-// What nearly every module is given.
-
-export type { Commands } from "../foveacam_web/static/js/commands.js";
-export type { Store } from "../foveacam_web/static/js/store.js";
-
 // Values that fields of several documents take.
 
 export type Role = api.StillCamera["camera"];

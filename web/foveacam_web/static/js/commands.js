@@ -7,7 +7,7 @@ import { NO_LEASE, holderName } from "./operating/lease/words.js";
 /**
  * @import { DepthDocument, FixationDocument, FixationRequest, JobDocument } from "#api"
  * @import { LeaseDocument, StopDocument } from "#api"
- * @import { Point, Store } from "#page"
+ * @import { Point, Store } from "#console"
  * @import { Fixations } from "./looking/fixations.js"
  * @import { Toasts } from "./elements/toasts.js"
  */

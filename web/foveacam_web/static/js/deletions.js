@@ -2,7 +2,7 @@
 
 import { RequestError, request } from "./transport/api.js";
 
-/** @import { Commands } from "#page" */
+/** @import { Commands } from "#console" */
 
 const UNDO_MS = 6000;
 

@@ -6,7 +6,7 @@ import { icon } from "./elements/icons.js";
 import { textButton } from "./elements/parts.js";
 
 /**
- * @import { ConsoleState, Role, Store } from "#page"
+ * @import { ConsoleState, Role, Store } from "#console"
  * @import { Views } from "./video/views.js"
  * @typedef {ReadonlyMap<Role, HTMLElement>} Slots where a page shows the live pane of each camera
  * @typedef {(typeof PAGES)[number]} Page

@@ -1,7 +1,7 @@
 // The settings of this browser: loads them, and changes and saves them.
 
 /**
- * @import { Settings, Store } from "#page"
+ * @import { Settings, Store } from "#console"
  */
 
 const SETTINGS_KEY = "foveacam.settings";

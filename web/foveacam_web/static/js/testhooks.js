@@ -2,7 +2,7 @@
 // it.
 
 /**
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { Views } from "./video/views.js"
  */
 

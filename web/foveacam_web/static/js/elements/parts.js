@@ -7,7 +7,7 @@ import { isRunning } from "../calibrating/calibration/state.js";
 
 /**
  * @import { JobDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { Child } from "./dom.js"
  * @import { IconName } from "./icons.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField

@@ -6,7 +6,7 @@ import { hasEnded, JobFollower, resultPath } from "../transport/jobs.js";
 /**
  * @import { EventDocument, FixationDocument, FixationEstimate, FixationRequest, JobDocument } from "#api"
  * @import { Problem, StepDocument } from "#api"
- * @import { CurrentFixation, Job, Store } from "#page"
+ * @import { CurrentFixation, Job, Store } from "#console"
  */
 
 const REQUESTS = 8; // the newest orders of this page whose requests are kept

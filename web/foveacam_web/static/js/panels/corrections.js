@@ -6,7 +6,7 @@ import { textButton } from "../elements/parts.js";
 
 /**
  * @import { FixationDocument } from "#api"
- * @import { Commands } from "#page"
+ * @import { Commands } from "#console"
  */
 
 /**

@@ -8,7 +8,7 @@ import { ROOT } from "../root.js";
 import { textButton, toolButton } from "../elements/parts.js";
 
 /**
- * @import { Settings, Store } from "#page"
+ * @import { Settings, Store } from "#console"
  */
 
 /** @type {[string, [string, string][]][]} */

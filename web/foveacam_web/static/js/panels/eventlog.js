@@ -7,7 +7,7 @@ import { icon } from "../elements/icons.js";
 
 /**
  * @import { EventDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  */
 
 /** @param {HTMLElement} place @param {Store} store */

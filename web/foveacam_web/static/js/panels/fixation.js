@@ -17,7 +17,7 @@ import { textButton } from "../elements/parts.js";
 
 /**
  * @import { CloudDocument, FixationDocument, FixationEstimate, FixationRequest } from "#api"
- * @import { Commands, ConsoleState, CurrentFixation, FullLook, Store } from "#page"
+ * @import { Commands, ConsoleState, CurrentFixation, FullLook, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { FullResolution } from "./full_resolution.js"
  * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution}} Orders

@@ -6,7 +6,7 @@ import { JobFollower, resultPath } from "../transport/jobs.js";
 
 /**
  * @import { CloudDocument, FixationDocument, JobDocument } from "#api"
- * @import { Commands, ConsoleState, FullLook, Job, Store } from "#page"
+ * @import { Commands, ConsoleState, FullLook, Job, Store } from "#console"
  * @import { Fixations } from "../looking/fixations.js"
  */
 

@@ -7,7 +7,7 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
 
 /**
  * @import { CameraDocument, MirrorsDocument, RigDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { Child } from "../elements/dom.js"
  */
 

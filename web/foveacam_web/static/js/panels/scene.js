@@ -7,7 +7,7 @@ import { textButton } from "../elements/parts.js";
 
 /**
  * @import { TargetDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { Keyboard } from "../keys.js"
  */
 

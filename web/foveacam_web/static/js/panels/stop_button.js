@@ -5,7 +5,7 @@ import { clockTime } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 
 /**
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 /**

@@ -8,7 +8,7 @@ import { namedRow } from "./named_row.js";
 
 /**
  * @import { TargetDocument } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @typedef {{store: Store, commands: Commands, follows: FollowOrders, select: (target: TargetDocument) => void}} Context
  */

@@ -11,7 +11,7 @@ import { icon } from "../elements/icons.js";
 import { leaseBadge } from "../operating/lease/words.js";
 
 /**
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  */
 
 const STATES = Object.freeze(

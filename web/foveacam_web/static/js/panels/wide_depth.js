@@ -8,7 +8,7 @@ import { API } from "../root.js";
 
 /**
  * @import { EventDocument, JobDocument, WideDepthDocument } from "#api"
- * @import { Commands, Job, Store } from "#page"
+ * @import { Commands, Job, Store } from "#console"
  */
 
 const KIND = "wide_depth_survey";

@@ -15,7 +15,7 @@ import { layoutAddress } from "../operating/windows/layout.js";
 
 /**
  * @import { CameraPreset, WindowLayout } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { Preferences } from "./reader.js"
  */
 

@@ -10,7 +10,7 @@ import { actWords, removedWords, ruleWords } from "./retention_words.js";
 
 /**
  * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 const MOST = 20;

@@ -4,7 +4,7 @@ import { outcome, request } from "./api.js";
 
 /**
  * @import { EventDocument, JobDocument } from "#api"
- * @import { Commands, Job } from "#page"
+ * @import { Commands, Job } from "#console"
  */
 
 const LOOK_MS = 700; // without an event for so long, the job is read

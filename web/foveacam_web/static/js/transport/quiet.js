@@ -3,7 +3,7 @@
 import { outcome, request } from "./api.js";
 
 /**
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  */
 
 const FIRST_PAUSE_MS = 2000;

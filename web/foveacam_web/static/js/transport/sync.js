@@ -8,7 +8,7 @@ import { signIn } from "./sign_in.js";
 
 /**
  * @import { EventDocument, RigDocument, StopDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { Fixations } from "../looking/fixations.js"
  * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void, forget?(): void}} Reader reads what is its
  *   own; `forget`: called when its page is left

@@ -7,7 +7,7 @@ import { changeSettings } from "../settings.js";
 
 /**
  * @import { SuggestionDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { Pane } from "./pane.js"
  */
 

@@ -9,7 +9,7 @@ import { sufficientScale } from "./viewport.js";
 import { WideView } from "./wide.js";
 
 /**
- * @import { Commands, PictureScale, Store, StreamReport, Subscription, ViewName } from "#page"
+ * @import { Commands, PictureScale, Store, StreamReport, Subscription, ViewName } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { LoopOrders } from "../looking/loop/orders.js"
  * @import { Steering } from "../looking/steer/steering.js"

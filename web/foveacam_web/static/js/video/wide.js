@@ -11,7 +11,7 @@ import { Overlay, ReachLegend } from "./overlay.js";
 import { seeing } from "./reach.js";
 
 /**
- * @import { Commands, Point, Store } from "#page"
+ * @import { Commands, Point, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { LoopOrders } from "../looking/loop/orders.js"
  * @import { Steering } from "../looking/steer/steering.js"

@@ -8,7 +8,7 @@ import { bar, keptButton, shareOf } from "../../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 
 /**
- * @import { Store, Work } from "#page"
+ * @import { Store, Work } from "#console"
  * @import { CalibrationOrders } from "./orders.js"
  * @import { WorkFollower } from "./work.js"
  */

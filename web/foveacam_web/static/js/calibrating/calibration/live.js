@@ -4,7 +4,7 @@ import { h } from "../../elements/dom.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { AnnotatedName, ConsoleState, Role, Store, WizardPage } from "#page"
+ * @import { AnnotatedName, ConsoleState, Role, Store, WizardPage } from "#console"
  * @import { Views } from "../../video/views.js"
  */
 

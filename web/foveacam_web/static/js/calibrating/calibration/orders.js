@@ -6,7 +6,7 @@ import { hand } from "../../elements/download.js";
 /**
  * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"
  * @import { SettleTimeDocument } from "#api"
- * @import { Commands, DisplayPattern, RunStep, Store } from "#page"
+ * @import { Commands, DisplayPattern, RunStep, Store } from "#console"
  * @import { CalibrationReader } from "./reader.js"
  * @import { WorkFollower } from "./work.js"
  */

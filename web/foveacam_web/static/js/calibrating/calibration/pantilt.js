@@ -11,7 +11,7 @@ import { isRunning } from "./state.js";
 
 /**
  * @import { PanTiltDocument, StationDocument } from "#api"
- * @import { Store, Work } from "#page"
+ * @import { Store, Work } from "#console"
  * @import { CalibrationOrders } from "./orders.js"
  */
 

@@ -8,7 +8,7 @@ import { isRunning } from "./state.js";
 /**
  * @import { DisplayDocument, EventDocument } from "#api"
  * @import { PanTiltDocument, PatternDocument, SessionDocument } from "#api"
- * @import { ConsoleState, NodeState, SessionSummary, Store } from "#page"
+ * @import { ConsoleState, NodeState, SessionSummary, Store } from "#console"
  * @import { WorkFollower } from "./work.js"
  */
 

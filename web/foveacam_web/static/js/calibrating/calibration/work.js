@@ -5,7 +5,7 @@ import { isRunning } from "./state.js";
 
 /**
  * @import { EventDocument, JobDocument } from "#api"
- * @import { Commands, Job, Store, Work } from "#page"
+ * @import { Commands, Job, Store, Work } from "#console"
  */
 
 /** Follows the procedure for one page. */

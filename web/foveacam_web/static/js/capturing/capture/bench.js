@@ -12,7 +12,7 @@ import { makeStarter } from "./starter.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { Commands, Store, ViewSize, WholeDraft } from "#page"
+ * @import { Commands, Store, ViewSize, WholeDraft } from "#console"
  */
 
 /** The plan that is edited on the page. */

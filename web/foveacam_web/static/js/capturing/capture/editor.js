@@ -8,7 +8,7 @@ import { makePoints } from "./points.js";
 
 /**
  * @import { GridPoints } from "#api"
- * @import { PlanDraft, Store } from "#page"
+ * @import { PlanDraft, Store } from "#console"
  * @import { Troubles } from "./parts.js"
  */
 

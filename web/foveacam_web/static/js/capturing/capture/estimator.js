@@ -5,7 +5,7 @@ import { outcome, request } from "../../transport/api.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { Estimate, Store } from "#page"
+ * @import { Estimate, Store } from "#console"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 

@@ -7,7 +7,7 @@ import { icon } from "../../elements/icons.js";
 import { percent, sizeText } from "./words.js";
 
 /**
- * @import { Estimate, Store } from "#page"
+ * @import { Estimate, Store } from "#console"
  * @import { Child } from "../../elements/dom.js"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */

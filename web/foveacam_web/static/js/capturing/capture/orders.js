@@ -2,7 +2,7 @@
 
 /**
  * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { RequestError } from "../../transport/api.js"
  * @import { CaptureReader } from "./reader.js"
  */

@@ -13,7 +13,7 @@ import { mountRuns } from "./runs.js";
 import { stillPanel } from "./still.js";
 
 /**
- * @import { Role, Store } from "#page"
+ * @import { Role, Store } from "#console"
  * @import { Slots } from "../../pages.js"
  * @import { Views } from "../../video/views.js"
  * @typedef {{

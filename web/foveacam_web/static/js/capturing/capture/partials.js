@@ -9,7 +9,7 @@ import { sizeText } from "./words.js";
 
 /**
  * @import { CaptureDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { CaptureOrders } from "./orders.js"
  */
 

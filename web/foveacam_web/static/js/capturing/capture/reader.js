@@ -8,7 +8,7 @@ import { isCapturing } from "./state.js";
 
 /**
  * @import { CaptureDocument, CaptureProgress, EventDocument, JobDocument } from "#api"
- * @import { Capturing, Commands, Job, Store } from "#page"
+ * @import { Capturing, Commands, Job, Store } from "#console"
  */
 
 /** The capture reads of one page. */

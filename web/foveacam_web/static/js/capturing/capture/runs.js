@@ -10,7 +10,7 @@ import { galleryAddress } from "../../addresses.js";
 import { endWords, farWords, stateWords } from "./words.js";
 
 /**
- * @import { CaptureEnd, Capturing, Store } from "#page"
+ * @import { CaptureEnd, Capturing, Store } from "#console"
  * @import { CaptureOrders } from "./orders.js"
  * @import { CaptureReader } from "./reader.js"
  */

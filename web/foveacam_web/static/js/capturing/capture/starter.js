@@ -9,7 +9,7 @@ import { asked, textField } from "./parts.js";
 
 /**
  * @import { CaptureRequest, Problem } from "#api"
- * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Store, Trouble } from "#page"
+ * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Store, Trouble } from "#console"
  * @import { CaptureOrders } from "./orders.js"
  * @import { Troubles } from "./parts.js"
  */

@@ -9,7 +9,7 @@ import { makeStillShown } from "./still_shown.js";
 
 /**
  * @import { JobProgress, Problem } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { StillReader } from "./still_reader.js"
  */
 

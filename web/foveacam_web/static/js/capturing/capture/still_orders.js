@@ -5,7 +5,7 @@ import { galleryAddress } from "../../addresses.js";
 
 /**
  * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
- * @import { Commands } from "#page"
+ * @import { Commands } from "#console"
  */
 
 /** The still commands of one page. @extends {CollectionOrders<StillDocument>} */

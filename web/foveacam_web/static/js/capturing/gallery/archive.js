@@ -9,7 +9,7 @@ import { archivedWords, sizeWords } from "./dataset_words.js";
 
 /**
  * @import { ArchiveDocument, ArchivedDocument } from "#api"
- * @import { Commands } from "#page"
+ * @import { Commands } from "#console"
  * @import { CollectionOrders } from "./collection_orders.js"
  * @import { EntryReader } from "./collection_readers.js"
  * @typedef {{id: string, name: string, archived: ArchivedDocument | null}} Archivable

@@ -4,7 +4,7 @@ import { RequestError } from "../../transport/api.js";
 
 /**
  * @import { JobDocument } from "#api"
- * @import { Commands, Job } from "#page"
+ * @import { Commands, Job } from "#console"
  * @import { JobFollower } from "../../transport/jobs.js"
  */
 

@@ -10,7 +10,7 @@ import { capturePath } from "./dataset_words.js";
 
 /**
  * @import { EventDocument, Problem } from "#api"
- * @import { Commands, Job, MakingDocument } from "#page"
+ * @import { Commands, Job, MakingDocument } from "#console"
  */
 
 /**

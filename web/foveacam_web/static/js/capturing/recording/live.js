@@ -6,7 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { EventDocument, RecordingDocument, RecordingRequest } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 const EVERY_MS = 1000;

@@ -9,7 +9,7 @@ import { changeSettings } from "../../settings.js";
 
 /**
  * @import { NameDocument, RecordingRequest } from "#api"
- * @import { Settings, Store } from "#page"
+ * @import { Settings, Store } from "#console"
  */
 
 const PAUSE_MS = 250;

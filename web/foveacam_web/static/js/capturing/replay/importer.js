@@ -11,7 +11,7 @@ import { nameOf, sendRecording } from "./upload.js";
 
 /**
  * @import { FolderFile, FoldersDocument, RecordingDocument } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @typedef {{file: File, name: string, sent: number, refused: string, stop: AbortController}} Sending
  */
 

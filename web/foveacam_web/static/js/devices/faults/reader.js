@@ -5,7 +5,7 @@ import { withoutPresent, withPageFault } from "./words.js";
 
 /**
  * @import { EventDocument, FaultDocument } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 const LOST_MS = 600; // a shorter interruption is no fault

@@ -9,7 +9,7 @@ import { placeWords, trayLabel, trayRows, trayTone, whenWords } from "./words.js
 
 /**
  * @import { FaultDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { FaultReader } from "./reader.js"
  */
 

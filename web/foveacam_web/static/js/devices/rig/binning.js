@@ -8,7 +8,7 @@ import { binningWords } from "./words.js";
 
 /**
  * @import { CameraDocument, RigBinningDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{
  *   binning: RigBinningDocument | null, sensor: Pick<CameraDocument, "width" | "height"> | null, refusal: string,

@@ -11,7 +11,7 @@ import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, 
 
 /**
  * @import { CameraDocument, CameraPatch } from "#api"
- * @import { CameraNumber, ConsoleState, Role, Store } from "#page"
+ * @import { CameraNumber, ConsoleState, Role, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{store: Store, orders: RigOrders}} Context
  */

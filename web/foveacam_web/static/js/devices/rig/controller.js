@@ -8,7 +8,7 @@ import { icon } from "../../elements/icons.js";
 
 /**
  * @import { ControllerLinkDocument, MirrorsDocument, PositionStreamDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 

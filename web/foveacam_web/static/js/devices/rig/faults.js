@@ -5,7 +5,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { MountKnock, SimulatedFaults } from "#api"
- * @import { Role, Store } from "#page"
+ * @import { Role, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{name: string, list: "unplugged" | "frozen" | "no_trigger" | "no_strobe" | "dead_axes", axis?: "x" | "y", roles: Role[]}} Row
  */

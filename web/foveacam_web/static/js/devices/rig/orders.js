@@ -4,7 +4,7 @@
 /**
  * @import { BinningRequest, CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument } from "#api"
  * @import { RailDocument, RigBinningDocument, SimulatedFaults } from "#api"
- * @import { Commands, Role, Store } from "#page"
+ * @import { Commands, Role, Store } from "#console"
  * @import { RigReader } from "./reader.js"
  * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */

@@ -16,7 +16,7 @@ import { mountSteering } from "../../looking/steer/panel.js";
 import { mountTrigger } from "./trigger.js";
 
 /**
- * @import { Role, Store } from "#page"
+ * @import { Role, Store } from "#console"
  * @import { Slots } from "../../pages.js"
  * @typedef {{
  *   store: Store, rig_orders: import("./orders.js").RigOrders, orders: import("../../calibrating/calibration/orders.js").CalibrationOrders,

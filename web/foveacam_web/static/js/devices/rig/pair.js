@@ -8,7 +8,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { CameraPatch, DifferenceDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 

@@ -10,7 +10,7 @@ import { zeroOf } from "./zero.js";
 
 /**
  * @import { RailDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 

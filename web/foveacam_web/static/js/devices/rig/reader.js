@@ -6,7 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { EventDocument, RailDocument, SimulatedFaults } from "#api"
- * @import { Commands, Job, Store } from "#page"
+ * @import { Commands, Job, Store } from "#console"
  */
 
 const READ_BACK_MS = 1000;

@@ -7,7 +7,7 @@ import { takesOrders, VERDICTS } from "./words.js";
 
 /**
  * @import { EyeTestDocument, TriggerDocument, TriggerTestDocument } from "#api"
- * @import { ConsoleState, Job, Store } from "#page"
+ * @import { ConsoleState, Job, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 

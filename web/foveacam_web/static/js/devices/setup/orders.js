@@ -4,7 +4,7 @@ import { outcome, request } from "../../transport/api.js";
 
 /**
  * @import { DraftDocument, RigDraft, RigFileDocument, RigFiles, TryResult } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { SetupReader } from "./reader.js"
  */
 

@@ -11,7 +11,7 @@ import { valuesOf } from "./values.js";
 
 /**
  * @import { FoundCameraDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { SetupOrders } from "./orders.js"
  * @import { SetupReader } from "./reader.js"
  */

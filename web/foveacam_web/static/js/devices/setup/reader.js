@@ -6,7 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { AdviceDocument, DraftDocument, EventDocument, FoundDevices, RigFileDocument, RigFiles, StartDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  */
 
 const START_MS = 400;

@@ -8,7 +8,7 @@ import { toolButton } from "../../elements/parts.js";
 
 /**
  * @import { StartDocument, StartStepDocument } from "#api"
- * @import { Store } from "#page"
+ * @import { Store } from "#console"
  */
 
 /** Show the strip of the start. @param {HTMLElement} strip @param {Store} store */

@@ -10,7 +10,7 @@ import { differenceRows, firstPair, histogramCurves, researchOnly, sideRows } fr
 
 /**
  * @import { BackendComparisonDocument, DepthBackendsDocument } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @typedef {{first: string, second: string}} Chosen
  */
 

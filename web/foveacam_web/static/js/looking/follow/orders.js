@@ -4,7 +4,7 @@ import { timedName } from "../../elements/format.js";
 
 /**
  * @import { FollowedDocument, FollowPatch, FollowRequest } from "#api"
- * @import { Commands, Point, Store } from "#page"
+ * @import { Commands, Point, Store } from "#console"
  */
 
 /** The commands about followed targets of one page. */

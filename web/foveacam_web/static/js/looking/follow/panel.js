@@ -7,7 +7,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { FollowedDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { FollowOrders } from "./orders.js"
  * @typedef {{store: Store, orders: FollowOrders}} FollowContext
  */

@@ -7,7 +7,7 @@ import { endedMessage } from "./words.js";
 
 /**
  * @import { EventDocument, TrailPoint } from "#api"
- * @import { Commands, FollowEnded, FollowRoundTaken, Store } from "#page"
+ * @import { Commands, FollowEnded, FollowRoundTaken, Store } from "#console"
  */
 
 const READ_MS = 500;

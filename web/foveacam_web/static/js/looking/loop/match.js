@@ -5,7 +5,7 @@ import "../../capturing/gallery/drawn.js";
 import { API } from "../../root.js";
 
 /**
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  */
 
 const LEAST_MS = 1000;

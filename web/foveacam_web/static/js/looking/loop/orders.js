@@ -7,7 +7,7 @@ import { LatestOrder } from "../../transport/latest_order.js";
 /**
  * @import { JobDocument, LoopDocument, LoopDrag, LoopPatch, LoopSettingsDocument, LoopSettingsPatch } from "#api"
  * @import { LoopTargetRequest } from "#api"
- * @import { Commands, Point, Store } from "#page"
+ * @import { Commands, Point, Store } from "#console"
  * @import { GainGroup, GroupName } from "./settings.js"
  */
 

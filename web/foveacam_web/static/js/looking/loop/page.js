@@ -14,7 +14,7 @@ import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from 
 
 /**
  * @import { LoopDocument, LoopSample, LoopTriggerDocument } from "#api"
- * @import { Role, Store } from "#page"
+ * @import { Role, Store } from "#console"
  * @import { Slots } from "../../pages.js"
  * @import { LoopOrders } from "./orders.js"
  */

@@ -9,7 +9,7 @@ import { eventMessage } from "./words.js";
 
 /**
  * @import { EventDocument, LoopDocument, LoopSample } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { JobFollower } from "../../transport/jobs.js"
  */
 

@@ -5,7 +5,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { MeasurementDocument, PlaceRequest } from "#api"
- * @import { Commands, MeasureKind, Store } from "#page"
+ * @import { Commands, MeasureKind, Store } from "#console"
  */
 
 const PATIENCE_MS = 30_000;

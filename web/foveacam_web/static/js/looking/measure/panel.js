@@ -10,7 +10,7 @@ import { API } from "../../root.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
- * @import { ConsoleState, Store } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { MeasureOrders } from "./orders.js"
  * @typedef {{store: Store, orders: MeasureOrders}} Context
  */

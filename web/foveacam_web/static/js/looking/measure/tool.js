@@ -8,7 +8,7 @@ import { toolButton } from "../../elements/parts.js";
 
 /**
  * @import { PlaceRequest } from "#api"
- * @import { MeasureKind, MeasuredView, Point, Store } from "#page"
+ * @import { MeasureKind, MeasuredView, Point, Store } from "#console"
  * @import { Views } from "../../video/views.js"
  * @import { MeasureOrders } from "./orders.js"
  */

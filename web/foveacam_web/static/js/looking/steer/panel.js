@@ -8,7 +8,7 @@ import { SteerPad } from "./pad.js";
 import { GAZE_MOST_DEG, pointOf, statusWords, voltsFor } from "./words.js";
 
 /**
- * @import { ConsoleState, EyePair, Point, Store, Volts } from "#page"
+ * @import { ConsoleState, EyePair, Point, Store, Volts } from "#console"
  * @import { RigOrders } from "../../devices/rig/orders.js"
  * @import { Steering } from "./steering.js"
  * @typedef {{store: Store, orders: RigOrders, steering: Steering}} Context

@@ -6,7 +6,7 @@ import { NAMELESS, holderName, isPerson, leaseWays, leaseWords } from "./words.j
 import { keptButton } from "../../elements/parts.js";
 
 /**
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 /** @param {{store: Store, commands: Commands}} context */

@@ -4,7 +4,7 @@ import { holderName } from "./words.js";
 
 /**
  * @import { LeaseDocument } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 const STAY_MS = 20_000;

@@ -13,7 +13,7 @@ import { openUsers } from "./users.js";
 import { contentOf } from "./words.js";
 
 /**
- * @import { Commands, ConsoleState, PeopleTab, Store } from "#page"
+ * @import { Commands, ConsoleState, PeopleTab, Store } from "#console"
  * @import { SessionReader } from "../session/reader.js"
  * @typedef {{store: Store, commands: Commands, session: SessionReader}} PeopleTools
  * @typedef {PeopleTools & {signal: AbortSignal, follow: (list: {read: () => unknown}) => void}} PeopleContext

@@ -11,7 +11,7 @@ import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { SignInDocument } from "#api"
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  * @import { SessionReader } from "./reader.js"
  */
 

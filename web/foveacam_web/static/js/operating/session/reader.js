@@ -5,7 +5,7 @@ import { QuietReads } from "../../transport/quiet.js";
 import { signIn } from "../../transport/sign_in.js";
 
 /**
- * @import { Commands, Store } from "#page"
+ * @import { Commands, Store } from "#console"
  */
 
 /** The sign-in of one page. */

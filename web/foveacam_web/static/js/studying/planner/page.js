@@ -15,7 +15,7 @@ import { makeTargets } from "./targets.js";
 import { PlanView } from "./view.js";
 
 /**
- * @import { MapPoint, Store } from "#page"
+ * @import { MapPoint, Store } from "#console"
  */
 
 /** @param {HTMLElement} place @param {{store: Store}} context */
