@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { request, RequestError } from "../foveacam_web/static/js/transport/api.js";
+import { outcome, request, RequestError } from "../foveacam_web/static/js/transport/api.js";
 
 test("a body that comes too late is a failed request with a remedy", async (t) => {
   const body = new ReadableStream({
@@ -14,4 +14,11 @@ test("a body that comes too late is a failed request with a remedy", async (t) =
     assert.match(error.document.remedy ?? "", /reconnects/);
     return true;
   });
+});
+
+test("the outcome of a request is its answer or its error, and an error of the page is thrown", async () => {
+  const refused = new RequestError({ type: "/problems/busy", title: "Busy", status: 409, detail: "in use" });
+  assert.deepEqual(await outcome(Promise.resolve(7)), { answer: 7, error: null });
+  assert.deepEqual(await outcome(Promise.reject(refused)), { answer: null, error: refused });
+  await assert.rejects(outcome(Promise.reject(new TypeError("a mistake"))), TypeError);
 });

@@ -37,6 +37,16 @@ test("a span is told in the largest unit that still says something", () => {
   assert.equal(format.span(null), "–");
 });
 
+test("the time left is no finer than it is known", () => {
+  assert.deepEqual([null, 3, 36, 89, 600].map(format.timeLeft), [
+    "",
+    "a few seconds left",
+    "40 s left",
+    "90 s left",
+    "10 min left",
+  ]);
+});
+
 test("milliseconds and pixels keep two digits that count", () => {
   assert.deepEqual([0.126, 4.26, 31.4, 12_000].map(format.millis), ["0.13 ms", "4.3 ms", "31 ms", "12 s"]);
   assert.deepEqual([0.00512, 0.0512, 0.21].map(format.pixels), ["0.0051 px", "0.051 px", "0.21 px"]);

@@ -1,7 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { RequestError } from "../foveacam_web/static/js/transport/api.js";
-import { QuietReads } from "../foveacam_web/static/js/transport/quiet.js";
+import { Store } from "../foveacam_web/static/js/store.js";
+import { newestFirst, QuietReads } from "../foveacam_web/static/js/transport/quiet.js";
+import { only } from "./documents.js";
 
 /** @param {number} status */
 const failed = (status) =>
@@ -68,4 +70,31 @@ test("what the server can answer later is read again, ever more seldom, and no f
   t.mock.timers.tick(60_000);
   await turn();
   assert.equal(runs, 1);
+});
+
+test("a document is kept in the page's state, and stays there while the server is away", async (t) => {
+  const [older, newer] = [{ created_utc: "2026-03-01" }, { created_utc: "2026-03-02" }];
+  const answers = [Promise.resolve(Response.json([older, newer])), Promise.reject(new TypeError("fetch failed"))];
+  t.mock.method(globalThis, "fetch", () => answers.shift());
+  const store = new Store(only({ targets: null }));
+  const reads = new QuietReads();
+  for (let read = 0; read < 2; read += 1) await reads.keep(store, "targets", "/targets", newestFirst);
+  assert.deepEqual(store.state.targets, [newer, older]);
+});
+
+test("a repeated read goes on after each pause until there is none, also where one fails", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const reads = new QuietReads();
+  const pauses = [100, 100, null];
+  let runs = 0;
+  const read = async () => {
+    runs += 1;
+    if (runs === 1) throw failure;
+  };
+  await reads.repeat("rail", read, () => pauses.shift() ?? null);
+  for (let turn = 0; turn < 4; turn += 1) {
+    t.mock.timers.tick(100);
+    await new Promise(setImmediate);
+  }
+  assert.equal(runs, 3);
 });

@@ -122,7 +122,7 @@ test("a look at full resolution is followed until its cloud is there", async (t)
     ["running", "job-1", "depth"],
   );
   const ended = new Promise((resolve) => store.on(["full_look"], ({ full_look }) => full_look ?? resolve(null)));
-  t.mock.timers.tick(300);
+  t.mock.timers.tick(700);
   await ended;
   await new Promise(setImmediate);
   assert.equal(store.state.current?.fixation?.cloud_id, "cld-2");

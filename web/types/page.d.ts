@@ -1,89 +1,24 @@
 // What the page keeps and what travels on the view socket: the types that REST does not describe. No browser loads this file.
 
-import type {
-  AdviceDocument,
-  AlternativeDocument,
-  CalibrationDocument,
-  CameraLinkDocument,
-  CameraPreset,
-  CameraSettingsDocument,
-  CaptureDocument,
-  CaptureProgress,
-  CaptureRequest,
-  CloudDocument,
-  DifferenceDocument,
-  Direction,
-  DisplayDocument,
-  DraftDocument,
-  DriftCheckDocument,
-  EstimateDocument,
-  EventDocument,
-  FaultDocument,
-  FilmRequest,
-  FixationDocument,
-  FixationEstimate,
-  FixationRequest,
-  FollowedDocument,
-  FoundDevices,
-  GridPoints,
-  HealthDocument,
-  JobDocument,
-  LeaseDocument,
-  LoopDocument,
-  LoopSample,
-  MapDocument,
-  MeasurementDocument,
-  MosaicDocument,
-  PanTiltDocument,
-  PatternDocument,
-  PlaceRequest,
-  Problem,
-  RailDocument,
-  RasterPlan,
-  ReachDocument,
-  RecordingDocument,
-  ReferenceDocument,
-  RigDocument,
-  RigFileDocument,
-  RigFiles,
-  RingRequest,
-  SessionDocument,
-  SetPoint,
-  SettleTimeDocument,
-  SimulatedFaults,
-  SignInDocument,
-  StartDocument,
-  StepDocument,
-  StillCamera,
-  StopDocument,
-  SweepPoseDocument,
-  TargetDocument,
-  TrailPoint,
-  TriggerTestDocument,
-  TryResult,
-  UserDocument,
-  Verging,
-  WideLensDocument,
-  WindowLayout,
-} from "#api";
+import type * as api from "#api";
 
 // Values that fields of several documents take.
 
-export type Role = StillCamera["camera"];
-export type Basis = AlternativeDocument["basis"];
-export type CameraPhase = CameraLinkDocument["phase"];
-export type ExposureAuto = CameraSettingsDocument["exposure_auto"];
-export type FixationState = FixationDocument["state"];
-export type JobState = JobDocument["state"];
-export type NodeState = SweepPoseDocument["left"];
-export type SettingName = DifferenceDocument["setting"];
-export type FilmShow = NonNullable<FilmRequest["show"]>;
-export type RingBound = NonNullable<RingRequest["bound"]>;
-export type CodecName = NonNullable<CaptureRequest["codec"]>;
-export type MeasureKind = MeasurementDocument["kind"];
-export type MeasuredView = PlaceRequest["view"];
-export type Right = SignInDocument["rights"][number];
-export type PersonRole = UserDocument["role"];
+export type Role = api.StillCamera["camera"];
+export type Basis = api.AlternativeDocument["basis"];
+export type CameraPhase = api.CameraLinkDocument["phase"];
+export type ExposureAuto = api.CameraSettingsDocument["exposure_auto"];
+export type FixationState = api.FixationDocument["state"];
+export type JobState = api.JobDocument["state"];
+export type NodeState = api.SweepPoseDocument["left"];
+export type SettingName = api.DifferenceDocument["setting"];
+export type FilmShow = NonNullable<api.FilmRequest["show"]>;
+export type RingBound = NonNullable<api.RingRequest["bound"]>;
+export type CodecName = NonNullable<api.CaptureRequest["codec"]>;
+export type MeasureKind = api.MeasurementDocument["kind"];
+export type MeasuredView = api.PlaceRequest["view"];
+export type Right = api.SignInDocument["rights"][number];
+export type PersonRole = api.UserDocument["role"];
 
 // Views and pixels.
 
@@ -114,13 +49,13 @@ export type Overlay = {
   type: "overlay";
   seq: number;
   footprints: { left: Corners | null; right: Corners | null };
-  gaze: { left: Direction | null; right: Direction | null };
+  gaze: { left: api.Direction | null; right: api.Direction | null };
   follows: FollowMark[];
 };
 export type FollowMark = {
   id: string;
   label: string;
-  state: FollowedDocument["state"];
+  state: api.FollowedDocument["state"];
   x_px: number;
   y_px: number;
 };
@@ -161,25 +96,28 @@ export type StreamOrder =
 
 // The console.
 
+/** A job that is followed; of one that the server does not know any more, only these are known. */
+export type Job = Pick<api.JobDocument, "id" | "state" | "problem"> & Partial<api.JobDocument>;
+
 /** The look at full resolution that this page has ordered; null once its cloud is there. */
 export type FullLook = {
   fixation_id: string;
   job_id: string | null;
   state: "sending" | JobState;
   note: string;
-  problem: Problem | null;
+  problem: api.Problem | null;
 };
 
 export type CurrentFixation = {
   job_id: string | null;
-  request: FixationRequest | null;
+  request: api.FixationRequest | null;
   state: "sending" | JobState;
-  steps: StepDocument[];
+  steps: api.StepDocument[];
   /** What is known of its distance so far; null before anything is. */
-  estimate: FixationEstimate | null;
+  estimate: api.FixationEstimate | null;
   note: string | null;
-  fixation: FixationDocument | null;
-  problem: Problem | null;
+  fixation: api.FixationDocument | null;
+  problem: api.Problem | null;
   mine: boolean;
 };
 
@@ -204,32 +142,30 @@ export type Settings = {
 
 export type CameraNumber = "exposure_ms" | "gain_db" | "black_level" | "frame_rate_hz";
 
-/** The trigger's self-test that this page has begun. */
-export type RunningTest = { job_id: string; note: string; done: number; total: number | null };
-
 export type RigPageState = {
   rig_page: boolean;
-  rail: RailDocument | null;
-  faults: SimulatedFaults | null;
-  trigger_test: TriggerTestDocument | null;
-  running_test: RunningTest | null;
+  rail: api.RailDocument | null;
+  faults: api.SimulatedFaults | null;
+  trigger_test: api.TriggerTestDocument | null;
+  /** The trigger's self-test that runs, whoever began it. */
+  running_test: Job | null;
 };
 
 // The set-up page.
 
 export type SetupState = {
   setup_page: boolean;
-  setup: DraftDocument | null;
+  setup: api.DraftDocument | null;
   /** Why the draft's file cannot be read; empty: it can. */
   setup_problem: string;
-  setup_file: RigFileDocument | null;
-  setup_files: RigFiles | null;
-  found: FoundDevices | null;
+  setup_file: api.RigFileDocument | null;
+  setup_files: api.RigFiles | null;
+  found: api.FoundDevices | null;
   searching: boolean;
-  advice: AdviceDocument[] | null;
+  advice: api.AdviceDocument[] | null;
   /** What came of the last try of each device. */
-  tries: Record<string, TryResult | "asking">;
-  start: StartDocument | null;
+  tries: Record<string, api.TryResult | "asking">;
+  start: api.StartDocument | null;
   start_dismissed: boolean;
 };
 
@@ -237,30 +173,30 @@ export type SetupState = {
 
 export type PreferencesState = {
   settings_page: boolean;
-  camera_presets: CameraPreset[] | null;
-  window_layouts: WindowLayout[] | null;
+  camera_presets: api.CameraPreset[] | null;
+  window_layouts: api.WindowLayout[] | null;
 };
 
 // The capture page.
 
 /** A plan as it is sent: every field, set points as they were typed. */
-export type PlanRequest = Required<Omit<RasterPlan, "format" | "version" | "points" | "verging">> & {
-  points: Required<GridPoints> | { kind: "set_points"; points: string };
-  verging: Required<Verging>;
+export type PlanRequest = Required<Omit<api.RasterPlan, "format" | "version" | "points" | "verging">> & {
+  points: Required<api.GridPoints> | { kind: "set_points"; points: string };
+  verging: Required<api.Verging>;
 };
 
 /** The plan of an estimate, with every value that the server filled in; OpenAPI leaves it open. */
 export type FilledPlan = Omit<PlanRequest, "points"> & {
-  points: Required<GridPoints> | { kind: "set_points"; points: Required<SetPoint>[] };
+  points: Required<api.GridPoints> | { kind: "set_points"; points: Required<api.SetPoint>[] };
 };
-export type Estimate = Omit<EstimateDocument, "plan"> & { plan: FilledPlan };
+export type Estimate = Omit<api.EstimateDocument, "plan"> & { plan: FilledPlan };
 
 /** How a capture ended; `state` null: nothing of it is on the disk. */
 export type CaptureEnd = {
   job: JobState;
-  state: CaptureDocument["state"] | null;
+  state: api.CaptureDocument["state"] | null;
   why: string;
-  problem: Problem | null;
+  problem: api.Problem | null;
   taken: number;
   planned: number;
   resumable: boolean;
@@ -271,15 +207,15 @@ export type Capturing = {
   job_id: string;
   capture_id: string | null;
   name: string;
-  state: CaptureDocument["state"];
-  progress: CaptureProgress | null;
+  state: api.CaptureDocument["state"];
+  progress: api.CaptureProgress | null;
   why: string;
   asked: "pause" | "continue" | "cancel" | null;
   end: CaptureEnd | null;
 };
 
 /** The newest answer to a question that the page asks again and again; `stale` while a newer one is awaited. */
-export type Answered<T> = { stale: boolean; document: T | null; problem: Problem | null };
+export type Answered<T> = { stale: boolean; document: T | null; problem: api.Problem | null };
 
 /** A fault of a plan and the field beside which it is shown; `place` null: above the button. */
 export type Trouble = { place: string | null; words: string };
@@ -317,13 +253,10 @@ export type ViewSize = { width_deg: number; height_deg: number };
 
 export type CapturePageState = {
   capture_page: boolean;
-  captures: CaptureDocument[] | null;
+  captures: api.CaptureDocument[] | null;
   capturing: Capturing | null;
   estimate: Answered<Estimate>;
 };
-
-/** The still that is being taken, or how the last one ended: `problem` null while it runs and when all went well. */
-export type StillPress = { job_id: string; over: boolean; done: number; total: number | null; problem: Problem | null };
 
 // The calibration page.
 
@@ -338,7 +271,7 @@ export type VariantStep = {
   epipolar_rms_px: number;
 };
 
-export type SessionSummary = Pick<SessionDocument, "id" | "label" | "created_utc" | "bytes" | "running">;
+export type SessionSummary = Pick<api.SessionDocument, "id" | "label" | "created_utc" | "bytes" | "running">;
 
 /** The procedure that runs, or that ran last. */
 export type Work = {
@@ -351,27 +284,27 @@ export type Work = {
   total: number | null;
   eta_s: number | null;
   note: string;
-  problem: Problem | null;
+  problem: api.Problem | null;
   /** What it was started with; null when another page did. */
   options: Record<string, unknown> | null;
 };
 
 /** What displays can show; `PatternField`: the numbers that describe it. */
-export type DisplayPattern = PatternDocument["pattern"];
+export type DisplayPattern = api.PatternDocument["pattern"];
 export type PatternKind = Exclude<DisplayPattern["kind"], "blank">;
 export type PatternField = "columns" | "rows" | "square_mm" | "marker_mm" | "id" | "side_mm" | "spacing_mm";
 
 export type CalibrationState = {
   wizard: WizardPage | null;
-  records: CalibrationDocument[] | null;
-  health: HealthDocument | null;
+  records: api.CalibrationDocument[] | null;
+  health: api.HealthDocument | null;
   sessions: SessionSummary[] | null;
-  session: SessionDocument | null;
-  pan_tilt: PanTiltDocument | null;
-  drift_checks: DriftCheckDocument[] | null;
-  settle_time: SettleTimeDocument | null;
-  displays: DisplayDocument[] | null;
-  display_pattern: PatternDocument | null;
+  session: api.SessionDocument | null;
+  pan_tilt: api.PanTiltDocument | null;
+  drift_checks: api.DriftCheckDocument[] | null;
+  settle_time: api.SettleTimeDocument | null;
+  displays: api.DisplayDocument[] | null;
+  display_pattern: api.PatternDocument | null;
   work: Work | null;
 };
 
@@ -381,7 +314,7 @@ export type CalibrationState = {
 export type GalleryPlace = { tab: string; id: string | null; part: string | null };
 
 /** What the server makes of a dataset. */
-export type MakingDocument = MosaicDocument | ReferenceDocument;
+export type MakingDocument = api.MosaicDocument | api.ReferenceDocument;
 
 /** Which layers of a mosaic are shown; `share` of the depth over the picture, 0 … 1. */
 export type MosaicMix = { shown: "picture" | "depth" | "both"; share: number };
@@ -425,18 +358,18 @@ export type MapSettings = {
 };
 
 /** A user's own map, as the server read it. */
-export type GivenMap = { name: string; document: MapDocument; picture: string | null };
+export type GivenMap = { name: string; document: api.MapDocument; picture: string | null };
 
 // Measuring.
 
 /** The measurement that the operator makes. `start`: the first end of a length that waits for its second; `view`: where the tool's bar is. */
-export type Measuring = { kind: MeasureKind; view: MeasuredView; start: PlaceRequest | null; busy: boolean };
+export type Measuring = { kind: MeasureKind; view: MeasuredView; start: api.PlaceRequest | null; busy: boolean };
 
 /** What a drag over a view draws while it lasts, picture px. */
 export type MeasureDraft = { kind: MeasureKind; from: Point; to: Point };
 
 export type MeasureState = {
-  measurements: MeasurementDocument[] | null;
+  measurements: api.MeasurementDocument[] | null;
   hidden_measurements: string[];
   selected_measurement: string | null;
   measuring: Measuring | null;
@@ -454,9 +387,9 @@ export type FollowState = {
   follow_page: boolean;
   follow_tab: boolean;
   click_follows: boolean;
-  followed: FollowedDocument[] | null;
+  followed: api.FollowedDocument[] | null;
   follow_asked: Record<string, Point>;
-  trails: Record<string, TrailPoint[]>;
+  trails: Record<string, api.TrailPoint[]>;
 };
 
 // The vergence loop.
@@ -465,9 +398,9 @@ export type FollowState = {
  * `tune_refusal`: why tuning did not begin. */
 export type LoopState = {
   loop_page: boolean;
-  loop: LoopDocument | null;
-  loop_samples: LoopSample[];
-  loop_tuning: JobDocument | null;
+  loop: api.LoopDocument | null;
+  loop_samples: api.LoopSample[];
+  loop_tuning: Job | null;
   tune_refusal: string;
 };
 
@@ -490,7 +423,7 @@ export type SteeringState = {
   by: string | null;
   pose: EyePair<Volts> | null;
   target: EyePair<Volts> | null;
-  gaze: Direction | null;
+  gaze: api.Direction | null;
 };
 
 /** `gamepad`: whether one is there, or has gone while it steered. */
@@ -514,33 +447,33 @@ export type SharedState = {
   events_link: LinkState;
   boot_id: string | null;
   /** Who this browser is to the server; null before its answer. */
-  sign_in: SignInDocument | null;
+  sign_in: api.SignInDocument | null;
   /** Whether the server has said that this browser is signed out. */
   signed_out: boolean;
-  rig: RigDocument | null;
-  intrinsics: WideLensDocument | null;
-  reach: ReachDocument | null;
+  rig: api.RigDocument | null;
+  intrinsics: api.WideLensDocument | null;
+  reach: api.ReachDocument | null;
   views: ViewInfo[];
   shown: Partial<Record<ViewName, ShownView>>;
   server_stats: ServerStats["views"];
   overlay: Overlay | null;
   current: CurrentFixation | null;
   full_look: FullLook | null;
-  targets: TargetDocument[] | null;
+  targets: api.TargetDocument[] | null;
   hidden_targets: string[];
   selected_target: string | null;
-  clouds: CloudDocument[];
-  log: EventDocument[];
-  server_faults: FaultDocument[];
-  page_faults: FaultDocument[];
-  stop: StopDocument | null;
-  lease: LeaseDocument | null;
+  clouds: api.CloudDocument[];
+  log: api.EventDocument[];
+  server_faults: api.FaultDocument[];
+  page_faults: api.FaultDocument[];
+  stop: api.StopDocument | null;
+  lease: api.LeaseDocument | null;
   /** Whether this page asks the holder for the lease. */
   lease_asked: boolean;
   lease_token: string | null;
   steer_distance_m: number | null;
   /** The recording that is being made, whoever began it. */
-  recording: RecordingDocument | null;
+  recording: api.RecordingDocument | null;
   settings: Settings;
 };
 

@@ -210,8 +210,10 @@ class StubServer:
             return 201, self.session
         if path.endswith("/runs") or path == "/drift_checks":
             step = body.get("step", "drift")
-            job = documents.job("job-1", kind=f"calibration.{step}", changes={"progress": None})
-            self.answers["/jobs/job-1"] = job
+            posts = [asked for method, asked, _ in self.requests if method == "POST"]
+            job_id = f"job-{sum(asked.endswith(('/runs', '/drift_checks')) for asked in posts)}"
+            job = documents.job(job_id, kind=f"calibration.{step}", changes={"progress": None})
+            self.answers[f"/jobs/{job_id}"] = job
             return 202, job
         if path.startswith(("/pan_tilt/", "/rail/")):
             return 200, self.answers[f"/{path.split('/')[1]}"]

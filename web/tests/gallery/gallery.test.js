@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as datasets from "../../foveacam_web/static/js/capturing/gallery/dataset_words.js";
 import { DepthTile, ticksOf } from "../../foveacam_web/static/js/capturing/gallery/mosaic/depth.js";
-import { leftOf, percent, size } from "../../foveacam_web/static/js/capturing/gallery/mosaic/words.js";
+import { percent, size } from "../../foveacam_web/static/js/capturing/gallery/mosaic/words.js";
 import { frameAt, PlayerClock } from "../../foveacam_web/static/js/capturing/replay/clock.js";
 import * as recordings from "../../foveacam_web/static/js/capturing/gallery/recording_words.js";
 import { referenceWords } from "../../foveacam_web/static/js/capturing/gallery/reference_words.js";
@@ -223,10 +223,9 @@ test("a player that plays stops at the end and begins anew from there", () => {
   assert.equal(clock.speed, 4);
 });
 
-test("a mosaic's sizes, shares and time left are no finer than they are known", () => {
+test("a mosaic's sizes, and shares are no finer than they are known", () => {
   assert.equal(size(12_345, 900), "12\u202f345 × 900 px");
   assert.deepEqual([0.25, 0.034, 0.0012, null].map(percent), ["25 %", "3.4 %", "0.12 %", "–"]);
-  assert.deepEqual([null, 3, 42, 600].map(leftOf), ["", "a few seconds left", "about 50 s left", "about 10 min left"]);
 });
 
 test("a depth tile holds metres in three bytes, and nothing where they are zero", () => {

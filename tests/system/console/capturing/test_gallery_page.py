@@ -254,7 +254,7 @@ def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phon
     assert stub.posted_bodies(REFERENCE) == [{"scan": 2, "bracket": 0, "across": 20, "rail_sigma_m": 0.0002}]
     stub.wait_for_listener()
     stub.send_event("job.updated", job(progress={"done": 2, "total": 3, "eta_s": 18.0, "note": "matching"}))
-    expect(section.locator(".words")).to_have_text("Matching · step 2 of 3 · about 20 s left")
+    expect(section.locator(".words")).to_have_text("Matching · step 2 of 3 · 20 s left")
     with console.page.expect_request(f"**/jobs/{JOB_ID}/cancel"):
         section.get_by_role("button", name="Cancel").click()
 

@@ -1,15 +1,14 @@
 // Sends the operator's commands. Clicks are sent in their order, and the stop waits for nothing.
 
-import { RequestError, SIGNED_OUT, request } from "./transport/api.js";
+import { outcome, RequestError, SIGNED_OUT, request } from "./transport/api.js";
 import { Deletions } from "./deletions.js";
 import { NO_LEASE, holderName } from "./operating/lease/words.js";
 
 /**
  * @import { DepthDocument, FixationDocument, FixationRequest, JobDocument } from "#api"
  * @import { LeaseDocument, StopDocument } from "#api"
- * @import { Point } from "#page"
+ * @import { Point, Store } from "#console"
  * @import { Fixations } from "./looking/fixations.js"
- * @import { Store } from "./store.js"
  * @import { Toasts } from "./elements/toasts.js"
  */
 
@@ -42,13 +41,28 @@ export class Commands {
    * @returns {Promise<T | null>}
    */
   async attempt(act) {
-    try {
-      return await act();
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.slug !== SIGNED_OUT) this.#toasts.problem(error.document, this.#wayOut(error));
-      return null;
-    }
+    const { answer, error } = await outcome(act());
+    if (error) this.#show(error);
+    return answer;
+  }
+
+  /**
+   * Send a command with the lease; return its answer, or its error, which is shown here only where `said` says so.
+   * @template T
+   * @param {"POST" | "PUT" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {import("./transport/api.js").Options & {said: (error: RequestError) => boolean}} options
+   */
+  async tried(method, path, { said, ...options }) {
+    const asked = /** @type {Promise<T>} */ (request(method, path, { ...options, headers: this.leaseHeader() }));
+    const found = await outcome(asked);
+    if (found.error && said(found.error)) this.#show(found.error);
+    return found;
+  }
+
+  /** @param {RequestError} error */
+  #show(error) {
+    if (error.slug !== SIGNED_OUT) this.#toasts.problem(error.document, this.#wayOut(error));
   }
 
   /**
@@ -137,14 +151,9 @@ export class Commands {
    */
   async #post(path, body, shown) {
     this.#fixations.sending(shown);
-    try {
-      const job = /** @type {JobDocument} */ (await request("POST", path, { body, headers: this.leaseHeader() }));
-      this.#fixations.follow(job, shown, true);
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#fixations.refused();
-      await this.attempt(() => Promise.reject(error));
-    }
+    const job = /** @type {JobDocument | null} */ (await this.send("POST", path, { body }));
+    if (job) this.#fixations.follow(job, shown, true);
+    else this.#fixations.refused();
   }
 
   /** Cancel the running fixation. */
@@ -181,12 +190,9 @@ export class Commands {
    * @returns {Promise<DepthDocument | string>}
    */
   async depthAt(pixel) {
-    try {
-      return await request("GET", `/depth?x_px=${pixel.x.toFixed(3)}&y_px=${pixel.y.toFixed(3)}`);
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      return error.slug === "not-found" ? "no fovea has looked here" : error.message;
-    }
+    const path = `/depth?x_px=${pixel.x.toFixed(3)}&y_px=${pixel.y.toFixed(3)}`;
+    const { answer, error } = await outcome(/** @type {Promise<DepthDocument>} */ (request("GET", path)));
+    return answer ?? (error?.slug === "not-found" ? "no fovea has looked here" : (error?.message ?? ""));
   }
 
   /** @param {string} id @param {string} label */

@@ -77,7 +77,7 @@ const LEASE_RENEWAL_MS = 5000;
 const work = new WorkFollower(store);
 const reader = new CalibrationReader({ store, work });
 const orders = new CalibrationOrders({ store, commands, reader, work });
-const rigReader = new RigReader({ store, pan_tilt: reader });
+const rigReader = new RigReader({ store, commands, pan_tilt: reader });
 const rigOrders = new RigOrders({ store, commands, reader: rigReader });
 const setupReader = new SetupReader(store);
 const setupOrders = new SetupOrders({ store, commands, reader: setupReader });
@@ -85,11 +85,12 @@ const session = new SessionReader({ store, commands });
 const preferences = new Preferences({ store, commands });
 const galleryReader = new GalleryReader();
 const stillReader = new StillReader();
+const full = new FullResolution({ store, commands, fixations });
 const captureReader = new CaptureReader(store);
 const captureOrders = new CaptureOrders({ store, commands, reader: captureReader });
 const recording = new LiveRecording({ store, commands });
 const followReader = new FollowReader({ store, commands });
-const loopReader = new LoopReader({ store, commands });
+const loopReader = new LoopReader({ store, commands, tuning: loopOrders.tuning });
 loopOrders.changed = () => void loopReader.readAll();
 new GamepadSteering({ store, steering, commands });
 const wideDepth = new WideDepth({ store, commands });
@@ -103,6 +104,7 @@ const sync = new Sync({
     wideDepth,
     measureOrders,
     followReader,
+    full.jobs,
     loopReader,
     reader,
     rigReader,
@@ -154,7 +156,6 @@ mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
 mountSession({ button: need("signed-in"), strip: need("signed-in-viewer") }, { store, commands, session });
 mountProblems(need("problems"), store);
 mountStart(need("start"), store);
-const full = new FullResolution({ store, commands, fixations });
 mountFixation(need("fixation"), need("announcer"), { store, commands, follows: followOrders, full });
 need("wide-depth").append(wideDepth.element);
 const scene = new Scene(need("scene"), { store, keyboard });

@@ -2,7 +2,7 @@
 
 import { RequestError, request } from "./transport/api.js";
 
-/** @import { Commands } from "./commands.js" */
+/** @import { Commands } from "#console" */
 
 const UNDO_MS = 6000;
 

@@ -3,10 +3,10 @@
 import { CONSOLE_ADDRESS, pagesAt } from "./addresses.js";
 import { fill, focusOn, html, need } from "./elements/dom.js";
 import { icon } from "./elements/icons.js";
+import { textButton } from "./elements/parts.js";
 
 /**
- * @import { ConsoleState, Role } from "#page"
- * @import { Store } from "./store.js"
+ * @import { ConsoleState, Role, Store } from "#console"
  * @import { Views } from "./video/views.js"
  * @typedef {ReadonlyMap<Role, HTMLElement>} Slots where a page shows the live pane of each camera
  * @typedef {(typeof PAGES)[number]} Page
@@ -118,7 +118,7 @@ function notLoaded() {
   return html`<div class="wizard-head"><a class="plain back" href=${CONSOLE_ADDRESS}>${icon("back")}Console</a></div>
     <p class="note bad" role="alert">
       This page was not loaded: the server did not answer, or it was updated. Load the console again.
-      <button type="button" class="plain" @click=${() => location.reload()}>Load again</button>
+      ${textButton("Load again", () => location.reload())}
     </p>`;
 }
 

@@ -1,8 +1,7 @@
 // The settings of this browser: loads them, and changes and saves them.
 
 /**
- * @import { Settings } from "#page"
- * @import { Store } from "./store.js"
+ * @import { Settings, Store } from "#console"
  */
 
 const SETTINGS_KEY = "foveacam.settings";

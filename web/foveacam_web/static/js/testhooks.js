@@ -2,7 +2,7 @@
 // it.
 
 /**
- * @import { Store } from "./store.js"
+ * @import { Store } from "#console"
  * @import { Views } from "./video/views.js"
  */
 

@@ -56,6 +56,13 @@ export function span(seconds) {
   return `${Math.round(seconds / 86400)} days`;
 }
 
+/** Word the time left, rounded up to what is known. @param {number | null | undefined} eta_s */
+export function timeLeft(eta_s) {
+  if (eta_s === null || eta_s === undefined) return "";
+  if (eta_s < 8) return "a few seconds left";
+  return eta_s < 90 ? `${Math.ceil(eta_s / 5) * 5} s left` : `${Math.round(eta_s / 60)} min left`;
+}
+
 /** Format milliseconds with about two significant digits. @param {number | null | undefined} milliseconds */
 export function millis(milliseconds) {
   if (milliseconds === null || milliseconds === undefined || !Number.isFinite(milliseconds)) return MISSING;

@@ -6,10 +6,10 @@ import { icon } from "./icons.js";
 import { isRunning } from "../calibrating/calibration/state.js";
 
 /**
- * @import { ConsoleState } from "#page"
+ * @import { JobDocument } from "#api"
+ * @import { ConsoleState, Store } from "#console"
  * @import { Child } from "./dom.js"
  * @import { IconName } from "./icons.js"
- * @import { Store } from "../store.js"
  * @typedef {{element: HTMLElement, input: HTMLInputElement, value: () => number | null, put: (value: number | null) => void}} NumberField
  */
 
@@ -63,16 +63,47 @@ export function starter({
  * Build a button that shows only a picture.
  * @param {string} label
  * @param {IconName} picture
- * @param {() => unknown} act
- * @param {boolean} [pressed] for a button that switches something
+ * @param {(event: any) => unknown} act `any`: a click, whose target is the button
+ * @param {{title?: string, pressed?: boolean, disabled?: boolean}} [options] `title`: where it says more than the label;
+ *   `pressed`: for a button that switches something
  */
-export function toolButton(label, picture, act, pressed) {
+export function toolButton(label, picture, act, { title = label, pressed, disabled = false } = {}) {
   return html`<button
-    type="button" class="tool" aria-label=${label} title=${label}
-    aria-pressed=${pressed === undefined ? absent : String(pressed)} @click=${() => void act()}
+    type="button" class="tool" aria-label=${label} title=${title} ?disabled=${disabled}
+    aria-pressed=${stated(pressed)} @click=${act}
   >
     ${icon(picture)}
   </button>`;
+}
+
+/**
+ * Build a button with a text.
+ * @param {string} text
+ * @param {(event: any) => unknown} act `any`: a click, whose target is the button
+ * @param {{
+ *   kind?: string, picture?: IconName, name?: string, title?: string, disabled?: boolean, hidden?: boolean,
+ *   pressed?: boolean, expanded?: boolean
+ * }} [options] `name`: for screen readers, where the text alone does not say what it acts on
+ */
+export function textButton(text, act, options = {}) {
+  const { kind = "plain", picture, name, title, disabled = false, hidden = false, pressed, expanded } = options;
+  return html`<button
+    type="button" class=${kind} aria-label=${name ?? absent} title=${title ?? absent} ?disabled=${disabled}
+    ?hidden=${hidden} aria-pressed=${stated(pressed)} aria-expanded=${stated(expanded)} @click=${act}
+  >
+    ${picture && icon(picture)}${text}
+  </button>`;
+}
+
+/** Build a button with a text that its module keeps and changes. @param {Parameters<typeof textButton>} button */
+export function keptButton(...button) {
+  const place = h("div", {}, textButton(...button));
+  return /** @type {HTMLButtonElement} */ (place.firstElementChild);
+}
+
+/** Return the value of an attribute that is not there where nothing is to be stated. @param {boolean | undefined} on */
+function stated(on) {
+  return on === undefined ? absent : String(on);
 }
 
 let fields = 0;
@@ -188,6 +219,27 @@ export function bar(label, { share, text }) {
     aria-valuemax="100" aria-valuenow=${value ?? absent} aria-valuetext=${text}
   >
     <span class="part" .style=${`inline-size: ${value ?? 0}%`}></span>
+  </div>`;
+}
+
+/**
+ * Return the finished share of a job; null while it is unknown.
+ * @param {{done: number, total: number | null} | null | undefined} progress
+ */
+export function shareOf(progress) {
+  return progress?.total && progress.done > 0 ? progress.done / progress.total : null;
+}
+
+/**
+ * Build the row of a running job: what it does, how far it is, and the button that cancels it.
+ * @param {{state?: JobDocument["state"], progress?: JobDocument["progress"] | null} | null} job
+ * @param {{label: string, words: string, cancel: () => unknown, verb?: string}} how `label`: of the bar
+ */
+export function jobRow(job, { label, words, cancel, verb = "Cancel" }) {
+  return html`<div class="job running">
+    <div class="words">${words}</div>
+    <div class="progress">${bar(label, { share: shareOf(job?.progress), text: words })}</div>
+    ${textButton(verb, cancel, { disabled: job?.state === "cancelling" })}
   </div>`;
 }
 

@@ -1,26 +1,20 @@
 // Follows the running fixation, whoever requested it: its steps by events, its result at the end.
 
-import { RequestError, request } from "../transport/api.js";
-import { hasEnded, JobWatch } from "../transport/jobs.js";
+import { outcome, request } from "../transport/api.js";
+import { hasEnded, JobFollower, resultPath } from "../transport/jobs.js";
 
 /**
  * @import { EventDocument, FixationDocument, FixationEstimate, FixationRequest, JobDocument } from "#api"
  * @import { Problem, StepDocument } from "#api"
- * @import { CurrentFixation } from "#page"
- * @import { Store } from "../store.js"
+ * @import { CurrentFixation, Job, Store } from "#console"
  */
 
-const LOOK_MS = 700; // interval of reading the job, in case its events do not arrive
 const REQUESTS = 8; // the newest orders of this page whose requests are kept
 
 /** The fixation tracker of one page. */
 export class Fixations {
   #store;
-  #watch = new JobWatch({
-    every_ms: LOOK_MS,
-    found: (job) => this.#take(job),
-    lost: (problem) => this.running && this.#fail(problem),
-  });
+  #jobs = new JobFollower({ news: (job) => this.#take(job) });
   /** @type {CurrentFixation | null} what was shown before the request that is being sent */
   #before = null;
 
@@ -51,7 +45,7 @@ export class Fixations {
     // its events may have arrived before the response
     const known = current?.job_id === job.id ? current : fresh(job.id, null, mine);
     this.#set({ ...known, request: request_body, mine });
-    this.#take(job);
+    this.#jobs.follow(job);
   }
 
   /** Show the previous fixation again: the request was refused. */
@@ -62,6 +56,7 @@ export class Fixations {
   /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
+    this.#jobs.hear(event);
     if (event.kind === "fixation.step") this.#step(data);
     else if (event.kind === "fixation.estimate")
       this.#estimate(/** @type {FixationEstimate} */ (/** @type {unknown} */ (data)));
@@ -69,7 +64,6 @@ export class Fixations {
       this.#ended(/** @type {FixationDocument} */ (data)); // the event carries the whole fixation
     else if (event.kind === "fixation.updated")
       this.changed(/** @type {FixationDocument} */ (/** @type {unknown} */ (data)));
-    else if (event.kind === "job.updated") this.#job(data);
     else if (event.kind === "cloud.created") this.#cloud(data);
     else if (event.kind === "fixation.selected" && typeof data["fixation_id"] === "string")
       void this.recall(data["fixation_id"]);
@@ -77,8 +71,7 @@ export class Fixations {
 
   /** Read which fixation runs, or else the last one, after the page has opened or the server has come back. */
   async resume() {
-    const current = this.#store.state.current;
-    if (current?.job_id && this.running) await this.#watch.read(current.job_id);
+    if (this.#jobs.running) await this.#jobs.readAll();
     if (this.#store.state.current) return;
     const [runs, recent] = await Promise.all([
       /** @type {Promise<FixationEstimate[]>} */ (request("GET", "/fixations/estimates")),
@@ -93,15 +86,12 @@ export class Fixations {
   /** Show an earlier fixation, unless it was deleted meanwhile or another one runs. @param {string} fixation_id */
   async recall(fixation_id) {
     if (this.running) return;
-    try {
-      const past = /** @type {FixationDocument} */ (await request("GET", `/fixations/${fixation_id}`));
-      if (this.running) return;
-      this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
-      const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
-      if (target) this.#store.set({ selected_target: target.id });
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-    }
+    const asked = /** @type {Promise<FixationDocument>} */ (request("GET", `/fixations/${fixation_id}`));
+    const { answer: past } = await outcome(asked);
+    if (this.running || !past) return;
+    this.#set({ ...fresh(past.job_id, past.request, false), state: "succeeded", steps: past.steps, fixation: past });
+    const target = this.#store.state.targets?.find((known) => known.fixation_id === fixation_id);
+    if (target) this.#store.set({ selected_target: target.id });
   }
 
   /** Show the new answer of a fixation after the operator has chosen one. @param {FixationDocument} fixation */
@@ -121,7 +111,7 @@ export class Fixations {
       (a, b) => a.index - b.index,
     );
     this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", steps });
-    if (current.job_id) this.#watch.watch(current.job_id);
+    if (current.job_id) this.#jobs.expect(current.job_id);
   }
 
   /** Show what is known of the distance so far. @param {FixationEstimate} estimate */
@@ -129,7 +119,7 @@ export class Fixations {
     const current = this.#runningOf(estimate.job_id);
     if (!current || hasEnded(current.state)) return;
     this.#set({ ...current, state: current.state === "cancelling" ? "cancelling" : "running", estimate });
-    this.#watch.watch(estimate.job_id);
+    this.#jobs.expect(estimate.job_id);
   }
 
   /**
@@ -160,27 +150,13 @@ export class Fixations {
     this.#set({ ...current, fixation: { ...current.fixation, cloud_id } });
   }
 
-  /** @param {Record<string, unknown>} data */
-  #job(data) {
-    const job = /** @type {JobDocument | undefined} */ (data["job"] ?? data);
-    const id = job?.id ?? data["job_id"];
-    const current = this.#store.state.current;
-    if (typeof id !== "string" || current?.job_id !== id || current.fixation) return;
-    if (job?.state && job.result_url !== undefined) this.#take(job);
-    else void this.#watch.read(id);
-  }
-
-  /** @param {JobDocument} job */
+  /** @param {Job} job */
   #take(job) {
     const current = this.#store.state.current;
     if (!current || current.job_id !== job.id || current.fixation) return;
-    if (hasEnded(job.state)) this.#watch.stop();
-    if (job.state === "succeeded" && job.result_url) {
-      void this.#load(job.result_url.replace(/^.*\/api\/v1/, ""));
-      return;
-    }
-    this.#set({ ...current, state: job.state, problem: job.problem, note: job.progress?.note ?? null });
-    if (!hasEnded(job.state)) this.#watch.watch(job.id);
+    const path = resultPath(job);
+    if (path) void this.#load(path);
+    else this.#set({ ...current, state: job.state, problem: job.problem, note: job.progress?.note ?? null });
   }
 
   /** @param {Problem} problem */
@@ -191,19 +167,16 @@ export class Fixations {
 
   /** @param {string} path */
   async #load(path) {
-    try {
-      this.#ended(await request("GET", path));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#fail(error.document);
-    }
+    const { answer, error } = await outcome(/** @type {Promise<FixationDocument>} */ (request("GET", path)));
+    if (answer) this.#ended(answer);
+    else this.#fail(error.document);
   }
 
   /** @param {FixationDocument} fixation */
   #ended(fixation) {
     const current = this.#store.state.current ?? fresh(fixation.job_id, fixation.request, false);
     if (current.job_id !== fixation.job_id) return; // another fixation has begun meanwhile
-    this.#watch.stop();
+    this.#jobs.forget();
     this.#set({ ...current, state: "succeeded", steps: fixation.steps, fixation, problem: null });
   }
 

@@ -2,11 +2,11 @@
 
 import { answerText, basisOf, basisWords, chosenOf, percent } from "../looking/answers.js";
 import { html } from "../elements/dom.js";
-import { icon } from "../elements/icons.js";
+import { textButton } from "../elements/parts.js";
 
 /**
  * @import { FixationDocument } from "#api"
- * @import { Commands } from "../commands.js"
+ * @import { Commands } from "#console"
  */
 
 /**
@@ -43,13 +43,10 @@ export function nearerOrFarther(fixation, commands) {
     /** @type {"nearer" | "farther"} */ direction,
     /** @type {import("../elements/icons.js").IconName} */ picture,
   ) =>
-    html`<button
-      type="button" class="plain" title="Look again, only ${direction} than this answer"
-      @click=${() => void commands.correct(fixation, direction)}
-    >
-      ${icon(picture)}
-      ${direction === "nearer" ? "Nearer" : "Farther"}
-    </button>`;
+    textButton(direction === "nearer" ? "Nearer" : "Farther", () => commands.correct(fixation, direction), {
+      picture,
+      title: `Look again, only ${direction} than this answer`,
+    });
   return html`<p class="correct">
     <span class="ask">Not right? It is</span>
     ${button("nearer", "low")}

@@ -2,14 +2,13 @@
 
 import { PEOPLE_ADDRESS, SETTINGS_ADDRESS } from "../addresses.js";
 import { fill, h, html, say } from "../elements/dom.js";
-import { icon } from "../elements/icons.js";
 import { changeSettings } from "../settings.js";
 import { distanceText } from "../looking/steer/words.js";
 import { ROOT } from "../root.js";
+import { textButton, toolButton } from "../elements/parts.js";
 
 /**
- * @import { Settings } from "#page"
- * @import { Store } from "../store.js"
+ * @import { Settings, Store } from "#console"
  */
 
 /** @type {[string, [string, string][]][]} */
@@ -136,9 +135,7 @@ const SETTINGS = [
  */
 export function sheet(title, ...content) {
   const dialog = h("dialog", { class: "sheet", "aria-label": title });
-  const close = html`<button type="button" class="tool" aria-label="Close" @click=${() => dialog.close()}>
-    ${icon("close")}
-  </button>`;
+  const close = toolButton("Close", "close", () => dialog.close());
   fill(dialog, html`<header><h2>${title}</h2>${close}</header>`, ...content);
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   document.body.append(dialog);
@@ -172,15 +169,10 @@ export function makeHelp({ showHints }) {
   const hints = h(
     "p",
     { class: "lead" },
-    html`<button
-      type="button" class="plain"
-      @click=${() => {
-        showHints();
-        dialog.close();
-      }}
-    >
-      Mark good targets on the wide view
-    </button>`,
+    textButton("Mark good targets on the wide view", () => {
+      showHints();
+      dialog.close();
+    }),
   );
   const dialog = sheet("Help", hints, guide, ...groups, links);
   return dialog;

@@ -7,7 +7,7 @@ import { icon } from "../elements/icons.js";
 
 /**
  * @import { EventDocument } from "#api"
- * @import { Store } from "../store.js"
+ * @import { Store } from "#console"
  */
 
 /** @param {HTMLElement} place @param {Store} store */

@@ -13,13 +13,12 @@ import { alternatives, nearerOrFarther } from "./corrections.js";
 import { largerLook } from "./full_resolution.js";
 import { drawSteps } from "./stepplot.js";
 import { API } from "../root.js";
+import { textButton } from "../elements/parts.js";
 
 /**
  * @import { CloudDocument, FixationDocument, FixationEstimate, FixationRequest } from "#api"
- * @import { ConsoleState, CurrentFixation, FullLook } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, ConsoleState, CurrentFixation, FullLook, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
- * @import { Store } from "../store.js"
  * @import { FullResolution } from "./full_resolution.js"
  * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution}} Orders
  * @typedef {{fixation_id: string, size: string, look: FullLook | null}} MoreToSee
@@ -77,25 +76,17 @@ function fullResolution({ fixation_id, size, look }, full) {
       html`<p class="state running" role="status">
         <span class="spinner" aria-hidden="true"></span>
         ${sentence(look.note || "waiting its turn")}
-        <button
-          type="button" class="plain" ?disabled=${look.state === "cancelling" || !look.job_id}
-          @click=${() => void full.cancel()}
-        >
-          Cancel
-        </button>
+        ${textButton("Cancel", () => full.cancel(), { disabled: look.state === "cancelling" || !look.job_id })}
       </p>`,
     ];
   return [
     look?.problem &&
       html`<p class="remedy" role="alert">${sentence(look.problem.detail)} ${remedyOf(look.problem)}</p>`,
     html`<p class="correct">
-      <button
-        type="button" class="plain" title="One more look at ${size}: cloud and depth with every pixel; the distance stays"
-        @click=${() => void full.look(fixation_id)}
-      >
-        ${icon("expand")}
-        Full resolution
-      </button>
+      ${textButton("Full resolution", () => full.look(fixation_id), {
+        picture: "expand",
+        title: `One more look at ${size}: cloud and depth with every pixel; the distance stays`,
+      })}
     </p>`,
   ];
 }
@@ -252,13 +243,11 @@ function far({ distance_m, distance_sigma_m }) {
 /** @param {FixationDocument} fixation @param {FollowOrders} follows */
 function followButton({ target_id }, follows) {
   if (target_id === null) return null;
-  return html`<button
-    type="button" class="tool follow-it" title="Keep both foveae on it while it moves"
-    @click=${() => void follows.follow({ target_id })}
-  >
-    ${icon("follow")}
-    Follow
-  </button>`;
+  return textButton("Follow", () => follows.follow({ target_id }), {
+    kind: "tool follow-it",
+    picture: "follow",
+    title: "Keep both foveae on it while it moves",
+  });
 }
 
 /** @param {FixationDocument} fixation */

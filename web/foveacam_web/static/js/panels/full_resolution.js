@@ -1,18 +1,14 @@
 // Orders one more look at full resolution for the cloud of a fixation, and follows its job until it ends.
 
 import { basisOf } from "../looking/answers.js";
-import { RequestError, request } from "../transport/api.js";
-import { hasEnded, JobWatch } from "../transport/jobs.js";
+import { outcome, request } from "../transport/api.js";
+import { JobFollower, resultPath } from "../transport/jobs.js";
 
 /**
- * @import { CloudDocument, FixationDocument, JobDocument, Problem } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { CloudDocument, FixationDocument, JobDocument } from "#api"
+ * @import { Commands, ConsoleState, FullLook, Job, Store } from "#console"
  * @import { Fixations } from "../looking/fixations.js"
- * @import { Store } from "../store.js"
  */
-
-const LOOK_MS = 300;
 
 /**
  * Return the size that one more look would have in place of the smaller one of a fixation's cloud; null where it would
@@ -36,11 +32,8 @@ export class FullResolution {
   #store;
   #commands;
   #fixations;
-  #watch = new JobWatch({
-    every_ms: LOOK_MS,
-    found: (job) => this.#take(job),
-    lost: (problem) => this.#fail(problem),
-  });
+  /** Follows the look; to be told the server's events. */
+  jobs = new JobFollower({ news: (job) => this.#take(job) });
 
   /** @param {{store: Store, commands: Commands, fixations: Fixations}} context */
   constructor({ store, commands, fixations }) {
@@ -51,62 +44,40 @@ export class FullResolution {
 
   /** Look once more, for the cloud. @param {string} fixation_id */
   async look(fixation_id) {
-    this.#store.set({
-      full_look: { fixation_id, job_id: null, state: "sending", note: "", problem: null },
-    });
+    this.jobs.forget();
+    this.#store.set({ full_look: { fixation_id, job_id: null, state: "sending", note: "", problem: null } });
     const path = `/fixations/${fixation_id}/full_resolution`;
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", path));
     if (!job) this.#store.set({ full_look: null });
-    else this.#take(job);
+    else this.jobs.follow(job);
   }
 
   cancel() {
-    const job_id = this.#store.state.full_look?.job_id;
-    return job_id ? this.#commands.send("POST", `/jobs/${job_id}/cancel`) : Promise.resolve(null);
+    return this.jobs.cancel(this.#commands);
   }
 
-  /** @param {JobDocument} job */
+  /** @param {Job} job */
   #take(job) {
+    const { id, state, problem, progress } = job;
+    const path = resultPath(job);
     const { full_look } = this.#store.state;
-    if (!full_look || (full_look.job_id !== null && full_look.job_id !== job.id)) return;
-    const { state, problem, progress } = job;
-    if (state === "succeeded" && job.result_url) {
-      void this.#show(full_look.fixation_id, job.result_url.replace(/^.*\/api\/v1/, ""));
-      return;
-    }
-    const next = {
-      ...full_look,
-      job_id: job.id,
-      state,
-      note: progress?.note ?? "",
-      problem,
-    };
-    this.#store.set({ full_look: state === "cancelled" ? null : next });
-    if (!hasEnded(state)) this.#watch.watch(job.id);
+    if (path && full_look) void this.#show(full_look.fixation_id, path);
+    else if (state === "cancelled") this.#store.set({ full_look: null });
+    else this.#change({ job_id: id, state, note: progress?.note ?? "", problem });
   }
 
-  /** @param {Problem} problem */
-  #fail(problem) {
+  /** @param {Partial<FullLook>} change */
+  #change(change) {
     const { full_look } = this.#store.state;
-    if (full_look)
-      this.#store.set({
-        full_look: { ...full_look, state: "failed", problem },
-      });
+    if (full_look) this.#store.set({ full_look: { ...full_look, ...change } });
   }
 
   /** Show the new cloud with its fixation. @param {string} fixation_id @param {string} path */
   async #show(fixation_id, path) {
-    try {
-      const cloud = /** @type {CloudDocument} */ (await request("GET", path));
-      const { clouds, current } = this.#store.state;
-      this.#store.set({
-        full_look: null,
-        clouds: [cloud, ...clouds.filter(({ id }) => id !== cloud.id)],
-      });
-      if (current?.fixation?.id === fixation_id) this.#fixations.changed({ ...current.fixation, cloud_id: cloud.id });
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#fail(error.document);
-    }
+    const { answer: cloud, error } = await outcome(/** @type {Promise<CloudDocument>} */ (request("GET", path)));
+    if (error) return this.#change({ state: "failed", problem: error.document });
+    const { clouds, current } = this.#store.state;
+    this.#store.set({ full_look: null, clouds: [cloud, ...clouds.filter(({ id }) => id !== cloud.id)] });
+    if (current?.fixation?.id === fixation_id) this.#fixations.changed({ ...current.fixation, cloud_id: cloud.id });
   }
 }

@@ -7,9 +7,8 @@ import { angle, baseline, clockTime, count, millis, MISSING, number, span } from
 
 /**
  * @import { CameraDocument, MirrorsDocument, RigDocument } from "#api"
- * @import { ConsoleState } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { Child } from "../elements/dom.js"
- * @import { Store } from "../store.js"
  */
 
 /** @param {HTMLElement} place @param {Store} store */

@@ -3,12 +3,12 @@
 import { fill, h, html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { ROOT } from "../root.js";
+import { textButton } from "../elements/parts.js";
 
 /**
  * @import { TargetDocument } from "#api"
- * @import { ConsoleState } from "#page"
+ * @import { ConsoleState, Store } from "#console"
  * @import { Keyboard } from "../keys.js"
- * @import { Store } from "../store.js"
  */
 
 const CLOSEST_M = 0.2;
@@ -94,15 +94,10 @@ export class Scene {
 
   #failed() {
     this.#frame = null;
-    const again = html`<button
-      type="button" class="plain"
-      @click=${() => {
-        this.#loaded_for = null;
-        void this.#update(this.#store.state);
-      }}
-    >
-      Try again
-    </button>`;
+    const again = textButton("Try again", () => {
+      this.#loaded_for = null;
+      void this.#update(this.#store.state);
+    });
     fill(
       this.#place,
       html`<div class="notice">

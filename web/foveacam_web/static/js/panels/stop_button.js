@@ -5,8 +5,7 @@ import { clockTime } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 
 /**
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 /**

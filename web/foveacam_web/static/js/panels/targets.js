@@ -8,9 +8,8 @@ import { namedRow } from "./named_row.js";
 
 /**
  * @import { TargetDocument } from "#api"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
- * @import { Store } from "../store.js"
  * @typedef {{store: Store, commands: Commands, follows: FollowOrders, select: (target: TargetDocument) => void}} Context
  */
 
@@ -43,7 +42,7 @@ function targetRow(target, selected, { commands, follows, select }) {
       <span class="basis" title=${basisMeaning(basis)} ?hidden=${basis === "both_foveae" && !corrected}>${words}</span>
     </span>`,
     tools: [
-      toolButton("Show in the 3D pane", "cube", () => select(target), selected),
+      toolButton("Show in the 3D pane", "cube", () => select(target), { pressed: selected }),
       toolButton("Look again", "again", () => void commands.lookAgain(id)),
       toolButton("Follow", "follow", () => follows.follow({ target_id: id })),
       toolButton("Delete", "trash", () => commands.remove(target)),

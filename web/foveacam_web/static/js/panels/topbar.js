@@ -11,8 +11,7 @@ import { icon } from "../elements/icons.js";
 import { leaseBadge } from "../operating/lease/words.js";
 
 /**
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../store.js"
+ * @import { ConsoleState, Store } from "#console"
  */
 
 const STATES = Object.freeze(

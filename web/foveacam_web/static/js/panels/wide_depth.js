@@ -2,14 +2,13 @@
 
 import { RequestError, request } from "../transport/api.js";
 import { fill, h } from "../elements/dom.js";
-import { hasEnded } from "../transport/jobs.js";
+import { hasEnded, JobFollower } from "../transport/jobs.js";
 import { QuietReads } from "../transport/quiet.js";
 import { API } from "../root.js";
 
 /**
  * @import { EventDocument, JobDocument, WideDepthDocument } from "#api"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Job, Store } from "#console"
  */
 
 const KIND = "wide_depth_survey";
@@ -22,8 +21,7 @@ export class WideDepth {
   #reads = new QuietReads();
   /** @type {WideDepthDocument | null} */
   #known = null;
-  /** @type {JobDocument | null} */
-  #job = null;
+  #survey = new JobFollower({ ours: ({ kind }) => kind === KIND, news: (job) => this.#take(job) });
   #asked = false;
   /** Id of the calibration whose depth was read; empty where it has to be read with the next news of the rig. */
   #calibration = "";
@@ -48,16 +46,17 @@ export class WideDepth {
   readAll() {
     return this.#reads.read("wide_depth", async () => {
       if (!this.#store.state.rig?.calibration) {
-        this.#known = this.#job = null; // not calibrated: there is nothing to ask for
+        this.#known = null; // not calibrated: there is nothing to ask for
+        this.#survey.forget();
         return this.#draw();
       }
       try {
         this.#known = /** @type {WideDepthDocument} */ (await request("GET", "/wide_depth"));
-        const id = this.#known.survey_job_id;
-        this.#job = id ? /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`)) : null;
+        if (this.#known.survey_job_id) this.#survey.expect(this.#known.survey_job_id);
+        if (this.#survey.running) await this.#survey.readAll();
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
-        this.#known = this.#job = null;
+        this.#known = null;
         if (error.slug === "not-connected") this.#calibration = ""; // a server that has come back opens its rig
       }
       this.#draw();
@@ -65,35 +64,34 @@ export class WideDepth {
   }
 
   /** @param {EventDocument} event */
-  hear({ kind, data }) {
-    if (kind === "wide_depth.changed") this.#known = /** @type {WideDepthDocument} */ (/** @type {unknown} */ (data));
-    else if (kind === "job.updated" && data?.["kind"] === KIND)
-      this.#follow(/** @type {JobDocument} */ (/** @type {unknown} */ (data)));
-    else {
-      if (kind.startsWith("calibration.")) void this.readAll();
-      return;
-    }
+  hear(event) {
+    const { kind, data } = event;
+    this.#survey.hear(event);
+    if (kind.startsWith("calibration.")) void this.readAll();
+    if (kind !== "wide_depth.changed") return;
+    this.#known = /** @type {WideDepthDocument} */ (/** @type {unknown} */ (data));
     this.#draw();
   }
 
-  /** @param {JobDocument} job */
-  #follow(job) {
-    const ended = hasEnded(job.state);
-    this.#job = ended ? null : job;
-    if (!ended) return;
-    if (job.state === "failed")
-      this.#commands.say({ tone: "bad", title: "The look around has failed", detail: job.problem?.detail ?? "" });
-    this.#said.textContent = job.state === "succeeded" ? "The look around is done" : "The look around has ended early";
+  /** @param {Job} job */
+  #take({ state, problem }) {
+    this.#draw();
+    if (!hasEnded(state)) return;
+    if (state === "failed")
+      this.#commands.say({ tone: "bad", title: "The look around has failed", detail: problem?.detail ?? "" });
+    this.#said.textContent = state === "succeeded" ? "The look around is done" : "The look around has ended early";
     void this.readAll();
   }
 
   async #press() {
     if (this.#asked) return;
     this.#asked = true;
-    const job = this.#job;
-    const answer = await this.#commands.send("POST", job ? `/jobs/${job.id}/cancel` : "/wide_depth/surveys");
+    if (this.#survey.running) await this.#survey.cancel(this.#commands);
+    else {
+      const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/wide_depth/surveys"));
+      if (job) this.#survey.follow(job);
+    }
     this.#asked = false;
-    if (answer && !job) this.#job = this.#job ?? /** @type {JobDocument} */ (answer);
     this.#draw();
   }
 
@@ -105,12 +103,12 @@ export class WideDepth {
     this.#words.title = known
       ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture`
       : "";
-    const progress = this.#job?.progress;
-    const done = progress?.total ? `${progress.done} of ${progress.total}` : "waiting";
-    fill(this.#button, this.#job ? `Cancel (${done})` : "Look around");
-    this.#button.title = this.#job ? "End the look around; what it has found stays" : TITLE;
+    const { running, job } = this.#survey;
+    const done = job?.progress?.total ? `${job.progress.done} of ${job.progress.total}` : "waiting";
+    fill(this.#button, running ? `Cancel (${done})` : "Look around");
+    this.#button.title = running ? "End the look around; what it has found stays" : TITLE;
     this.#button.disabled =
-      !this.#job && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
+      !running && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
   }
 }
 

@@ -6,7 +6,7 @@ import { clockTime, number } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 import { pageHead } from "../pages.js";
 import { settingRows } from "../panels/dialogs.js";
-import { nothing, panel } from "../elements/parts.js";
+import { nothing, panel, textButton, toolButton } from "../elements/parts.js";
 import { recordOptions } from "../capturing/recording/options.js";
 import { anaglyphColours } from "../video/anaglyph_colours.js";
 import { showRetention } from "./retention.js";
@@ -15,8 +15,7 @@ import { layoutAddress } from "../operating/windows/layout.js";
 
 /**
  * @import { CameraPreset, WindowLayout } from "#api"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Store } from "#console"
  * @import { Preferences } from "./reader.js"
  */
 
@@ -71,7 +70,7 @@ function camerasOf(presets, preferences) {
     html`<ul class="named">${(presets ?? []).map(
       ({ name, saved_utc, cameras }) => html`<li>
         <span><b>${name}</b> <span class="note">${words(cameras)}, ${clockTime(saved_utc)}</span></span>
-        <button type="button" class="plain" @click=${() => void preferences.applyCameras(name)}>Apply</button>
+        ${textButton("Apply", () => preferences.applyCameras(name))}
         ${deleter(name, () => preferences.deleteCameras(name))}
       </li>`,
     )}</ul>`,
@@ -103,9 +102,7 @@ function layoutsOf(layouts, preferences) {
 
 /** @param {string} name @param {() => unknown} act */
 function deleter(name, act) {
-  return html`<button type="button" class="tool" aria-label=${`Delete ${name}`} title="Delete" @click=${() => void act()}>
-    ${icon("trash")}
-  </button>`;
+  return toolButton(`Delete ${name}`, "trash", () => act(), { title: "Delete" });
 }
 
 /** @param {string} label @param {(name: string) => unknown} act */

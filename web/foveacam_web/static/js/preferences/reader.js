@@ -5,8 +5,7 @@ import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { CameraPreset, WindowLayout } from "#api"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 const CHANGE_MS = 60_000; // each camera is stopped, set and started again

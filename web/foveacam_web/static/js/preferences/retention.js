@@ -1,18 +1,16 @@
 // The panel of retention on the settings page: its rules, what they would remove now, and the button.
 
-import { RequestError, request } from "../transport/api.js";
+import { outcome, request } from "../transport/api.js";
 import { html, update } from "../elements/dom.js";
 import { count, sentence } from "../elements/format.js";
 import { sizeWords, whenWords } from "../capturing/gallery/dataset_words.js";
-import { icon } from "../elements/icons.js";
 import { offers } from "../operating/session/words.js";
-import { nothing } from "../elements/parts.js";
+import { nothing, textButton } from "../elements/parts.js";
 import { actWords, removedWords, ruleWords } from "./retention_words.js";
 
 /**
  * @import { DueItem, RetentionApplied, RetentionPreview } from "#api"
- * @import { Commands } from "../commands.js"
- * @import { Store } from "../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 const MOST = 20;
@@ -32,13 +30,10 @@ const KINDS = [
  */
 export function showRetention(place, { store, commands, signal }) {
   const read = async () => {
-    try {
-      const found = /** @type {RetentionPreview} */ (await request("GET", "/retention"));
-      if (!signal.aborted) update(place, shown(found, offers(store.state.sign_in, "administer") ? move : null));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (!signal.aborted) update(place, nothing(sentence(error.message)));
-    }
+    const { answer, error } = await outcome(/** @type {Promise<RetentionPreview>} */ (request("GET", "/retention")));
+    if (signal.aborted) return;
+    if (error) update(place, nothing(sentence(error.message)));
+    else update(place, shown(answer, offers(store.state.sign_in, "administer") ? move : null));
   };
   const move = async (/** @type {string} */ digest) => {
     const moved = /** @type {RetentionApplied | null} */ (
@@ -68,12 +63,7 @@ function shown({ file, rules, items, size_bytes, digest }, move) {
     </p>
     ${items.length === 0 ? nothing("Nothing would be removed now.") : dueOf(items)}
     <p class="actions">
-      ${
-        move &&
-        html`<button type="button" class="plain" ?disabled=${items.length === 0} @click=${() => void move(digest)}>
-          ${icon("trash")}${actWords(items)}
-        </button>`
-      }
+      ${move && textButton(actWords(items), () => move(digest), { picture: "trash", disabled: items.length === 0 })}
       ${items.length > 0 && html`<span class="why">${count(items.length)}, ${sizeWords(size_bytes)}</span>`}
     </p>
   </div>`;

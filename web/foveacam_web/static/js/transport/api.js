@@ -43,6 +43,21 @@ export async function request(method, path, options = {}) {
   return /** @type {T} */ (await read(async () => parsed(await response.text()), method, path));
 }
 
+/**
+ * Wait for what was requested; return it, or the error of a request that failed.
+ * @template T
+ * @param {Promise<T>} asked
+ * @returns {Promise<{answer: T, error: null} | {answer: null, error: RequestError}>}
+ */
+export async function outcome(asked) {
+  try {
+    return { answer: await asked, error: null };
+  } catch (error) {
+    if (!(error instanceof RequestError)) throw error;
+    return { answer: null, error };
+  }
+}
+
 /** Ask the server who this browser is to it, "nobody" when it is signed out. @returns {Promise<SignInDocument>} */
 export function whoAmI() {
   return request("GET", SIGN_IN_PATH);

@@ -3,14 +3,15 @@
 import { request } from "./api.js";
 import { listenToEvents } from "./eventlink.js";
 import { withEvent } from "../operating/event_log.js";
-import { QuietReads } from "./quiet.js";
+import { newestFirst, QuietReads } from "./quiet.js";
 import { signIn } from "./sign_in.js";
 
 /**
- * @import { CloudDocument, EventDocument, LeaseDocument, RigDocument, StopDocument, TargetDocument } from "#api"
+ * @import { EventDocument, RigDocument, StopDocument } from "#api"
+ * @import { Store } from "#console"
  * @import { Fixations } from "../looking/fixations.js"
- * @import { Store } from "../store.js"
- * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void}} Reader reads what is its own
+ * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void, forget?(): void}} Reader reads what is its
+ *   own; `forget`: called when its page is left
  */
 
 const RIG_EVERY_MS = 2000;
@@ -67,17 +68,11 @@ export class Sync {
   }
 
   #readTargets() {
-    return this.#reads.read("targets", async () => {
-      const targets = /** @type {TargetDocument[]} */ (await request("GET", "/targets"));
-      this.#store.set({ targets: targets.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
-    });
+    return this.#reads.keep(this.#store, "targets", "/targets", newestFirst);
   }
 
   #readClouds() {
-    return this.#reads.read("clouds", async () => {
-      const clouds = /** @type {CloudDocument[]} */ (await request("GET", "/clouds"));
-      this.#store.set({ clouds: clouds.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
-    });
+    return this.#reads.keep(this.#store, "clouds", "/clouds", newestFirst);
   }
 
   #readStop() {
@@ -89,9 +84,7 @@ export class Sync {
   }
 
   #readLease() {
-    return this.#reads.read("lease", async () => {
-      this.#store.set({ lease: /** @type {LeaseDocument} */ (await request("GET", "/lease")) });
-    });
+    return this.#reads.keep(this.#store, "lease", "/lease");
   }
 
   #readLog() {

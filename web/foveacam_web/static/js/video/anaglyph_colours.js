@@ -5,7 +5,7 @@ import { h } from "../elements/dom.js";
 
 /**
  * @import { AnaglyphColours } from "#api"
- * @import { Commands } from "../commands.js"
+ * @import { Commands } from "#console"
  */
 
 /** The left and the right glass. @type {readonly [AnaglyphColours["style"], string][]} */

@@ -8,7 +8,7 @@ import { backendWords, choiceWords } from "./depth_words.js";
 
 /**
  * @import { DepthBackendsDocument } from "#api"
- * @import { Commands } from "../commands.js"
+ * @import { Commands } from "#console"
  */
 
 /** Return a list of the backends, with a button that confirms research use. @param {Commands} commands */

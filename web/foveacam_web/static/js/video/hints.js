@@ -1,13 +1,13 @@
 // Marks good targets on the wide view with one line of instructions, until the first click in this browser.
 
-import { RequestError, request } from "../transport/api.js";
+import { outcome, request } from "../transport/api.js";
 import { fill, h, html, s, svg } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { changeSettings } from "../settings.js";
 
 /**
  * @import { SuggestionDocument } from "#api"
- * @import { Store } from "../store.js"
+ * @import { Store } from "#console"
  * @import { Pane } from "./pane.js"
  */
 
@@ -88,12 +88,9 @@ export class Hints {
   }
 
   async #read() {
-    try {
-      const found = /** @type {SuggestionDocument[]} */ (await request("GET", "/suggestions"));
-      if (this.#store.state.settings.hints) this.#show(found);
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error; // without suggestions nothing is marked
-    }
+    const asked = /** @type {Promise<SuggestionDocument[]>} */ (request("GET", "/suggestions"));
+    const { answer } = await outcome(asked);
+    if (answer && this.#store.state.settings.hints) this.#show(answer); // without suggestions nothing is marked
   }
 
   /** @param {SuggestionDocument[]} found */

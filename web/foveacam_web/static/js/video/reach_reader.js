@@ -6,7 +6,7 @@ import { QuietReads } from "../transport/quiet.js";
 
 /**
  * @import { ReachDocument } from "#api"
- * @import { Store } from "../store.js"
+ * @import { Store } from "#console"
  */
 
 const AFTER_ANSWER_MS = 400; // the fixation's answer is drawn first

@@ -9,12 +9,10 @@ import { sufficientScale } from "./viewport.js";
 import { WideView } from "./wide.js";
 
 /**
- * @import { PictureScale, StreamReport, Subscription, ViewName } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, PictureScale, Store, StreamReport, Subscription, ViewName } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { LoopOrders } from "../looking/loop/orders.js"
  * @import { Steering } from "../looking/steer/steering.js"
- * @import { Store } from "../store.js"
  */
 
 /** @type {Set<ViewName>} */

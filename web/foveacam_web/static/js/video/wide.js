@@ -11,12 +11,10 @@ import { Overlay, ReachLegend } from "./overlay.js";
 import { seeing } from "./reach.js";
 
 /**
- * @import { Point } from "#page"
- * @import { Commands } from "../commands.js"
+ * @import { Commands, Point, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { LoopOrders } from "../looking/loop/orders.js"
  * @import { Steering } from "../looking/steer/steering.js"
- * @import { Store } from "../store.js"
  * @import { StreamLink } from "./link.js"
  * @import { Pane } from "./pane.js"
  */

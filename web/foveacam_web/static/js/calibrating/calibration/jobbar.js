@@ -1,15 +1,14 @@
 // Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
 import { fill, h, html, say } from "../../elements/dom.js";
-import { pixels, remedyOf, sentence } from "../../elements/format.js";
+import { pixels, remedyOf, sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { knockWords } from "./fit/knocks.js";
-import { bar } from "../../elements/parts.js";
+import { bar, keptButton, shareOf } from "../../elements/parts.js";
 import { isRunning, placeOf } from "./state.js";
 
 /**
- * @import { Work } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Store, Work } from "#console"
  * @import { CalibrationOrders } from "./orders.js"
  * @import { WorkFollower } from "./work.js"
  */
@@ -36,25 +35,11 @@ const RESUMABLE = new Set(["wide", "lens", "mirrors", "all"]);
 export function mountJobBar(place, { store, orders, work: follower, reader }) {
   const said = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "job" });
-  const stop = h("button", { type: "button", class: "plain", on: { click: () => void orders.cancel() } }, "Cancel");
-  const onward = h(
-    "button",
-    {
-      type: "button",
-      class: "plain primary",
-      on: { click: () => store.state.work && void orders.goOn(store.state.work) },
-    },
-    "Go on",
-  );
-  const elsewhere = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      on: { click: () => void reader.openSession(store.state.work?.session_id ?? "") },
-    },
-    "Show its measurement",
-  );
+  const stop = keptButton("Cancel", () => orders.cancel());
+  const onward = keptButton("Go on", () => store.state.work && void orders.goOn(store.state.work), {
+    kind: "plain primary",
+  });
+  const elsewhere = keptButton("Show its measurement", () => reader.openSession(store.state.work?.session_id ?? ""));
   const dismiss = h(
     "button",
     { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => follower.dismiss() } },
@@ -87,22 +72,10 @@ function nameOf({ step, stage }) {
   return step === "all" && stage !== "all" ? `Everything: ${name.toLowerCase()}` : name;
 }
 
-/** Return the finished share; null while it is unknown. @param {Work} work */
-function shareOf({ done, total }) {
-  return total && done > 0 ? done / total : null;
-}
-
 /** @param {Work} work */
 function far({ done, total, eta_s }) {
   if (!total || (done === 0 && total === 1)) return "";
-  return [`${done} of ${total}`, leftOf(eta_s)].filter(Boolean).join(", ");
-}
-
-/** Word the time left of the step, rounded to what is known. @param {number | null} eta_s */
-function leftOf(eta_s) {
-  if (eta_s === null || eta_s === undefined) return "";
-  if (eta_s < 8) return "a few seconds left";
-  return eta_s < 90 ? `${Math.ceil(eta_s / 5) * 5} s left` : `${Math.round(eta_s / 60)} min left`;
+  return [`${done} of ${total}`, timeLeft(eta_s)].filter(Boolean).join(", ");
 }
 
 /**

@@ -4,8 +4,7 @@ import { h } from "../../elements/dom.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { AnnotatedName, ConsoleState, Role, WizardPage } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { AnnotatedName, ConsoleState, Role, Store, WizardPage } from "#console"
  * @import { Views } from "../../video/views.js"
  */
 

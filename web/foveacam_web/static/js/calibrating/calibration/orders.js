@@ -1,19 +1,16 @@
 // Sends the calibration commands. A refusal is shown with its remedy, and null returned.
 
 import { file, request } from "../../transport/api.js";
-import { h } from "../../elements/dom.js";
+import { hand } from "../../elements/download.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument, JobDocument, PanTiltDocument, SessionDocument } from "#api"
  * @import { SettleTimeDocument } from "#api"
- * @import { DisplayPattern, RunStep } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, DisplayPattern, RunStep, Store } from "#console"
  * @import { CalibrationReader } from "./reader.js"
  * @import { WorkFollower } from "./work.js"
  */
 
-const KEPT_MS = 60_000; // the browser may start saving late
 const UNDO_MS = 15_000;
 const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes long
 
@@ -103,8 +100,7 @@ export class CalibrationOrders {
 
   /** Cancel the running procedure; its measurements are kept. */
   cancel() {
-    const id = this.#store.state.work?.job_id;
-    return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
+    return this.#work.cancel(this.#commands);
   }
 
   /** Take a camera's view of the board out of the fit. @param {string} sample_id @param {string} camera */
@@ -185,16 +181,13 @@ export class CalibrationOrders {
   /** Save a file of the server; a refusal is shown and not saved. @param {string} path below /api/v1 */
   async save(path) {
     const found = await this.#commands.attempt(() => file(path));
-    if (!found) return;
-    const address = URL.createObjectURL(found.content);
-    h("a", { href: address, download: found.name }).click();
-    setTimeout(() => URL.revokeObjectURL(address), KEPT_MS);
+    if (found) hand(found.content, found.name);
   }
 
   /** Run a drift check. @param {{distance_m: number | null, apply: boolean}} body */
   async checkDrift(body) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/drift_checks", { body }));
-    if (job) this.#work.follow(job, { step: "drift", session_id: null });
+    if (job) this.#work.follow(job, { step: "drift", session_id: null, options: null });
   }
 
   /** @param {{station: string} | {pan_deg: number, tilt_deg: number}} body */

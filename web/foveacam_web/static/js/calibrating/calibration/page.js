@@ -15,7 +15,7 @@ import { mountJobBar } from "./jobbar.js";
 import { Live } from "./live.js";
 import { makeMirrorsStep, mirrorsProgress } from "./mirrors/mirrors_step.js";
 import { mountPanTilt } from "./pantilt.js";
-import { badge, panel } from "../../elements/parts.js";
+import { badge, panel, textButton } from "../../elements/parts.js";
 import { mountRecords } from "./records/records.js";
 import { makeSessionChoice, mountSessions } from "./sessions.js";
 import { makeSettleStep, settleProgress } from "./mirrors/settle_step.js";
@@ -118,10 +118,10 @@ function stack() {
 /** @param {WizardContext} context */
 function head(context) {
   const calibrateEverything = makeEverything(context);
-  const all = html`<button type="button" class="plain primary" @click=${() => calibrateEverything()}>
-    ${icon("scope")}
-    Calibrate everything
-  </button>`;
+  const all = textButton("Calibrate everything", () => calibrateEverything(), {
+    kind: "plain primary",
+    picture: "scope",
+  });
   return pageHead("wizard-title", "Calibration", makeSessionChoice(context), all);
 }
 

@@ -6,13 +6,12 @@ import { angle, MISSING, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { nextStep, stateWord } from "../../devices/rig/positioner_words.js";
 import { zeroOf } from "../../devices/rig/zero.js";
-import { choiceField, nothing } from "../../elements/parts.js";
+import { choiceField, keptButton, nothing, textButton } from "../../elements/parts.js";
 import { isRunning } from "./state.js";
 
 /**
  * @import { PanTiltDocument, StationDocument } from "#api"
- * @import { Work } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Store, Work } from "#console"
  * @import { CalibrationOrders } from "./orders.js"
  */
 
@@ -132,10 +131,8 @@ function driveOf({ store, orders }) {
     arrow("Turn right", "on", 1, 0),
     arrow("Turn down", "low", 0, 1),
   ];
-  const hold = html`<button type="button" class="plain hold" @click=${() => void orders.hold()} title="Stop turning now">
-    Hold
-  </button>`;
-  const home = h("button", { type: "button", class: "plain", on: { click: () => void orders.home() } }, "Home");
+  const hold = textButton("Hold", () => orders.hold(), { kind: "plain hold", title: "Stop turning now" });
+  const home = keptButton("Home", () => orders.home());
   const reason = h("p", { class: "why", role: "status" });
   const element = h(
     "div",
@@ -176,13 +173,10 @@ function stationsOf({ pan_tilt, busy }, { orders }) {
           </span>
           ${
             pan_tilt.moves_itself &&
-            html`<button
-              type="button" class="plain" ?disabled=${busy || !pan_tilt.connected || Boolean(pan_tilt.fault)}
-              aria-label="Turn to the station ${station.name}"
-              @click=${() => void orders.turn({ station: station.name })}
-            >
-              Go
-            </button>`
+            textButton("Go", () => orders.turn({ station: station.name }), {
+              name: `Turn to the station ${station.name}`,
+              disabled: busy || !pan_tilt.connected || Boolean(pan_tilt.fault),
+            })
           }
         </li>`,
       )}

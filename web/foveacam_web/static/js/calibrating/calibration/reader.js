@@ -2,14 +2,13 @@
 // pan-tilt is read for the rig page as well.
 
 import { request } from "../../transport/api.js";
-import { QuietReads } from "../../transport/quiet.js";
+import { newestFirst, QuietReads } from "../../transport/quiet.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { CalibrationDocument, DisplayDocument, DriftCheckDocument, EventDocument, HealthDocument } from "#api"
- * @import { PanTiltDocument, PatternDocument, SessionDocument, SettleTimeDocument } from "#api"
- * @import { ConsoleState, NodeState, SessionSummary } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { DisplayDocument, EventDocument } from "#api"
+ * @import { PanTiltDocument, PatternDocument, SessionDocument } from "#api"
+ * @import { ConsoleState, NodeState, SessionSummary, Store } from "#console"
  * @import { WorkFollower } from "./work.js"
  */
 
@@ -25,10 +24,6 @@ export class CalibrationReader {
   #reads = new QuietReads();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #later;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #next_pan_tilt;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #next_displays;
   /** The session to show when it has been read. @type {string | null} */
   #wanted = null;
   /** The job whose session was opened. */
@@ -77,28 +72,19 @@ export class CalibrationReader {
   }
 
   readHealth() {
-    return this.#reads.read("health", async () => {
-      this.#store.set({ health: /** @type {HealthDocument} */ (await request("GET", "/calibrations/health")) });
-    });
+    return this.#reads.keep(this.#store, "health", "/calibrations/health");
   }
 
   readRecords() {
-    return this.#reads.read("records", async () => {
-      this.#store.set({ records: /** @type {CalibrationDocument[]} */ (await request("GET", "/calibrations")) });
-    });
+    return this.#reads.keep(this.#store, "records", "/calibrations");
   }
 
   readDrift() {
-    return this.#reads.read("drift", async () => {
-      const checks = /** @type {DriftCheckDocument[]} */ (await request("GET", "/drift_checks"));
-      this.#store.set({ drift_checks: checks.sort((a, b) => b.created_utc.localeCompare(a.created_utc)) });
-    });
+    return this.#reads.keep(this.#store, "drift_checks", "/drift_checks", newestFirst);
   }
 
   readSettleTime() {
-    return this.#reads.read("settle time", async () => {
-      this.#store.set({ settle_time: /** @type {SettleTimeDocument} */ (await request("GET", "/settle_time")) });
-    });
+    return this.#reads.keep(this.#store, "settle_time", "/settle_time");
   }
 
   /** Read the list of sessions and the open session, or the newest if none is open. */
@@ -137,35 +123,26 @@ export class CalibrationReader {
 
   /** Read the pan-tilt now and repeatedly while a page shows it: no event reports its motion. */
   readPanTilt() {
-    clearTimeout(this.#next_pan_tilt);
-    return this.#reads
-      .read("pan_tilt", async () => {
-        if (!document.hidden)
-          this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
-      })
-      .finally(() => {
-        const { wizard, rig_page, pan_tilt } = this.#store.state;
-        clearTimeout(this.#next_pan_tilt);
-        if (wizard || rig_page)
-          this.#next_pan_tilt = setTimeout(() => void this.readPanTilt(), pan_tilt?.moving ? MOVING_MS : RESTING_MS);
-      });
+    const read = async () => {
+      if (!document.hidden)
+        this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
+    };
+    return this.#reads.repeat("pan_tilt", read, () => {
+      const { wizard, rig_page, pan_tilt } = this.#store.state;
+      return wizard || rig_page ? (pan_tilt?.moving ? MOVING_MS : RESTING_MS) : null;
+    });
   }
 
   /** Read the displays now and repeatedly while the page is open: no event tells that one has gone silent. */
   readDisplays() {
-    clearTimeout(this.#next_displays);
-    return this.#reads
-      .read("displays", async () => {
-        const [displays, display_pattern] = await Promise.all([
-          /** @type {Promise<DisplayDocument[]>} */ (request("GET", "/displays")),
-          /** @type {Promise<PatternDocument>} */ (request("GET", "/displays/pattern")),
-        ]);
-        this.#store.set({ displays, display_pattern });
-      })
-      .finally(() => {
-        clearTimeout(this.#next_displays);
-        if (this.#store.state.wizard) this.#next_displays = setTimeout(() => void this.readDisplays(), DISPLAYS_MS);
-      });
+    const read = async () => {
+      const [displays, display_pattern] = await Promise.all([
+        /** @type {Promise<DisplayDocument[]>} */ (request("GET", "/displays")),
+        /** @type {Promise<PatternDocument>} */ (request("GET", "/displays/pattern")),
+      ]);
+      this.#store.set({ displays, display_pattern });
+    };
+    return this.#reads.repeat("displays", read, () => (this.#store.state.wizard ? DISPLAYS_MS : null));
   }
 
   /** @param {EventDocument} event */

@@ -2,8 +2,7 @@
 
 import { changing, fill, h, html, repeat, say } from "../../elements/dom.js";
 import { MISSING, number } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
-import { badge, nothing } from "../../elements/parts.js";
+import { badge, keptButton, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { offers } from "../../operating/session/words.js";
 
 /**
@@ -15,13 +14,10 @@ import { offers } from "../../operating/session/words.js";
 /** Build the choice of the session that the wizard shows. @param {WizardContext} context */
 export function makeSessionChoice({ store, orders, reader }) {
   const select = h("select", { id: "session", on: { change: () => void reader.openSession(select.value) } });
-  const add = html`<button
-    type="button" class="plain" title="Begin another measurement; this one is kept"
-    @click=${() => void orders.newSession()}
-  >
-    ${icon("plus")}
-    New
-  </button>`;
+  const add = textButton("New", () => orders.newSession(), {
+    picture: "plus",
+    title: "Begin another measurement; this one is kept",
+  });
   const empty = h("span", { class: "why" });
   const show = changing(select, (/** @type {Shown} */ { list, open }) =>
     list.map(({ id, label }) => html`<option value=${id} .selected=${id === open}>${label || id}</option>`),
@@ -45,12 +41,7 @@ export function mountSessions(place, { store, orders, reader }) {
   /** @type {Set<string>} */
   const picked = new Set();
   const hint = h("span", { class: "why", role: "status" });
-  const combine = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => void act() } },
-    icon("plus"),
-    "Combine",
-  );
+  const combine = keptButton("Combine", () => act(), { picture: "plus" });
   const together = h("p", { class: "actions" }, html`<span class="starter">${combine}${hint}</span>`);
   const act = async () => {
     combine.disabled = true;
@@ -100,27 +91,17 @@ export function mountSessions(place, { store, orders, reader }) {
             now.asked === session.id
               ? [
                   html`<span class="why" role="alert">Delete all that it measured?</span>`,
-                  html`<button type="button" class="plain danger" @click=${() => void orders.deleteSession(session.id)}>
-                  Delete
-                </button>`,
-                  html`<button type="button" class="plain" @click=${() => ask(null)}>Keep</button>`,
+                  textButton("Delete", () => orders.deleteSession(session.id), { kind: "plain danger" }),
+                  textButton("Keep", () => ask(null)),
                 ]
               : [
                   session.id !== now.open &&
-                    html`<button
-                    type="button" class="plain" aria-label="Open ${session.label}"
-                    @click=${() => void reader.openSession(session.id)}
-                  >
-                    Open
-                  </button>`,
+                    textButton("Open", () => reader.openSession(session.id), { name: `Open ${session.label}` }),
                   offers(store.state.sign_in, "administer") &&
-                    html`<button
-                  type="button" class="tool" aria-label="Delete ${session.label}"
-                  title=${session.running ? "Not while something runs in it" : "Delete"}
-                  ?disabled=${Boolean(session.running)} @click=${() => ask(session.id)}
-                >
-                  ${icon("trash")}
-                </button>`,
+                    toolButton(`Delete ${session.label}`, "trash", () => ask(session.id), {
+                      title: session.running ? "Not while something runs in it" : "Delete",
+                      disabled: Boolean(session.running),
+                    }),
                 ]
           }
         </div>

@@ -1,24 +1,19 @@
 // Follows the running calibration procedure, whoever started it: its progress, time left and result.
 
-import { request } from "../../transport/api.js";
-import { hasEnded, JobWatch } from "../../transport/jobs.js";
+import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { isRunning } from "./state.js";
 
 /**
- * @import { EventDocument, JobDocument, Problem } from "#api"
- * @import { Work } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { EventDocument, JobDocument } from "#api"
+ * @import { Commands, Job, Store, Work } from "#console"
  */
-
-const LOOK_MS = 1000; // interval of reading the job: for the time left, and in case its events do not arrive
 
 /** Follows the procedure for one page. */
 export class WorkFollower {
   #store;
-  #watch = new JobWatch({
-    every_ms: LOOK_MS,
-    found: (job) => this.#take(job),
-    lost: (problem) => this.#lost(problem),
+  #jobs = new JobFollower({
+    ours: ({ kind }) => /^(calibration\.|drift)/.test(kind),
+    news: (job) => this.#take(job),
   });
   /** Called when the procedure has ended. @type {() => void} */
   ended = () => {};
@@ -30,33 +25,21 @@ export class WorkFollower {
 
   /**
    * @param {JobDocument} job
-   * @param {{step: Work["step"], session_id: string | null, options?: Work["options"]}} what
+   * @param {Pick<Work, "step" | "session_id" | "options">} what
    */
-  follow(job, { step, session_id, options = null }) {
-    this.#set({
-      job_id: job.id,
-      session_id,
-      step,
-      stage: step,
-      state: "queued",
-      done: 0,
-      total: null,
-      eta_s: null,
-      note: "",
-      problem: null,
-      options,
-    });
-    this.#take(job);
+  follow(job, what) {
+    this.#store.set({ work: fresh(job.id, what) });
+    this.#jobs.follow(job);
   }
 
   /** Read which procedure runs, after the page has opened or the server has come back. */
-  async resume() {
-    const { work } = this.#store.state;
-    if (work && isRunning(work)) return this.#watch.read(work.job_id);
-    const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
-    const job = jobs.find(isOurs);
-    if (!job || job.id === this.#store.state.work?.job_id) return; // an event or a command of this page came first
-    this.follow(job, { step: stepOf(job.kind), session_id: null });
+  resume() {
+    return this.#jobs.readAll();
+  }
+
+  /** Cancel the procedure; its measurements are kept. @param {Commands} commands */
+  cancel(commands) {
+    return this.#jobs.cancel(commands);
   }
 
   /** Store the session of the procedure when it becomes known. @param {string} session_id */
@@ -72,15 +55,8 @@ export class WorkFollower {
 
   /** @param {EventDocument} event */
   hear(event) {
-    const data = event.data ?? {};
-    const { work } = this.#store.state;
-    if (event.kind === "calibration.progress") this.#progress(data);
-    if (event.kind !== "job.updated") return;
-    const job = /** @type {JobDocument} */ (data["job"] ?? data);
-    if (work && job.id === work.job_id) this.#take(job);
-    else if (!isRunning(work) && isOurs(job)) {
-      this.follow(job, { step: stepOf(job.kind), session_id: null });
-    }
+    if (event.kind === "calibration.progress") this.#progress(event.data ?? {});
+    this.#jobs.hear(event);
   }
 
   /** @param {Record<string, unknown>} data */
@@ -97,28 +73,20 @@ export class WorkFollower {
     });
   }
 
-  /** @param {JobDocument} job */
-  #take(job) {
-    const { work } = this.#store.state;
-    if (!work || work.job_id !== job.id || !isRunning(work)) return;
-    const { progress } = job;
+  /** @param {Job} job */
+  #take({ id, kind = "", state, problem, progress }) {
+    const known = this.#store.state.work;
+    const work = known?.job_id === id ? known : fresh(id, { step: stepOf(kind), session_id: null, options: null });
     this.#set({
       ...work,
-      state: job.state,
-      problem: job.problem,
+      state,
+      problem,
       eta_s: progress?.eta_s ?? null,
       done: progress?.done ?? work.done,
       total: progress?.total ?? work.total,
       note: progress?.note ?? work.note,
     });
-    if (hasEnded(job.state)) this.ended();
-    else this.#watch.watch(job.id);
-  }
-
-  /** @param {Problem} problem */
-  #lost(problem) {
-    const { work } = this.#store.state;
-    if (work && isRunning(work)) this.#set({ ...work, state: "failed", problem });
+    if (hasEnded(state)) this.ended();
   }
 
   /** @param {Work} work */
@@ -127,9 +95,10 @@ export class WorkFollower {
   }
 }
 
-/** Return whether a job is a calibration procedure that has not ended. @param {JobDocument} job */
-function isOurs({ kind, ended_utc }) {
-  return /^(calibration\.|drift)/.test(String(kind)) && ended_utc === null;
+/** @param {string} job_id @param {Pick<Work, "step" | "session_id" | "options">} what @returns {Work} */
+function fresh(job_id, what) {
+  const progress = { done: 0, total: null, eta_s: null, note: "" };
+  return { job_id, ...what, ...progress, stage: what.step, state: "queued", problem: null };
 }
 
 /** @param {string} kind of the job, such as "calibration.mirrors" @returns {Work["step"]} */

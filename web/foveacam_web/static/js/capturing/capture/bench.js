@@ -1,20 +1,18 @@
 // Connects the editor, the estimate and the start button: estimates and saves the draft, shows each refusal at its
 // field.
 
-import { focusOn, h, html } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
+import { focusOn, h } from "../../elements/dom.js";
 import { keepDraft } from "./draft.js";
 import { makeEditor } from "./editor.js";
 import { Estimator } from "./estimator.js";
 import { Troubles } from "./parts.js";
+import { textButton } from "../../elements/parts.js";
 import { planOf, viewSize } from "./plan.js";
 import { makeStarter } from "./starter.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { ViewSize, WholeDraft } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store, ViewSize, WholeDraft } from "#console"
  */
 
 /** The plan that is edited on the page. */
@@ -123,9 +121,9 @@ function makeKept({ commands, editor, starter, changed }) {
     fields.put(whole);
     changed();
   };
-  const reset = html`<button
-    type="button" class="plain"
-    @click=${() => {
+  const reset = textButton(
+    "Start from the defaults",
+    () => {
       const before = fields.read();
       putBack(draft.defaults);
       focusOn(editor.element); // the button has disappeared
@@ -135,11 +133,9 @@ function makeKept({ commands, editor, starter, changed }) {
         detail: "",
         action: { label: "Undo", act: () => putBack(before) },
       });
-    }}
-  >
-    ${icon("again")}
-    Start from the defaults
-  </button>`;
+    },
+    { picture: "again" },
+  );
   const element = h("p", { class: "actions" }, reset);
   const show = () => {
     element.hidden = !draft.differs();

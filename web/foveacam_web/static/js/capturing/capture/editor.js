@@ -8,8 +8,7 @@ import { makePoints } from "./points.js";
 
 /**
  * @import { GridPoints } from "#api"
- * @import { PlanDraft } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { PlanDraft, Store } from "#console"
  * @import { Troubles } from "./parts.js"
  */
 

@@ -1,12 +1,11 @@
 // Requests estimates while the plan is edited: shortly after the last key, one at a time; only the newest answer
 // counts.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { Estimate } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Estimate, Store } from "#console"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 
@@ -72,13 +71,8 @@ export class Estimator {
 
 /** @param {EstimateRequest} body @returns {Promise<Omit<Answered, "stale">>} */
 async function answerTo(body) {
-  try {
-    const document = /** @type {Estimate} */ (
-      await request("POST", "/captures/estimates", { body, patience_ms: PATIENCE_MS })
-    );
-    return { document, problem: null };
-  } catch (error) {
-    if (!(error instanceof RequestError)) throw error;
-    return { document: null, problem: error.document };
-  }
+  const options = { body, patience_ms: PATIENCE_MS };
+  const asked = /** @type {Promise<Estimate>} */ (request("POST", "/captures/estimates", options));
+  const { answer, error } = await outcome(asked);
+  return { document: answer, problem: error?.document ?? null };
 }

@@ -7,9 +7,8 @@ import { icon } from "../../elements/icons.js";
 import { percent, sizeText } from "./words.js";
 
 /**
- * @import { Estimate } from "#page"
+ * @import { Estimate, Store } from "#console"
  * @import { Child } from "../../elements/dom.js"
- * @import { Store } from "../../store.js"
  * @typedef {import("#page").Answered<Estimate>} Answered
  */
 

@@ -1,11 +1,9 @@
 // Starts, resumes, pauses and cancels captures. The refusal of a start is returned, so that it is shown at its field.
 
-import { RequestError, request } from "../../transport/api.js";
-
 /**
  * @import { CaptureDocument, CaptureRequest, JobDocument, Problem } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
+ * @import { RequestError } from "../../transport/api.js"
  * @import { CaptureReader } from "./reader.js"
  */
 
@@ -24,23 +22,18 @@ export class CaptureOrders {
 
   /** @param {CaptureRequest} wish @returns {Promise<Problem | null>} the refusal */
   async start(wish) {
-    try {
-      const options = { body: wish, headers: this.#commands.leaseHeader() };
-      const job = /** @type {JobDocument} */ (await request("POST", "/captures", options));
-      this.#reader.follow(job.id, { name: wish.name });
-      return null;
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      // shown as a message with a button
-      if (this.#hasAWayOut(error)) await this.#commands.attempt(() => Promise.reject(error));
-      return error.document;
-    }
+    const { answer, error } = await this.#commands.tried("POST", "/captures", {
+      body: wish,
+      said: (refusal) => this.#hasAWayOut(refusal), // the message has a button
+    });
+    if (answer) this.#reader.follow(/** @type {JobDocument} */ (answer), { name: wish.name });
+    return error?.document ?? null;
   }
 
   /** Resume a partial capture. @param {CaptureDocument} capture */
   async resume({ id, name }) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", `/captures/${id}/resume`));
-    if (job) this.#reader.follow(job.id, { name, capture_id: id });
+    if (job) this.#reader.follow(job, { name, capture_id: id });
     else await this.#reader.readList();
   }
 
@@ -54,11 +47,8 @@ export class CaptureOrders {
 
   /** Cancel the running capture; its points stay on the disk. */
   async cancel() {
-    const { capturing } = this.#store.state;
-    if (!capturing) return;
     this.#reader.mark("cancel");
-    const answer = await this.#commands.send("POST", `/jobs/${capturing.job_id}/cancel`);
-    if (answer === null) this.#reader.mark(null);
+    if ((await this.#reader.cancel(this.#commands)) === null) this.#reader.mark(null);
   }
 
   /** @param {"pause" | "continue"} how */

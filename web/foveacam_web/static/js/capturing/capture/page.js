@@ -13,9 +13,8 @@ import { mountRuns } from "./runs.js";
 import { stillPanel } from "./still.js";
 
 /**
- * @import { Role } from "#page"
+ * @import { Role, Store } from "#console"
  * @import { Slots } from "../../pages.js"
- * @import { Store } from "../../store.js"
  * @import { Views } from "../../video/views.js"
  * @typedef {{
  *   store: Store, views: Views, commands: import("../../commands.js").Commands,

@@ -1,6 +1,6 @@
 // Lists the captures that ended before their last point, newest first: their points, the reason, and the resume button.
 
-import { nothing } from "../../elements/parts.js";
+import { nothing, textButton } from "../../elements/parts.js";
 import { changing, html, repeat } from "../../elements/dom.js";
 import { count, sentence } from "../../elements/format.js";
 import { isCapturing } from "./state.js";
@@ -9,7 +9,7 @@ import { sizeText } from "./words.js";
 
 /**
  * @import { CaptureDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  * @import { CaptureOrders } from "./orders.js"
  */
 
@@ -55,6 +55,6 @@ function partial(capture, orders) {
       <span class="number">${count(points.taken)} of ${count(points.planned)} points, ${sizeText(size_bytes)}</span>
       ${why && html`<span class="lead">${sentence(why)}</span>`}
     </div>
-    <button type="button" class="plain" aria-label="Resume ${name}" @click=${resume}>Resume</button>
+    ${textButton("Resume", resume, { name: `Resume ${name}` })}
   </li>`;
 }

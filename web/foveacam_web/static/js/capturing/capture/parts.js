@@ -3,6 +3,7 @@
 import { fill, h, html, say } from "../../elements/dom.js";
 import { number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
+import { textButton } from "../../elements/parts.js";
 
 /** @import { Trouble } from "#page" */
 
@@ -131,8 +132,7 @@ export function numberChips({ label, unit, empty, lists, changed }) {
     input.focus();
   };
   input.addEventListener("keydown", (event) => event.key === "Enter" && add());
-  const button = (/** @type {string} */ text, /** @type {() => void} */ act) =>
-    html`<button type="button" class="plain" @click=${act}>${text}</button>`;
+  const button = (/** @type {string} */ text, /** @type {() => void} */ act) => textButton(text, act);
   const element = h(
     "div",
     { class: "field chips-field" },

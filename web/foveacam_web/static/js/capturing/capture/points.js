@@ -1,6 +1,6 @@
 // Fields for the source of the points: a grid of angles over a field, or a text in the set-point language.
 
-import { choiceField, numberField } from "../../elements/parts.js";
+import { choiceField, numberField, textButton } from "../../elements/parts.js";
 import { h, html, say } from "../../elements/dom.js";
 import { asked, named, segments } from "./parts.js";
 
@@ -149,15 +149,10 @@ function makeText(troubles, asText, changed) {
     wrap: "off",
   });
   input.value = "# right°, down°[, distance m][, shift°]\n-4, -3\n 4, -3\n-4,  3\n 4,  3\n@interpolate 5 5 zigzag\n";
-  const begin = html`<button
-    type="button" class="plain"
-    @click=${() => {
-      input.value = asText() ?? input.value;
-      changed();
-    }}
-  >
-    Begin with the grid
-  </button>`;
+  const begin = textButton("Begin with the grid", () => {
+    input.value = asText() ?? input.value;
+    changed();
+  });
   const words = html`<dl class="meanings">
     ${LANGUAGE.flatMap(([word, what]) => [html`<dt><code>${word}</code></dt>`, html`<dd>${what}</dd>`])}
   </dl>`;

@@ -7,8 +7,7 @@ import { placeOf } from "./plan.js";
 import { percent } from "./words.js";
 
 /**
- * @import { Corners, Estimate, Point } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Corners, Estimate, Point, Store } from "#console"
  * @import { Pane } from "../../video/pane.js"
  */
 

@@ -2,23 +2,20 @@
 // open.
 
 import { RequestError, request } from "../../transport/api.js";
+import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { QuietReads } from "../../transport/quiet.js";
 import { isCapturing } from "./state.js";
 
 /**
  * @import { CaptureDocument, CaptureProgress, EventDocument, JobDocument } from "#api"
- * @import { Capturing } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Capturing, Commands, Job, Store } from "#console"
  */
-
-const LOOK_MS = 1000; // interval of reading the job, in case its events do not arrive
 
 /** The capture reads of one page. */
 export class CaptureReader {
   #store;
   #reads = new QuietReads();
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #look;
+  #jobs = new JobFollower({ ours: ({ kind }) => kind === "capture", news: (job) => this.#take(job) });
   /** Called when a capture has ended. */
   ended = () => {};
 
@@ -30,25 +27,34 @@ export class CaptureReader {
 
   async readAll() {
     await Promise.all([
-      this.#reads.read("what runs", () => this.#find()),
+      this.#reads.read("what runs", () => this.#jobs.readAll()),
+      this.#readDocument(),
       this.#store.state.capture_page && this.readList(),
     ]);
   }
 
   readList() {
-    return this.#reads.read("captures", async () => {
-      this.#store.set({ captures: /** @type {CaptureDocument[]} */ (await request("GET", "/captures")) });
-    });
+    return this.#reads.keep(this.#store, "captures", "/captures");
   }
 
   /**
    * Follow a capture's job from now on.
-   * @param {string} job_id
-   * @param {{name?: string, capture_id?: string | null}} [known]
+   * @param {JobDocument} job
+   * @param {{name: string, capture_id?: string | null}} known
    */
-  follow(job_id, { name = "", capture_id = null } = {}) {
+  follow(job, known) {
+    this.#begin(job.id, known);
+    this.#jobs.follow(job);
+  }
+
+  /** Cancel the capture; its points stay on the disk. @param {Commands} commands */
+  cancel(commands) {
+    return this.#jobs.cancel(commands);
+  }
+
+  /** @param {string} job_id @param {{name?: string, capture_id?: string | null}} [known] */
+  #begin(job_id, { name = "", capture_id = null } = {}) {
     this.#set({ job_id, capture_id, name, state: "starting", progress: null, why: "", asked: null, end: null });
-    this.#watch();
   }
 
   /**
@@ -68,9 +74,9 @@ export class CaptureReader {
   /** @param {EventDocument} event */
   hear(event) {
     const data = event.data ?? {};
+    this.#jobs.hear(event);
     // any: the data of this event kind, which OpenAPI leaves open
     if (event.kind === "capture.progress") this.#progress(/** @type {any} */ (data));
-    if (event.kind === "job.updated") this.#job(/** @type {JobDocument} */ (data["job"] ?? data));
     if (/^capture\.(created|ended|updated|removed)$/.test(event.kind) && this.#store.state.capture_page)
       void this.readList();
   }
@@ -80,59 +86,38 @@ export class CaptureReader {
     const { capturing } = this.#store.state;
     if (capturing?.job_id !== job_id && isCapturing(capturing)) return;
     if (capturing?.job_id === job_id && capturing.end) return; // a late event
-    if (capturing?.job_id !== job_id) this.follow(job_id, { capture_id });
-    this.#take({ capture_id, state, progress, why: wish });
+    if (capturing?.job_id !== job_id) this.#begin(job_id, { capture_id });
+    this.#jobs.expect(job_id);
+    this.#show({ capture_id, state, progress, why: wish });
   }
 
-  /** @param {JobDocument} job */
-  #job(job) {
-    const { capturing } = this.#store.state;
-    if (job.kind !== "capture") return;
-    if (capturing?.job_id === job.id) {
-      if (job.ended_utc !== null && isCapturing(capturing)) void this.#lookUp();
-    } else if (!isCapturing(capturing) && job.ended_utc === null) this.follow(job.id);
+  /** @param {Job} job */
+  #take({ id, kind, state }) {
+    if (!kind) return this.#store.set({ capturing: null }); // the server has another data directory, without this job
+    if (this.#store.state.capturing?.job_id !== id) this.#begin(id);
+    const { events_link, capturing } = this.#store.state;
+    if (hasEnded(state) || events_link !== "open" || !capturing?.progress) void this.#readDocument(); // else events tell
   }
 
-  /** Read which capture runs, after the page has opened or the server has come back. */
-  async #find() {
-    if (isCapturing(this.#store.state.capturing)) return this.#lookUp();
-    const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs?limit=20"));
-    const job = jobs.find(({ kind, ended_utc }) => kind === "capture" && ended_utc === null);
-    if (job && !isCapturing(this.#store.state.capturing)) this.follow(job.id);
-    if (job) await this.#lookUp();
-  }
-
-  #watch() {
-    clearTimeout(this.#look);
-    this.#look = setTimeout(() => void this.#lookUp(), LOOK_MS);
-  }
-
-  async #lookUp() {
-    const { capturing } = this.#store.state;
-    if (!capturing || capturing.end) return;
-    try {
+  /** Read how far the capture is, or how it ended. */
+  #readDocument() {
+    return this.#reads.read("document", async () => {
+      const { capturing } = this.#store.state;
+      if (!capturing || capturing.end) return;
+      const { job_id } = capturing;
+      const { job } = this.#jobs; // as it was before its document is read
       const found = await this.#document(capturing);
-      const job =
-        found?.job_id === capturing.job_id
-          ? null
-          : /** @type {JobDocument} */ (await request("GET", `/jobs/${capturing.job_id}`));
-      if (this.#store.state.capturing?.job_id !== capturing.job_id) return;
-      if (job && job.ended_utc !== null) return this.#close(job, found);
-      if (found && !job)
-        this.#take({
+      if (this.#store.state.capturing?.job_id !== job_id) return;
+      if (job?.id === job_id && hasEnded(job.state)) this.#close(job, found);
+      else if (found?.job_id === job_id)
+        this.#show({
           capture_id: found.id,
           name: found.name,
           state: found.state,
           progress: found.progress,
           why: found.why,
         });
-      this.#watch();
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.slug === "not-found")
-        this.#store.set({ capturing: null }); // the server has another data directory, without this job
-      else this.#watch();
-    }
+    });
   }
 
   /** Return the capture's document; null while it does not exist. @param {Capturing} capturing */
@@ -145,11 +130,10 @@ export class CaptureReader {
     return captures.find((each) => each.id === capture_id || each.job_id === job_id) ?? null;
   }
 
-  /** @param {JobDocument} job that has ended @param {CaptureDocument | null} found */
+  /** @param {Job} job that has ended @param {CaptureDocument | null} found */
   #close(job, found) {
     const { capturing } = this.#store.state;
     if (!capturing || capturing.end) return;
-    clearTimeout(this.#look);
     this.#set({
       ...capturing,
       asked: null,
@@ -169,7 +153,7 @@ export class CaptureReader {
   }
 
   /** @param {Partial<Capturing> & Pick<Capturing, "state">} news */
-  #take(news) {
+  #show(news) {
     const { capturing } = this.#store.state;
     if (!capturing || capturing.end) return;
     const come =

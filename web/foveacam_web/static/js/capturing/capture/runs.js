@@ -1,7 +1,7 @@
 // Shows the running capture: progress, time left, pause, cancel; after its end the result, the reason, and a link to
 // it.
 
-import { bar } from "../../elements/parts.js";
+import { bar, keptButton } from "../../elements/parts.js";
 import { fill, h, html, say } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -10,8 +10,7 @@ import { galleryAddress } from "../../addresses.js";
 import { endWords, farWords, stateWords } from "./words.js";
 
 /**
- * @import { CaptureEnd, Capturing } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { CaptureEnd, Capturing, Store } from "#console"
  * @import { CaptureOrders } from "./orders.js"
  * @import { CaptureReader } from "./reader.js"
  */
@@ -23,7 +22,7 @@ export function mountRuns(place, { store, orders, reader }) {
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
   const button = (/** @type {string} */ text, /** @type {() => unknown} */ act, kind = "plain") =>
-    h("button", { type: "button", class: kind, on: { click: () => void act() } }, text);
+    keptButton(text, () => act(), { kind: kind });
   const parts = {
     pause: button("Pause", () => orders.pause()),
     onward: button("Go on", () => orders.goOn(), "plain primary"),

@@ -1,17 +1,15 @@
 // Fields for a capture's name, label, licence and format, and the start button. Above the button: refusals that
 // belong to no field.
 
-import { choiceField } from "../../elements/parts.js";
+import { choiceField, keptButton } from "../../elements/parts.js";
 import { changing, h, html } from "../../elements/dom.js";
 import { sentence, timedName } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { blamed } from "./blame.js";
 import { asked, textField } from "./parts.js";
 
 /**
  * @import { CaptureRequest, Problem } from "#api"
- * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Trouble } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { CodecName, DraftWords, PlanDraft, PlanRequest, Store, Trouble } from "#console"
  * @import { CaptureOrders } from "./orders.js"
  * @import { Troubles } from "./parts.js"
  */
@@ -29,12 +27,7 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   const tellAbove = changing(above, (/** @type {string[]} */ refusals) =>
     refusals.map((words) => html`<p class="refused" role="alert">${sentence(words)}</p>`),
   );
-  const start = h(
-    "button",
-    { type: "button", class: "plain primary start", on: { click: () => void begin() } },
-    icon("pictures"),
-    "Start the capture",
-  );
+  const start = keptButton("Start the capture", () => begin(), { kind: "plain primary start", picture: "pictures" });
   /** The refusal of the last start, until something changes. @type {Problem | null} */
   let refused = null;
   let sending = false;

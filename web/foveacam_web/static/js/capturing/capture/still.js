@@ -1,18 +1,15 @@
 // The panel of stills: the options of the next still, the button, and the last still.
 
-import { bar, panel } from "../../elements/parts.js";
+import { bar, keptButton, panel } from "../../elements/parts.js";
 import { changing, h, html } from "../../elements/dom.js";
 import { count, remedyOf, sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { makeStillForm } from "./still_form.js";
 import { StillOrders } from "./still_orders.js";
 import { makeStillShown } from "./still_shown.js";
 
 /**
- * @import { Problem } from "#api"
- * @import { StillPress } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { JobProgress, Problem } from "#api"
+ * @import { Commands, Store } from "#console"
  * @import { StillReader } from "./still_reader.js"
  */
 
@@ -32,20 +29,16 @@ export function stillPanel({ store, commands, reader }) {
     const answer = await orders.take(wish);
     sending = false;
     refused = "status" in answer ? answer : null;
-    if (!("status" in answer)) reader.follow(answer);
+    if (!("status" in answer)) reader.jobs.follow(answer);
     show();
   };
-  const button = h(
-    "button",
-    { type: "button", class: "plain primary start", on: { click: () => void take() } },
-    icon("pictures"),
-    "Take a still",
-  );
+  const button = keptButton("Take a still", () => take(), { kind: "plain primary start", picture: "pictures" });
   const show = () => {
-    const { press, held } = reader;
-    button.disabled = sending || store.state.stream === "down" || (press !== null && !press.over);
+    const { jobs, held } = reader;
+    button.disabled = sending || store.state.stream === "down" || jobs.running;
     shown.show(held);
-    tell({ press, problem: refused ?? press?.problem ?? null });
+    const { progress = null, problem = null } = jobs.job ?? {};
+    tell({ running: jobs.running, progress, problem: refused ?? problem });
   };
   reader.changed = show;
   reader.taken = (still) => still.state === "kept" && orders.sayKept(still);
@@ -55,12 +48,13 @@ export function stillPanel({ store, commands, reader }) {
   return panel("Still", h("div", { class: "still-panel" }, left, shown.element));
 }
 
-/** @param {{press: StillPress | null, problem: Problem | null}} now */
-function toldOf({ press, problem }) {
-  if (press && !press.over) {
-    const words = press.total ? `${count(press.done)} of ${count(press.total)} frames` : "Waiting for the rig.";
+/** @param {{running: boolean, progress: JobProgress | null, problem: Problem | null}} now */
+function toldOf({ running, progress, problem }) {
+  if (running) {
+    const { done = 0, total = 0 } = progress ?? {};
+    const words = total > 0 ? `${count(done)} of ${count(total)} frames` : "Waiting for the rig.";
     return [
-      bar("Frames taken", { share: press.total ? press.done / press.total : null, text: words }),
+      bar("Frames taken", { share: total > 0 ? done / total : null, text: words }),
       html`<p class="why">${words}</p>`,
     ];
   }

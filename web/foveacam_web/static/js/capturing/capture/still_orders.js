@@ -1,12 +1,11 @@
 // Takes stills, and keeps them.
 
-import { RequestError, request } from "../../transport/api.js";
 import { CollectionOrders } from "../gallery/collection_orders.js";
 import { galleryAddress } from "../../addresses.js";
 
 /**
  * @import { JobDocument, Problem, StillDocument, StillRequest } from "#api"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands } from "#console"
  */
 
 /** The still commands of one page. @extends {CollectionOrders<StillDocument>} */
@@ -18,14 +17,11 @@ export class StillOrders extends CollectionOrders {
 
   /** @param {StillRequest} wish @returns {Promise<JobDocument | Problem>} a problem has a `status` */
   async take(wish) {
-    try {
-      return await request("POST", this.resource, { body: wish, headers: this.commands.leaseHeader() });
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      // shown as a message with a button
-      if (error.slug === "stopped") await this.commands.attempt(() => Promise.reject(error));
-      return error.document;
-    }
+    const { answer, error } = await this.commands.tried("POST", this.resource, {
+      body: wish,
+      said: ({ slug }) => slug === "stopped", // the message has a button
+    });
+    return error?.document ?? /** @type {JobDocument} */ (answer);
   }
 
   /** @param {string} id @param {string} name */

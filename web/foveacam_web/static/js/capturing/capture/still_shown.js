@@ -5,6 +5,7 @@ import { count } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import "../gallery/drawn.js";
 import { cameraWords, CAMERAS, missingWords } from "./still_words.js";
+import { textButton } from "../../elements/parts.js";
 import { textField } from "./parts.js";
 
 /**
@@ -67,11 +68,8 @@ function aboutOf({ still, waiting }, orders) {
     ...still.warnings.map((text) => html`<p class="strip warn">${icon("info")}${text}</p>`),
     name.element,
     html`<p class="actions">
-      <button type="button" class="plain primary" @click=${() => void keep()}>${icon("check")}Keep</button>
-      <button type="button" class="plain" @click=${() => void orders.remove(still, "is discarded")}>
-        ${icon("trash")}
-        Discard
-      </button>
+      ${textButton("Keep", () => keep(), { kind: "plain primary", picture: "check" })}
+      ${textButton("Discard", () => orders.remove(still, "is discarded"), { picture: "trash" })}
       ${
         waiting > 0 &&
         html`<span class="why">

@@ -1,15 +1,16 @@
 // Batches of datasets: ticks on the cards, a form, the progress of the job, and a link to what it made.
 
 import { request } from "../../transport/api.js";
-import { bar, choiceField, show } from "../../elements/parts.js";
+import { choiceField, jobRow, show, textButton } from "../../elements/parts.js";
 import { h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
-import { hasEnded } from "../../transport/jobs.js";
+import { JobFollower } from "../../transport/jobs.js";
 import { BATCH_KINDS, EXPORTS, placesOf, progressWords, resultWords, tickedWords } from "./batch_words.js";
 
 /**
  * @import { BatchClusterDocument, BatchDocument, BatchRequest, CaptureDocument, EventDocument, JobDocument } from "#api"
+ * @import { Job } from "#page"
  * @import { GalleryContext } from "./page.js"
  */
 
@@ -20,8 +21,7 @@ class Batch {
   /** @type {Set<string>} */
   ticked = new Set();
   asked = false;
-  /** @type {JobDocument | null} */
-  job = null;
+  jobs = new JobFollower({ ours: ({ kind }) => kind === KIND, news: (job) => this.#take(job) });
   /** @type {BatchDocument | null} */
   made = null;
   /** @type {string | null} the scheduler whose workers may make it */
@@ -51,11 +51,11 @@ class Batch {
     const job = await this.commands.send("POST", "/batches", { body });
     if (job === null) return;
     [this.asked, this.made] = [false, null];
-    await this.adopt(/** @type {JobDocument} */ (job));
+    this.jobs.follow(/** @type {JobDocument} */ (job));
   }
 
   cancel() {
-    return this.commands.send("POST", `/jobs/${this.job?.id}/cancel`);
+    return this.jobs.cancel(this.commands);
   }
 
   /** Read the newest batch, which may run since before the page was opened. */
@@ -64,19 +64,21 @@ class Batch {
     this.cluster = /** @type {BatchClusterDocument | null} */ (cluster)?.url ?? null;
     const jobs = /** @type {JobDocument[]} */ (await request("GET", "/jobs"));
     const job = jobs.find(({ kind }) => kind === KIND);
-    if (job) await this.adopt(job);
+    if (job) this.jobs.follow(job);
   }
 
   /** @param {EventDocument} event */
-  hear({ kind, data }) {
-    if (kind !== "job.updated" || data?.["kind"] !== KIND) return;
-    void this.adopt(/** @type {JobDocument} */ (/** @type {unknown} */ (data)));
+  hear(event) {
+    this.jobs.hear(event);
   }
 
-  /** @param {JobDocument} job */
-  async adopt(job) {
-    this.job = job;
-    const path = job.result_url?.split("/").pop();
+  forget() {
+    this.jobs.forget();
+  }
+
+  /** @param {Job} job */
+  async #take({ result_url }) {
+    const path = result_url?.split("/").pop();
     this.made = path ? await request("GET", `/batches/${path}`).catch(() => null) : null; // it may have been removed
     this.changed();
   }
@@ -114,12 +116,11 @@ export function makeBatch({ commands, follow }, changed) {
 /** @param {Batch} batch */
 function openButton(batch) {
   const count = batch.ticked.size;
-  return html`<button
-      type="button" class="plain" aria-expanded=${String(batch.asked)} ?disabled=${count === 0 && !batch.asked}
-      title="Depth, mosaics, exports or figures of all ticked datasets" @click=${() => batch.ask(!batch.asked)}
-    >
-      Batch …
-    </button>
+  return html`${textButton("Batch …", () => batch.ask(!batch.asked), {
+    title: "Depth, mosaics, exports or figures of all ticked datasets",
+    disabled: count === 0 && !batch.asked,
+    expanded: batch.asked,
+  })}
     <span class="why" role="status">${tickedWords(count)}</span>`;
 }
 
@@ -139,7 +140,7 @@ function formOf(batch) {
       capture_ids: [...batch.ticked],
       cluster: by.value() === "cluster",
     });
-  const button = html`<button type="button" class="plain" @click=${start}>Start</button>`;
+  const button = textButton("Start", start);
   const place = h("div", { class: "batch-form" });
   show(place, [kind.element, to.element, by.element, button]);
   return place;
@@ -147,9 +148,15 @@ function formOf(batch) {
 
 /** @param {Batch} batch */
 function statusOf(batch) {
-  const { job, made } = batch;
+  const { job, running } = batch.jobs;
+  const { made } = batch;
   if (job === null) return null;
-  if (!hasEnded(job.state)) return progressOf(job, () => void batch.cancel());
+  if (running)
+    return jobRow(job, {
+      label: "Progress of the batch",
+      words: progressWords(job.progress),
+      cancel: () => batch.cancel(),
+    });
   if (made?.download_url)
     return html`<p class="actions" role="status">
       <span>${resultWords(made)}</span>
@@ -157,15 +164,4 @@ function statusOf(batch) {
       ${made.picture_url && html`<a class="plain" href=${made.picture_url} target="_blank" rel="noopener">Overview</a>`}
     </p>`;
   return job.problem && html`<p class="reason" role="alert">${sentence(job.problem.detail)}</p>`;
-}
-
-/** @param {JobDocument} job @param {() => void} cancel */
-function progressOf({ progress }, cancel) {
-  const text = progressWords(progress);
-  const share = progress.total > 0 ? progress.done / progress.total : null;
-  return html`<div class="job running">
-    <div class="words">${text}</div>
-    <div class="progress">${bar("Progress of the batch", { share, text })}</div>
-    <button type="button" class="plain" @click=${cancel}>Cancel</button>
-  </div>`;
 }

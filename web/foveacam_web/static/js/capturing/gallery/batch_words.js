@@ -1,7 +1,6 @@
 // The texts of batches of datasets.
 
-import { count } from "../../elements/format.js";
-import { leftOf } from "./mosaic/words.js";
+import { count, timeLeft } from "../../elements/format.js";
 
 /** @import { BatchDocument, JobProgress } from "#api" */
 
@@ -37,10 +36,10 @@ export function tickedWords(ticked) {
   return `${count(ticked)} ${ticked === 1 ? "dataset" : "datasets"} ticked`;
 }
 
-/** @param {JobProgress} progress */
-export function progressWords({ done, total, eta_s, note }) {
+/** @param {JobProgress} [progress] */
+export function progressWords({ done, total, eta_s, note } = { done: 0, total: 0, eta_s: null, note: "" }) {
   const step = total > 0 ? `Batch: ${count(done)} of ${count(total)}` : "Batch: reading the datasets";
-  return [step, note, leftOf(eta_s)].filter(Boolean).join(" · ");
+  return [step, note, timeLeft(eta_s)].filter(Boolean).join(" · ");
 }
 
 /** @param {Pick<BatchDocument, "kind" | "planned" | "done" | "failed">} batch */

@@ -1,7 +1,7 @@
 // The page of a collection: its list of cards with search and trash, or one entry. datasets.js, recordings.js and
 // stills.js say what differs.
 
-import { nothing } from "../../elements/parts.js";
+import { nothing, textButton, toolButton } from "../../elements/parts.js";
 import { h, html, repeat, update } from "../../elements/dom.js";
 import { count, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -72,11 +72,11 @@ export function openList(
           <p class="why found" role="status">${shown?.length ? summary(shown.length, bytes, noun) : ""}</p>
           <div class="actions trash">
             <span class="why" role="alert">${ask ? `Delete ${held === 1 ? `this ${noun.one}` : `these ${count(held)} ${noun.many}`} for good?` : ""}</span>
-            <button type="button" class="plain" ?hidden=${ask || !in_trash || held === 0 || !offers(store.state.sign_in, "administer")} @click=${() => turn(true, true)}>
-              Empty the trash
-            </button>
-            <button type="button" class="plain danger" ?hidden=${!ask} @click=${empty}>Delete for good</button>
-            <button type="button" class="plain" ?hidden=${!ask} @click=${() => turn(true)}>Keep</button>
+            ${textButton("Empty the trash", () => turn(true, true), {
+              hidden: ask || !in_trash || held === 0 || !offers(store.state.sign_in, "administer"),
+            })}
+            ${textButton("Delete for good", empty, { kind: "plain danger", hidden: !ask })}
+            ${textButton("Keep", () => turn(true), { hidden: !ask })}
             <button type="button" class="plain" aria-pressed=${String(in_trash)} @click=${() => turn(!in_trash)}>
               <span class="face">${icon(in_trash ? "back" : "trash")}</span>
               <span>${in_trash ? `Back to the ${noun.many}` : held > 0 ? `Trash (${count(held)})` : "Trash"}</span>
@@ -136,13 +136,11 @@ function cardOf(entry, { state, removed, busy = "", blank, picture, facts, progr
       ${!removed && tick}
       ${
         removed
-          ? html`<button type="button" class="plain" aria-label="Restore ${name}" @click=${restore}>${icon("again")}Restore</button>`
-          : html`<button
-              type="button" class="tool" aria-label="Put ${name} in the trash" title=${busy || "Put it in the trash"}
-              ?disabled=${busy !== ""} @click=${remove}
-            >
-              ${icon("trash")}
-            </button>`
+          ? textButton("Restore", restore, { picture: "again", name: `Restore ${name}` })
+          : toolButton(`Put ${name} in the trash`, "trash", remove, {
+              title: busy || "Put it in the trash",
+              disabled: busy !== "",
+            })
       }
     </div>
   </li>`;
@@ -189,12 +187,11 @@ export function headOf(entry, { noun, orders, word, actions, busy = "", far }) {
     </div>
     <div class="actions">
       ${actions}
-      <button
-        type="button" class="plain" ?disabled=${busy !== ""} @click=${remove}
-        title=${busy || "It can be restored until the trash is emptied"}
-      >
-        ${icon("trash")}Put in the trash
-      </button>
+      ${textButton("Put in the trash", remove, {
+        picture: "trash",
+        title: busy || "It can be restored until the trash is emptied",
+        disabled: busy !== "",
+      })}
     </div>
     <div class="far">${far}</div>
   </header>`;
@@ -221,7 +218,7 @@ export function makeCheck(orders, changed) {
     const words = size_bytes > 0 ? `Reading ${sizeWords(size_bytes)} …` : "Reading …";
     return html`<div class="stack">
       <p class="actions">
-        <button type="button" class="plain" ?disabled=${reading} @click=${check}>${icon("check")}Check every file</button>
+        ${textButton("Check every file", check, { picture: "check", disabled: reading })}
         <span class="why">${reading && words}</span>
       </p>
       <div class="stack" role="status">${checked && resultOf(checked)}</div>

@@ -1,13 +1,13 @@
 // Sends the commands of one collection: trash, restore, empty, describe, check.
 
-import { RequestError, request } from "../../transport/api.js";
+import { RequestError } from "../../transport/api.js";
 
 /**
  * @import { JobDocument } from "#api"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands, Job } from "#console"
+ * @import { JobFollower } from "../../transport/jobs.js"
  */
 
-const LOOK_MS = 400;
 const UNDO_MS = 15_000;
 const CHECK_MS = 1_800_000; // some seconds a gigabyte on a slow disk
 
@@ -79,27 +79,20 @@ export class CollectionOrders {
   }
 
   /**
-   * Run a job; return the address of its result, or null when it was refused, failed, cancelled or abandoned.
+   * Start a job and follow it.
    * @param {string} path that starts it
    * @param {object | undefined} body
-   * @param {{told: (done: number, total: number) => void, signal: AbortSignal, cancelled: AbortSignal}} how
-   * @returns {Promise<string | null>}
+   * @param {JobFollower} jobs
    */
-  runJob(path, body, { told, signal, cancelled }) {
-    return this.commands.attempt(async () => {
-      let job = /** @type {JobDocument} */ (await request("POST", path, { body }));
-      const cancel = () => void this.commands.send("POST", `/jobs/${job.id}/cancel`);
-      cancelled.addEventListener("abort", cancel, { once: true });
-      while (job.ended_utc === null) {
-        if (signal.aborted) return null;
-        await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
-        job = /** @type {JobDocument} */ (await request("GET", `/jobs/${job.id}`));
-        told(job.progress?.done ?? 0, job.progress?.total ?? 0);
-      }
-      if (job.state === "cancelled") return null;
-      if (job.problem) throw new RequestError(job.problem);
-      return job.result_url;
-    });
+  async start(path, body, jobs) {
+    const job = /** @type {JobDocument | null} */ (await this.commands.send("POST", path, { body }));
+    if (job) jobs.follow(job);
+    return job !== null;
+  }
+
+  /** Show why a job has failed, if it has. @param {Job} job */
+  async sayEnd({ state, problem }) {
+    if (state === "failed" && problem) await this.commands.attempt(() => Promise.reject(new RequestError(problem)));
   }
 
   /**

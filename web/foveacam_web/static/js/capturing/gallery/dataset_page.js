@@ -1,6 +1,6 @@
 // The page of one dataset: contact sheet, coverage, details, checks and files.
 
-import { badge, figures, nothing, panel } from "../../elements/parts.js";
+import { badge, figures, nothing, panel, textButton } from "../../elements/parts.js";
 import { fresh } from "../../calibrating/calibration/pictures.js";
 import { galleryAddress, wizardAddress } from "../../addresses.js";
 import { copyCode } from "../../elements/copy.js";
@@ -12,7 +12,7 @@ import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
 import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
 import { progressOf } from "./datasets.js";
-import { makeEditable } from "./editable.js";
+import { makeEditable, saveOf } from "./editable.js";
 import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
 
@@ -37,20 +37,11 @@ const LICENCES = ["all rights reserved", "CC BY 4.0", "CC BY-SA 4.0", "CC0 1.0"]
  */
 export function makeDatasetPage(id, { noun, orders, reader, context }) {
   const { store, signal } = context;
-  const save = (/** @type {"label" | "licence"} */ key) => async (/** @type {string} */ value) => {
-    const now = await orders.describe(id, { [key]: value });
-    if (now) reader.adopt(now);
-    return now !== null;
-  };
-  const label = makeEditable("Label", { save: save("label"), hint: "a line for people" });
-  const licence = makeEditable("Licence", { save: save("licence"), usual: LICENCES });
+  const entry = { orders, reader };
+  const label = makeEditable("Label", { save: saveOf("label", id, entry), hint: "a line for people" });
+  const licence = makeEditable("Licence", { save: saveOf("licence", id, entry), usual: LICENCES });
   const check = makeCheck(orders, () => reader.changed());
-  const archive = makeArchive({
-    orders,
-    signal,
-    changed: () => reader.entry && reader.changed(),
-    read: () => reader.readAll(),
-  });
+  const archive = makeArchive({ orders, reader, signal });
   const reference = makeReference(id, context, () => reader.entry && reader.changed());
   const sheet = makeSheet(signal);
   store.on(["rig"], () => reader.entry && reader.changed(), signal);
@@ -110,11 +101,11 @@ function headParts(dataset, noun, orders) {
     actions: [
       live && html`<a class="plain primary" href="#/capture">Watch it</a>`,
       resumable &&
-        html`<button
-          type="button" class="plain primary" title="Take what is missing, from the exact next point" @click=${resume}
-        >
-          ${icon("again")}Resume
-        </button>`,
+        textButton("Resume", resume, {
+          kind: "plain primary",
+          picture: "again",
+          title: "Take what is missing, from the exact next point",
+        }),
       readable &&
         points.taken > 0 &&
         DATASET_PARTS.map(
@@ -193,7 +184,7 @@ function python(dataset) {
   return html`<div class="stack copied">
     <pre class="code scroll-x" tabindex="0" aria-label="Python">${snippet(dataset)}</pre>
     <p class="actions">
-      <button type="button" class="plain" @click=${copyCode}>${icon("file")}Copy</button>
+      ${textButton("Copy", copyCode, { picture: "file" })}
       <span class="why" role="status"></span>
     </p>
   </div>`;

@@ -1,6 +1,6 @@
 // The element <drawn-picture src text>: a picture that the server draws, or the server's reason why it cannot.
 
-import { file, RequestError } from "../../transport/api.js";
+import { file, outcome } from "../../transport/api.js";
 import { h, say } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { API } from "../../root.js";
@@ -52,13 +52,8 @@ class DrawnPicture extends HTMLElement {
 
   async #explain() {
     const failed = this.getAttribute("src") ?? "";
-    let why = "This picture could not be shown.";
-    try {
-      await file(failed.slice(API.length));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      why = sentence(error.message);
-    }
+    const { error } = await outcome(file(failed.slice(API.length)));
+    const why = error ? sentence(error.message) : "This picture could not be shown.";
     if (failed === this.getAttribute("src")) this.#settle(why);
   }
 }

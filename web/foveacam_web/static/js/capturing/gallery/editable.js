@@ -2,7 +2,27 @@
 
 import { h, html, say } from "../../elements/dom.js";
 
+/**
+ * @import { CollectionOrders } from "./collection_orders.js"
+ * @import { EntryReader } from "./collection_readers.js"
+ */
+
 let lists = 0;
+
+/**
+ * Return the saving of one line of an entry.
+ * @template {{id: string, name: string}} T
+ * @param {"label" | "licence"} key
+ * @param {string} id
+ * @param {{orders: CollectionOrders<T>, reader: EntryReader<T>}} context
+ */
+export function saveOf(key, id, { orders, reader }) {
+  return async (/** @type {string} */ value) => {
+    const now = await orders.describe(id, { [key]: value });
+    if (now) reader.adopt(now);
+    return now !== null;
+  };
+}
 
 /**
  * Return a function that shows a value and returns the field.

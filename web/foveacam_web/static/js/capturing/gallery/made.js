@@ -1,18 +1,16 @@
 // What the server makes of a dataset, a mosaic or a reference: its reads, its commands, and the making as it is shown.
 
-import { request } from "../../transport/api.js";
-import { bar } from "../../elements/parts.js";
+import { hasEnded, JobFollower } from "../../transport/jobs.js";
+import { jobRow, shareOf, toolButton } from "../../elements/parts.js";
 import { html } from "../../elements/dom.js";
-import { sentence } from "../../elements/format.js";
+import { sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { EntryReader } from "./collection_readers.js";
 import { capturePath } from "./dataset_words.js";
-import { leftOf } from "./mosaic/words.js";
 
 /**
- * @import { EventDocument, JobDocument, JobProgress, Problem } from "#api"
- * @import { MakingDocument } from "#page"
- * @import { Commands } from "../../commands.js"
+ * @import { EventDocument, Problem } from "#api"
+ * @import { Commands, Job, MakingDocument } from "#console"
  */
 
 /**
@@ -24,6 +22,7 @@ import { leftOf } from "./mosaic/words.js";
 export class Made extends EntryReader {
   /** The problem of the last attempt to make it. @type {Problem | null} */
   trouble = null;
+  jobs = new JobFollower({ news: (job) => this.#take(job) });
 
   /** @param {string} id of the dataset @param {"mosaic" | "reference"} kind @param {Commands} commands */
   constructor(id, kind, commands) {
@@ -38,37 +37,40 @@ export class Made extends EntryReader {
 
   /** @override @param {T} made */
   async readMore({ job_id }) {
-    const ended = job_id === null ? this.entry?.job_id : null;
-    if (!ended) return;
-    const job = /** @type {JobDocument} */ (await request("GET", `/jobs/${ended}`));
-    this.trouble = job.state === "failed" ? job.problem : null;
+    if (job_id !== null) this.jobs.expect(job_id);
+    else if (this.jobs.running) await this.jobs.readAll(); // its end was not heard of
+  }
+
+  /** @param {Job} job */
+  #take({ state, problem }) {
+    if (hasEnded(state)) {
+      this.trouble = state === "failed" ? problem : null;
+      void this.readAll();
+    }
+    this.changed();
+  }
+
+  /** Leave it: the page is closed. */
+  forget() {
+    this.jobs.forget();
   }
 
   /** Clear the problem of the last attempt. */
-  forget() {
+  dismiss() {
     this.trouble = null;
     this.changed();
   }
 
   /** @override @param {EventDocument} event */
   hear(event) {
-    const { entry } = this;
-    if (event.kind !== "job.updated" || !entry?.job_id || event.data?.["id"] !== entry.job_id) return super.hear(event);
-    const job = /** @type {JobDocument} */ (/** @type {unknown} */ (event.data));
-    if (job.ended_utc !== null || job.progress === null) return void this.readAll();
-    const { done, total, eta_s, note } = job.progress;
-    this.adopt({ ...entry, progress: { done, total: total ?? 0, eta_s, note: note ?? "" } });
+    this.jobs.hear(event);
+    super.hear(event);
   }
 
   /** @param {W} wish */
   make(wish) {
-    this.forget();
+    this.dismiss();
     return this.#send("POST", this.path, wish);
-  }
-
-  cancel() {
-    const job = this.entry?.job_id;
-    return job ? this.#send("POST", `/jobs/${job}/cancel`) : this.readAll();
   }
 
   remove() {
@@ -85,14 +87,14 @@ export class Made extends EntryReader {
   making() {
     const { entry, trouble, kind } = this;
     if (!entry) return null;
-    if (entry.state === "building") return this.#progressOf(entry.progress);
+    if (entry.state === "building") return this.#rowOf(entry.progress);
     const why = entry.made ? null : entry.refusal;
     return [
       trouble &&
         html`<div class="strip bad" role="alert">
           ${icon("warn")}
           <div><strong>The last ${kind} was not finished. </strong>${sentence(trouble.detail)}</div>
-          <button type="button" class="tool" aria-label="Dismiss" @click=${() => this.forget()}>${icon("close")}</button>
+          ${toolButton("Dismiss", "close", () => this.dismiss())}
         </div>`,
       why &&
         html`<div class="strip warn" role="status">
@@ -102,16 +104,13 @@ export class Made extends EntryReader {
     ];
   }
 
-  /** @param {JobProgress | null} progress */
-  #progressOf(progress) {
-    const share = progress?.total && progress.done > 0 ? progress.done / progress.total : null;
+  /** @param {T["progress"]} first as it was when the document was read */
+  #rowOf(first) {
+    const { state, progress = first } = this.jobs.job ?? {};
     const note = progress?.note ? sentence(progress.note).slice(0, -1) : "Reading the dataset";
-    const step = share === null ? "" : `step ${progress?.done} of ${progress?.total}`;
-    const words = [note, step, leftOf(progress?.eta_s ?? null)].filter(Boolean).join(" · ");
-    return html`<div class="job running">
-      <div class="words">${words}</div>
-      <div class="progress">${bar(`Making the ${this.kind}`, { share, text: words })}</div>
-      <button type="button" class="plain" @click=${() => void this.cancel()}>Cancel</button>
-    </div>`;
+    const step = shareOf(progress) === null ? "" : `step ${progress?.done} of ${progress?.total}`;
+    const words = [note, step, timeLeft(progress?.eta_s)].filter(Boolean).join(" · ");
+    const cancel = () => this.jobs.cancel(this.commands);
+    return jobRow({ state, progress }, { label: `Making the ${this.kind}`, words, cancel });
   }
 }

@@ -12,9 +12,7 @@ import { openRecordings } from "./recordings.js";
 import { openStills } from "./stills.js";
 
 /**
- * @import { GalleryPlace } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, GalleryPlace, Store } from "#console"
  * @import { Reader } from "../../transport/sync.js"
  * @import { GalleryReader } from "./reader.js"
  * @typedef {{store: Store, commands: Commands, signal: AbortSignal, follow: (reader: Reader) => void}} GalleryContext

@@ -17,7 +17,10 @@ export class GalleryReader {
    */
   follow(reader, signal) {
     this.#readers.add(reader);
-    signal.addEventListener("abort", () => this.#readers.delete(reader));
+    signal.addEventListener("abort", () => {
+      this.#readers.delete(reader);
+      reader.forget?.();
+    });
     void reader.readAll();
   }
 

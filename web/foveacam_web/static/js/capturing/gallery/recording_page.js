@@ -8,7 +8,7 @@ import { icon } from "../../elements/icons.js";
 import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf } from "./collection.js";
 import { sizeWords, whenWords } from "./dataset_words.js";
-import { makeEditable } from "./editable.js";
+import { makeEditable, saveOf } from "./editable.js";
 import { makeDepth } from "../replay/depth.js";
 import { makeExports } from "../replay/exports.js";
 import { Player } from "../replay/player.js";
@@ -45,21 +45,9 @@ const COLUMNS = [
  * @param {{noun: Noun, orders: RecordingOrders, reader: EntryReader<RecordingDocument>, context: GalleryContext}} tools
  */
 export function makeRecordingPage(id, { noun, orders, reader, context }) {
-  const label = makeEditable("Label", {
-    hint: "What is to be seen",
-    save: async (value) => {
-      const now = await orders.describe(id, { label: value });
-      if (now) reader.adopt(now);
-      return now !== null;
-    },
-  });
+  const label = makeEditable("Label", { save: saveOf("label", id, { orders, reader }), hint: "What is to be seen" });
   const stage = makeStage(id, orders, context);
-  const archive = makeArchive({
-    orders,
-    signal: context.signal,
-    changed: () => reader.entry && reader.changed(),
-    read: () => reader.readAll(),
-  });
+  const archive = makeArchive({ orders, reader, signal: context.signal });
   return (/** @type {RecordingDocument} */ recording) => {
     const { state, why, truncated, file, url, archived } = recording;
     const { tone, text } = stateWords(recording);

@@ -13,7 +13,7 @@ import { makeRecordingPage } from "./recording_page.js";
 import { boundWords, clockWords, isBeingMade, recordingPath, stateWords, tallyWords } from "./recording_words.js";
 
 /**
- * @import { FilmRequest, RecordedDepthDocument, RecordingDocument } from "#api"
+ * @import { RecordedDepthDocument, RecordingDocument } from "#api"
  * @import { GalleryPlace } from "#page"
  * @import { GalleryContext } from "./page.js"
  */
@@ -128,16 +128,5 @@ export class RecordingOrders extends CollectionOrders {
       if (error instanceof RequestError) return error;
       throw error;
     }
-  }
-
-  /**
-   * Make an export and return its address; null when it was refused, failed, cancelled or abandoned.
-   * @param {string} id
-   * @param {FilmRequest} wish
-   * @param {{told: (done: number, total: number) => void, signal: AbortSignal, cancelled: AbortSignal}} how
-   * @returns {Promise<string | null>}
-   */
-  film(id, wish, how) {
-    return this.runJob(this.path(id, "/films"), wish, how);
   }
 }

@@ -1,6 +1,6 @@
 // The section for a dataset's reference over the rail's long baselines: making it, its picture, figures and files.
 
-import { allHold, choiceField, numberField, panel } from "../../elements/parts.js";
+import { allHold, choiceField, numberField, panel, textButton } from "../../elements/parts.js";
 import { figure } from "../../calibrating/calibration/pictures.js";
 import { changing, h, html } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
@@ -58,12 +58,11 @@ function resultOf(made, { outdated, idle, reference }) {
     <div class="reference-plot">${figure({ name: "reference", title: TITLE, url: svg_url })}</div>
     <p class="actions">
       ${file(svg_url, "SVG")}${file(png_url, "PNG")}${file(samples_url, "Samples (CSV)")}
-      <button
-        type="button" class="plain" ?disabled=${!idle} title="The dataset stays; it can be made again"
-        @click=${() => void reference.remove()}
-      >
-        ${icon("trash")}Remove
-      </button>
+      ${textButton("Remove", () => reference.remove(), {
+        picture: "trash",
+        title: "The dataset stays; it can be made again",
+        disabled: !idle,
+      })}
     </p>
     <p class=${outdated ? "warn-text" : "note"}>
       Made ${whenWords(made_utc)}${outdated ? "; the dataset has grown since: make it anew" : ""}.
@@ -98,9 +97,7 @@ function offerOf({ anew, stops, brackets }, reference) {
     ${scan.element}${brackets.length > 1 && bracket.element}${across.element}${rail_mm.element}
   </div>`;
   const button = html`<p class="actions">
-    <button type="button" class=${anew ? "plain" : "plain primary"} @click=${make}>
-      ${anew ? "Make it anew" : "Make the reference"}
-    </button>
+    ${textButton(anew ? "Make it anew" : "Make the reference", make, { kind: anew ? "plain" : "plain primary" })}
   </p>`;
   if (anew) return html`<details><summary>Make it anew</summary><div class="stack">${fields}${button}</div></details>`;
   return html`<p class="lead">

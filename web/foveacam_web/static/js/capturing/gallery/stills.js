@@ -1,6 +1,6 @@
 // The stills of the gallery: their list, or one still with the pictures of all cameras.
 
-import { figures, panel } from "../../elements/parts.js";
+import { figures, panel, textButton } from "../../elements/parts.js";
 import { StillOrders } from "../capture/still_orders.js";
 import { picturesOf } from "../capture/still_shown.js";
 import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/still_words.js";
@@ -11,7 +11,7 @@ import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf, makeCheck, openEntry, openList } from "./collection.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
 import { filled, sizeWords, whenWords } from "./dataset_words.js";
-import { makeEditable } from "./editable.js";
+import { makeEditable, saveOf } from "./editable.js";
 
 /**
  * @import { StillCamera, StillDocument } from "#api"
@@ -79,21 +79,9 @@ function openStill(id, context) {
     orders.path(id),
     ({ kind, data }) => kind.startsWith("still.") && data?.["still_id"] === id,
   );
-  const label = makeEditable("Label", {
-    hint: "a line for people",
-    save: async (value) => {
-      const now = await orders.describe(id, { label: value });
-      if (now) reader.adopt(now);
-      return now !== null;
-    },
-  });
+  const label = makeEditable("Label", { save: saveOf("label", id, { orders, reader }), hint: "a line for people" });
   const check = makeCheck(orders, () => reader.changed());
-  const archive = makeArchive({
-    orders,
-    signal: context.signal,
-    changed: () => reader.entry && reader.changed(),
-    read: () => reader.readAll(),
-  });
+  const archive = makeArchive({ orders, reader, signal: context.signal });
   const page = (/** @type {StillDocument} */ still) =>
     html`<article class="dataset-page still-page">
       ${headOf(still, headParts(still, orders))}
@@ -124,8 +112,7 @@ function headParts(still, orders) {
     orders,
     word: archivedBadge(still),
     actions: [
-      state === "held" &&
-        html`<button type="button" class="plain primary" @click=${keep}>${icon("check")}Keep</button>`,
+      state === "held" && textButton("Keep", keep, { kind: "plain primary", picture: "check" }),
       readable &&
         html`<a class="plain" href="${url}/download.zip" download="${name}.zip">${icon("down")}Download ZIP</a>`,
     ],

@@ -6,8 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { EventDocument, RecordingDocument, RecordingRequest } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 const EVERY_MS = 1000;

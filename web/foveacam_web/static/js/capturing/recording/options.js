@@ -1,6 +1,6 @@
 // How a recording is made: prefix of its numbered name, rate, compression, packing. Kept in this browser.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 import { h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { momentName } from "../gallery/recording_words.js";
@@ -9,8 +9,7 @@ import { changeSettings } from "../../settings.js";
 
 /**
  * @import { NameDocument, RecordingRequest } from "#api"
- * @import { Settings } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Settings, Store } from "#console"
  */
 
 const PAUSE_MS = 250;
@@ -52,18 +51,16 @@ export function recordOptions({ store, signal }) {
   const look = async () => {
     const { recording, settings } = store.state;
     const wish = recordingOf(settings.record, new Date());
-    try {
-      const query = new URLSearchParams({ name: wish.name, numbered: String(wish.numbered ?? false) });
-      const found = /** @type {NameDocument} */ (await request("GET", `/recordings/name?${query}`));
-      if (signal.aborted) return;
-      prefix.classList.toggle("bad", !found.free);
-      prefix.setAttribute("aria-invalid", String(!found.free));
-      next.className = found.free ? "why" : "refused";
-      const words = recording ? `The one after “${recording.name}”` : "The next one";
-      update(next, found.free ? html`${words} is named “${found.name}”.` : html`${sentence(found.why)}`);
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error; // the server is away, and the page says so
-    }
+    const query = new URLSearchParams({ name: wish.name, numbered: String(wish.numbered ?? false) });
+    const asked = /** @type {Promise<NameDocument>} */ (request("GET", `/recordings/name?${query}`));
+    const { answer } = await outcome(asked);
+    if (signal.aborted || !answer) return; // the server is away, and the page says so
+    const { free, name, why } = answer;
+    prefix.classList.toggle("bad", !free);
+    prefix.setAttribute("aria-invalid", String(!free));
+    next.className = free ? "why" : "refused";
+    const words = recording ? `The one after “${recording.name}”` : "The next one";
+    update(next, free ? html`${words} is named “${name}”.` : html`${sentence(why)}`);
   };
   const wait = () => {
     clearTimeout(later);

@@ -1,10 +1,11 @@
 // Keeps the player's arrangement beside the recording: read when it is opened, written a moment after each change. One
 // that cannot be used is told, and nothing is written until somebody says that it may be overwritten.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 import { h, html, update } from "../../elements/dom.js";
 import { recordingPath } from "../gallery/recording_words.js";
 import { icon } from "../../elements/icons.js";
+import { textButton } from "../../elements/parts.js";
 
 /** @import { LayoutDocument, PlayerLayout } from "#api" */
 
@@ -33,15 +34,11 @@ export class Arrangement {
 
   /** Read what is kept; null where nothing usable is. @returns {Promise<PlayerLayout | null>} */
   async read() {
-    try {
-      const found = /** @type {LayoutDocument} */ (await request("GET", this.#path));
-      this.#usable = found.state === "none" || found.state === "kept";
-      if (!this.#usable) this.#ask(found.why);
-      return found.layout;
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      return null; // the player works without
-    }
+    const { answer } = await outcome(/** @type {Promise<LayoutDocument>} */ (request("GET", this.#path)));
+    if (!answer) return null; // the player works without
+    this.#usable = answer.state === "none" || answer.state === "kept";
+    if (!this.#usable) this.#ask(answer.why);
+    return answer.layout;
   }
 
   /** Write what is shown now, in a moment. */
@@ -59,15 +56,11 @@ export class Arrangement {
   async #write(replace) {
     clearTimeout(this.#later);
     this.#later = undefined;
-    try {
-      await request("PUT", this.#path, { body: { layout: this.#layout(), replace }, keepalive: true });
-      this.#usable = true;
-      update(this.element, null);
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#usable = false;
-      this.#ask(error.message);
-    }
+    const body = { layout: this.#layout(), replace };
+    const { error } = await outcome(request("PUT", this.#path, { body, keepalive: true }));
+    this.#usable = error === null;
+    if (error) this.#ask(error.message);
+    else update(this.element, null);
   }
 
   /** @param {string} why */
@@ -77,7 +70,7 @@ export class Arrangement {
       this.element,
       html`<p class="strip warn">
         ${icon("warn")}<span>The arrangement of the player is not kept: ${why}.</span>
-        <button type="button" class="plain" @click=${overwrite}>Overwrite it</button>
+        ${textButton("Overwrite it", overwrite)}
       </p>`,
     );
   }

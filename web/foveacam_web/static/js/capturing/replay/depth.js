@@ -3,10 +3,10 @@
 import { RequestError, request } from "../../transport/api.js";
 import { h, html, update } from "../../elements/dom.js";
 import { distanceText, number, sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import "../gallery/drawn.js";
 import { clockWords } from "../gallery/recording_words.js";
 import { backendWords } from "../../video/depth_words.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { DepthBackendDocument, DepthBackendsDocument, RecordedDepthDocument } from "#api"
@@ -41,9 +41,10 @@ export function makeDepth(id, { orders, at }) {
           >`
         }
         <div class="actions">
-          <button type="button" class="plain" ?disabled=${now.waiting || (research && !now.confirmed)} @click=${compute}>
-            ${icon("cube")}Compute depth
-          </button>
+          ${textButton("Compute depth", compute, {
+            picture: "cube",
+            disabled: now.waiting || (research && !now.confirmed),
+          })}
           <span class="why">of the moment shown, ${clockWords(at_s)}</span>
         </div>
         <div class="stack depth-told" role="status">${wordsOf(now)}</div>

@@ -1,14 +1,15 @@
 // Exports of the recording, which the server makes and the browser downloads: films, pictures, arrays.
 
-import { bar, choiceField, numberField, tickField } from "../../elements/parts.js";
+import { bar, choiceField, numberField, shareOf, tickField } from "../../elements/parts.js";
 import { RequestError, request } from "../../transport/api.js";
+import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { fill, h, html } from "../../elements/dom.js";
 import { count, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 
 /**
  * @import { FilmRequest, FormatDocument, RecordingDocument } from "#api"
- * @import { FilmShow } from "#page"
+ * @import { FilmShow, Job } from "#page"
  * @import { Span } from "./scale.js"
  */
 
@@ -50,29 +51,26 @@ export function makeExports(recording, { orders, signal, span }) {
   };
   void readFormats(format, missing);
   allow();
+  const jobs = new JobFollower({
+    news: (job) => {
+      showFar(job);
+      if (!hasEnded(job.state)) return;
+      void orders.sayEnd(job);
+      if (job.state === "succeeded") far.querySelector("a")?.click();
+    },
+  });
+  signal.addEventListener("abort", () => jobs.forget());
+  const showFar = (/** @type {Job} */ job) => {
+    fill(far, exportWords(job));
+    cancel.hidden = !jobs.running;
+    if (jobs.running) button.disabled = true;
+    else allow();
+  };
+  cancel.addEventListener("click", () => void jobs.cancel(orders.commands));
   button.addEventListener("click", async () => {
     if (!fps.input.reportValidity()) return;
     button.disabled = true;
-    cancel.hidden = false;
-    const stop = new AbortController();
-    cancel.onclick = () => stop.abort();
-    const told = (/** @type {number} */ done, /** @type {number} */ total) =>
-      fill(
-        far,
-        bar("Export", { share: total > 0 ? done / total : null, text: `${count(done)} of ${count(total)} frames` }),
-        html`<p class="why">${total > 0 ? `${count(done)} of ${count(total)} frames` : "Beginning …"}</p>`,
-      );
-    told(0, 0);
-    const url = await orders.film(recording.id, wish(), { told, signal, cancelled: stop.signal });
-    cancel.hidden = true;
-    allow();
-    fill(
-      far,
-      url !== null
-        ? exportLink(url)
-        : stop.signal.aborted && html`<p class="why">Cancelled: nothing is left of it.</p>`,
-    );
-    if (url !== null && !signal.aborted) far.querySelector("a")?.click();
+    if (!(await orders.start(orders.path(recording.id, "/films"), wish(), jobs))) allow();
   });
   /** @returns {FilmRequest} */
   const wish = () => {
@@ -123,7 +121,11 @@ function detected({ streams }, role) {
   return fps > 0 ? `as recorded: ${fps.toFixed(2)}` : "as recorded";
 }
 
-/** @param {string} url */
-function exportLink(url) {
-  return html`<a href=${url} download="">It is made: download it</a>`;
+/** Show how far the export is, or what became of it. @param {Job} job */
+function exportWords({ state, progress, result_url }) {
+  if (state === "succeeded") return html`<a href=${result_url} download="">It is made: download it</a>`;
+  if (state === "cancelled") return html`<p class="why">Cancelled: nothing is left of it.</p>`;
+  if (state === "failed") return null;
+  const words = progress?.total ? `${count(progress.done)} of ${count(progress.total)} frames` : "Beginning …";
+  return html`${bar("Export", { share: shareOf(progress), text: words })}<p class="why">${words}</p>`;
 }

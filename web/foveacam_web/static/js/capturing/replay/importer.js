@@ -5,15 +5,13 @@ import { galleryAddress } from "../../addresses.js";
 import { h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { sizeWords, whenWords } from "../gallery/dataset_words.js";
-import { icon } from "../../elements/icons.js";
-import { bar } from "../../elements/parts.js";
+import { bar, textButton, toolButton } from "../../elements/parts.js";
 import { recordOptions } from "../recording/options.js";
 import { nameOf, sendRecording } from "./upload.js";
 
 /**
  * @import { FolderFile, FoldersDocument, RecordingDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  * @typedef {{file: File, name: string, sent: number, refused: string, stop: AbortController}} Sending
  */
 
@@ -44,13 +42,9 @@ export function makeImporter({ store, commands, signal }) {
     update(
       element,
       html`<div class="actions">
-          <button type="button" class="plain" @click=${() => input.click()}>${icon("up")}Send a recording …</button>
-          <button type="button" class="plain" aria-expanded=${String(open)} @click=${turn}>
-            ${icon("file")}On the server's machine
-          </button>
-          <button type="button" class="plain" aria-expanded=${String(how)} @click=${unfold}>
-            ${icon("record")}How to record
-          </button>
+          ${textButton("Send a recording …", () => input.click(), { picture: "up" })}
+          ${textButton("On the server's machine", turn, { picture: "file", expanded: open })}
+          ${textButton("How to record", unfold, { picture: "record", expanded: how })}
           <span class="why">.fcap or .fovea, ours or the authors', up to 256 GiB</span>
         </div>
         ${how && options}
@@ -121,9 +115,7 @@ export function makeImporter({ store, commands, signal }) {
     return html`<li class="sending">
       <b>${name}</b>
       ${refused === "" ? html`<span class="why number">${far}</span>` : html`<span class="refused">${sentence(refused)}</span>`}
-      <button type="button" class="tool" aria-label=${`${refused === "" ? "Cancel" : "Forget"} ${name}`} @click=${forget}>
-        ${icon("close")}
-      </button>
+      ${toolButton(`${refused === "" ? "Cancel" : "Forget"} ${name}`, "close", forget)}
       ${
         refused !== "" &&
         html`<span class="actions">
@@ -131,7 +123,7 @@ export function makeImporter({ store, commands, signal }) {
             type="text" aria-label="Name of ${name}" maxlength="100" .value=${name}
             @input=${(/** @type {{target: HTMLInputElement}} */ { target }) => (sending.name = target.value)}
           />
-          <button type="button" class="plain" @click=${again}>Send it under this name</button>
+          ${textButton("Send it under this name", again)}
         </span>`
       }
       ${refused === "" && bar(`Sending ${name}`, { share: size > 0 ? sent / size : null, text: far })}
@@ -152,9 +144,7 @@ export function makeImporter({ store, commands, signal }) {
     html`<li>
       <span class="path" title=${file.path}>${file.path}</span>
       <span class="why number">${sizeWords(file.size_bytes)}, ${whenWords(file.modified_utc)}</span>
-      <button type="button" class="plain" ?disabled=${file.opened} @click=${() => openFile(file)}>
-        ${file.opened ? "Opened" : "Open"}
-      </button>
+      ${textButton(file.opened ? "Opened" : "Open", () => openFile(file), { disabled: file.opened })}
     </li>`;
   signal.addEventListener("abort", () => sendings.forEach(({ stop }) => stop.abort()));
   show();

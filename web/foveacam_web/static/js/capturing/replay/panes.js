@@ -1,7 +1,7 @@
 // The panes of the player on a board: each shows the newest frame of its camera at the moment, with the overlays of the
 // wide view. The same panes stand in the recording's page and in windows of their own.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 import { recordingPath } from "../gallery/recording_words.js";
 import { Board } from "../../operating/windows/board.js";
 import { layoutOf, sourcesOf } from "../../operating/windows/layout.js";
@@ -135,12 +135,10 @@ export class ReplayPanes {
 
   /** @param {string} at_s */
   async #read(at_s) {
-    try {
-      this.#moment = await request("GET", recordingPath(this.#id, `/frames?t_s=${at_s}`));
-      this.#tell();
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-    }
+    const { answer, error } = await outcome(request("GET", recordingPath(this.#id, `/frames?t_s=${at_s}`)));
+    if (error) return;
+    this.#moment = answer;
+    this.#tell();
   }
 
   #tell() {

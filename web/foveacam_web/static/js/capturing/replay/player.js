@@ -4,7 +4,7 @@ import { fill, h, html, say, update } from "../../elements/dom.js";
 import { count } from "../../elements/format.js";
 import { clockWords } from "../gallery/recording_words.js";
 import { icon } from "../../elements/icons.js";
-import { toolButton } from "../../elements/parts.js";
+import { textButton, toolButton } from "../../elements/parts.js";
 import { STYLES } from "../../video/anaglyph_colours.js";
 import { layoutOf, layoutText } from "../../operating/windows/layout.js";
 import { openAside } from "../../operating/windows/opener.js";
@@ -258,14 +258,8 @@ export class Player {
       )}
       ${this.#panes.pairs && pick("3D", "stereo", MODES, stereo)}
       ${stereo === "anaglyph" && pick("Glasses", "style", STYLES, this.#style)}
-      ${OVERLAYS.map(
-        ([name, text, title]) =>
-          html`<button
-            type="button" class="plain" title=${title} aria-pressed=${String(this.#overlays[name])}
-            @click=${() => this.#flip(name)}
-          >
-            ${text}
-          </button>`,
+      ${OVERLAYS.map(([name, text, title]) =>
+        textButton(text, () => this.#flip(name), { title, pressed: this.#overlays[name] }),
       )}`;
   }
 

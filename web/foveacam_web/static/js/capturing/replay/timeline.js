@@ -2,10 +2,10 @@
 // pointer, a drag scrubs, with Shift, Alt or the middle button it pans; a track's name is dragged to another place.
 
 import { fill, h, html, s, update } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
 import { clockWords } from "../gallery/recording_words.js";
 import { following, panned, pulled, ticksOf, wholeOf, within, zoomed } from "./scale.js";
 import { arrangementOf, keyOf, reordered, rowsOf, trackName, trackWords } from "./tracks.js";
+import { toolButton } from "../../elements/parts.js";
 
 /**
  * @import { PlayerLayout, TimelineDocument, TrackDocument, TracksDocument } from "#api"
@@ -173,12 +173,9 @@ export class Timeline {
         >
           ${name}
         </button>
-        <button
-          type="button" class="tool" aria-label=${`${on ? "Switch off" : "Switch on"} ${name}`}
-          title=${`${on ? "Switch off" : "Switch on"} ${name} (V)`} @click=${() => this.#turn(row)}
-        >
-          ${icon(on ? "check" : "close")}
-        </button>
+        ${toolButton(`${on ? "Switch off" : "Switch on"} ${name}`, on ? "check" : "close", () => this.#turn(row), {
+          title: `${on ? "Switch off" : "Switch on"} ${name} (V)`,
+        })}
       </span>
       <svg class="track-line" preserveAspectRatio="none" role="img" aria-label=${title}></svg>
     </li>`;

@@ -1,13 +1,11 @@
 // Keeps the list of faults equal to the server's, and adds what fails in this page itself.
 
-import { request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";
 import { withoutPresent, withPageFault } from "./words.js";
 
 /**
  * @import { EventDocument, FaultDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 const LOST_MS = 600; // a shorter interruption is no fault
@@ -32,9 +30,7 @@ export class FaultReader {
   }
 
   readAll() {
-    return this.#reads.read("faults", async () => {
-      this.#store.set({ server_faults: /** @type {FaultDocument[]} */ (await request("GET", "/faults")) });
-    });
+    return this.#reads.keep(this.#store, "server_faults", "/faults");
   }
 
   /** @param {EventDocument} event */

@@ -4,12 +4,12 @@ import { fill, h, html, repeat, update } from "../../elements/dom.js";
 import { clockTime, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { sheet } from "../../panels/dialogs.js";
-import { badge, nothing } from "../../elements/parts.js";
+import { badge, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { placeWords, trayLabel, trayRows, trayTone, whenWords } from "./words.js";
 
 /**
  * @import { FaultDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  * @import { FaultReader } from "./reader.js"
  */
 
@@ -51,7 +51,7 @@ function trayContent(rows, reader) {
     ${
       over &&
       html`<p class="buttons">
-        <button type="button" class="plain" @click=${() => void reader.dismissOver()}>Dismiss all that are over</button>
+        ${textButton("Dismiss all that are over", () => reader.dismissOver())}
       </p>`
     }
   `;
@@ -73,11 +73,6 @@ function faultRow(row, reader) {
       ${row.remedy && !row.what.includes(row.remedy) && html`<p class="remedy">${sentence(row.remedy)}</p>`}
       <p class="when">${whenWords(row, clockTime)}</p>
     </div>
-    <button
-      type="button" class="tool" aria-label=${`Dismiss: ${place}`} title="Dismiss"
-      @click=${() => void reader.dismiss(row)}
-    >
-      ${icon("close")}
-    </button>
+    ${toolButton(`Dismiss: ${place}`, "close", () => reader.dismiss(row), { title: "Dismiss" })}
   </li>`;
 }

@@ -2,13 +2,13 @@
 
 import { changing, fill, h, html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { nothing } from "../../elements/parts.js";
+import { nothing, textButton } from "../../elements/parts.js";
 import { binningText } from "../../video/resolution.js";
 import { binningWords } from "./words.js";
 
 /**
  * @import { CameraDocument, RigBinningDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{
  *   binning: RigBinningDocument | null, sensor: Pick<CameraDocument, "width" | "height"> | null, refusal: string,
@@ -46,17 +46,11 @@ function binningOf({ binning, sensor, refusal, busy }, choose) {
   const { size, cost, held, problem } = binningWords(binning, sensor);
   return [
     html`<div class="actions binnings" role="group" aria-label="Working binning">
-      ${CHOICES.map(
-        (each) =>
-          html`<button
-            type="button"
-            class="plain"
-            aria-pressed=${String(each === binning.working_binning)}
-            ?disabled=${busy}
-            @click=${() => void choose(each)}
-          >
-            ${binningText(each)}
-          </button>`,
+      ${CHOICES.map((each) =>
+        textButton(binningText(each), () => choose(each), {
+          disabled: busy,
+          pressed: each === binning.working_binning,
+        }),
       )}
     </div>`,
     html`<p class="lead">${size}</p>`,

@@ -1,7 +1,7 @@
 // Builds a camera's column: its identity, its link and the reason of a fault, its live picture, its settings as read
 // back.
 
-import { choiceField } from "../../elements/parts.js";
+import { choiceField, keptButton } from "../../elements/parts.js";
 import { changing, h, html, say } from "../../elements/dom.js";
 import { count, millis, MISSING, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -11,8 +11,7 @@ import { CAMERAS, linkOf, linkWords, phaseWords, problemOf, settable, SETTINGS, 
 
 /**
  * @import { CameraDocument, CameraPatch } from "#api"
- * @import { CameraNumber, ConsoleState, Role } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { CameraNumber, ConsoleState, Role, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{store: Store, orders: RigOrders}} Context
  */
@@ -163,12 +162,7 @@ function makeControls(role, { store, orders }) {
   );
   const waits = h("p", { class: "aside-note" }, icon("warn"), "The foveae differ: choose above whose settings count.");
   const kept = h("span", { class: "why" });
-  const reset = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => void orders.reset(role) } },
-    icon("again"),
-    "Reset to the rig file",
-  );
+  const reset = keptButton("Reset to the rig file", () => orders.reset(role), { picture: "again" });
   const fields = h(
     "fieldset",
     { class: "controls" },

@@ -8,8 +8,7 @@ import { icon } from "../../elements/icons.js";
 
 /**
  * @import { ControllerLinkDocument, MirrorsDocument, PositionStreamDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 

@@ -3,6 +3,7 @@
 import { fill, h, html, say } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./scale.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { SpanDocument } from "#api"
@@ -126,15 +127,11 @@ export class Dial {
     );
     fill(
       this.#presets,
-      ...presets.map(
-        (preset) =>
-          html`<button
-          type="button" class="chip"
-          aria-label="${this.#options.name} of the ${this.#options.of}: ${preset} ${this.#options.unit}"
-          @click=${() => void this.#send(preset)}
-        >
-          ${String(preset)}
-        </button>`,
+      ...presets.map((preset) =>
+        textButton(String(preset), () => this.#send(preset), {
+          kind: "chip",
+          name: `${this.#options.name} of the ${this.#options.of}: ${preset} ${this.#options.unit}`,
+        }),
       ),
     );
   }

@@ -1,12 +1,11 @@
 // Sets the faults of a simulated rig: cables, cameras, mirrors, and mounts knocked out of alignment.
 
 import { changing, fill, h, html } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { MountKnock, SimulatedFaults } from "#api"
- * @import { Role } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Role, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  * @typedef {{name: string, list: "unplugged" | "frozen" | "no_trigger" | "no_strobe" | "dead_axes", axis?: "x" | "y", roles: Role[]}} Row
  */
@@ -42,13 +41,8 @@ export function mountFaults(place, { store, orders }) {
   const table = h("div", { class: "scroll-x" });
   const put = (/** @type {Partial<SimulatedFaults>} */ part) =>
     store.state.faults && void orders.breakIt({ ...store.state.faults, ...part });
-  const knock = html`<button type="button" class="plain" @click=${() => put({ knocked_left: carried(), knocked_right: carried() })}>
-    Knock both mounts
-  </button>`;
-  const mend = html`<button type="button" class="plain" @click=${() => void orders.mend()}>
-    ${icon("again")}
-    Mend everything
-  </button>`;
+  const knock = textButton("Knock both mounts", () => put({ knocked_left: carried(), knocked_right: carried() }));
+  const mend = textButton("Mend everything", () => orders.mend(), { picture: "again" });
   fill(
     place,
     html`<p class="lead">This rig is simulated: break something, and see what the product makes of it.</p>`,

@@ -1,21 +1,15 @@
 // Sends commands to the rig's devices. The refusal of a camera setting is returned, so that it is shown beside its
 // control.
 
-import { RequestError, request } from "../../transport/api.js";
-import { hasEnded } from "../../transport/jobs.js";
-
 /**
  * @import { BinningRequest, CameraPatch, CamerasChangedDocument, JobDocument, MirrorsDocument } from "#api"
  * @import { RailDocument, RigBinningDocument, SimulatedFaults } from "#api"
- * @import { Role } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Role, Store } from "#console"
  * @import { RigReader } from "./reader.js"
  * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
  */
 
 const CAMERA_MS = 30_000; // the camera is stopped, set and started again
-const LOOK_MS = 300;
 
 /** The device commands of one page. */
 export class RigOrders {
@@ -50,20 +44,11 @@ export class RigOrders {
    */
   chooseBinning(working_binning) {
     return this.#inTurn(async () => {
-      const body = /** @type {BinningRequest} */ ({ working_binning });
-      try {
-        const binning = /** @type {RigBinningDocument} */ (
-          await request("PUT", "/rig/binning", { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS })
-        );
-        const { rig } = this.#store.state;
-        if (rig) this.#store.set({ rig: { ...rig, binning } });
-        return null;
-      } catch (error) {
-        if (!(error instanceof RequestError)) throw error;
-        if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
-        void this.#reader.readRig();
-        return error.message;
-      }
+      const binning = await this.#set("PUT", "/rig/binning", /** @type {BinningRequest} */ ({ working_binning }));
+      const { rig } = this.#store.state;
+      if (rig && binning.answer)
+        this.#store.set({ rig: { ...rig, binning: /** @type {RigBinningDocument} */ (binning.answer) } });
+      return binning.error?.message ?? null;
     });
   }
 
@@ -91,18 +76,26 @@ export class RigOrders {
    * @returns {Promise<Answer>}
    */
   async #camera(method, path, body) {
-    try {
-      const changed = /** @type {CamerasChangedDocument} */ (
-        await request(method, path, { body, headers: this.#commands.leaseHeader(), patience_ms: CAMERA_MS })
-      );
-      this.#adopt(changed);
-      return { changed, refusal: null };
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.document.status !== 422) await this.#commands.attempt(() => Promise.reject(error));
-      void this.#reader.readRig();
-      return { changed: null, refusal: error.message };
-    }
+    const { answer, error } = await this.#set(method, path, body);
+    const changed = /** @type {CamerasChangedDocument | null} */ (answer);
+    if (changed) this.#adopt(changed);
+    return { changed, refusal: error?.message ?? null };
+  }
+
+  /**
+   * Set what the cameras have; where it is refused, read what they have instead.
+   * @param {"PUT" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {object | undefined} body
+   */
+  async #set(method, path, body) {
+    const options = { body, patience_ms: CAMERA_MS };
+    const found = await this.#commands.tried(method, path, {
+      ...options,
+      said: ({ document }) => document.status !== 422,
+    });
+    if (found.error) void this.#reader.readRig();
+    return found;
   }
 
   /** @param {CamerasChangedDocument} changed */
@@ -115,49 +108,14 @@ export class RigOrders {
     });
   }
 
-  /** Test both triggers and follow the test until it ends. */
+  /** Test both triggers. */
   async testTriggers() {
-    const begun = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/cameras/self_tests"));
-    if (!begun) return;
-    let job = begun;
-    while (!hasEnded(job.state)) {
-      this.#store.set({
-        running_test: {
-          job_id: job.id,
-          note: job.progress?.note ?? "",
-          done: job.progress?.done ?? 0,
-          total: job.progress?.total ?? null,
-        },
-      });
-      await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
-      job = (await this.#lookAt(job.id)) ?? job;
-    }
-    this.#store.set({ running_test: null });
-    if (job.problem)
-      this.#commands.say({
-        tone: "bad",
-        title: "The trigger test failed",
-        detail: job.problem.detail ?? "",
-        remedy: job.problem.remedy ?? undefined,
-      });
-    await Promise.all([this.#reader.readTest(), this.#reader.readRig()]);
-  }
-
-  /** @param {string} id */
-  async #lookAt(id) {
-    try {
-      return /** @type {JobDocument} */ (await request("GET", `/jobs/${id}`));
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (error.document.status === 404)
-        return /** @type {JobDocument} */ ({ id, state: "failed", problem: error.document });
-      return null; // the server is away: the banner says so, and the job is read again
-    }
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/cameras/self_tests"));
+    if (job) this.#reader.tests.follow(job);
   }
 
   cancelTest() {
-    const id = this.#store.state.running_test?.job_id;
-    return id ? this.#commands.send("POST", `/jobs/${id}/cancel`) : Promise.resolve(null);
+    return this.#reader.tests.cancel(this.#commands);
   }
 
   /** Restart both DACs. */

@@ -16,8 +16,7 @@ import { mountSteering } from "../../looking/steer/panel.js";
 import { mountTrigger } from "./trigger.js";
 
 /**
- * @import { Role } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { Role, Store } from "#console"
  * @import { Slots } from "../../pages.js"
  * @typedef {{
  *   store: Store, rig_orders: import("./orders.js").RigOrders, orders: import("../../calibrating/calibration/orders.js").CalibrationOrders,

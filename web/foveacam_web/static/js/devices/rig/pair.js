@@ -4,10 +4,11 @@ import { changing, html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { settable, SETTINGS, settingText } from "./words.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { CameraPatch, DifferenceDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 
@@ -51,7 +52,7 @@ export function mountPair(place, { store, orders }) {
 function question({ differences, refusal }, use) {
   if (differences.length === 0) return [];
   const button = (/** @type {"left" | "right"} */ eye) =>
-    html`<button type="button" class="plain primary" @click=${() => void use(eye)}>Use ${eye}'s</button>`;
+    textButton(`Use ${eye}'s`, () => use(eye), { kind: "plain primary" });
   return [
     html`<div class="apart" role="alertdialog" aria-labelledby="apart-title" aria-describedby="apart-why">
       <p class="state warn" id="apart-title">${icon("warn")}The foveae differ</p>

@@ -1,6 +1,6 @@
 // Controls the rail: its position, moving to a named place or a position, homing, stopping.
 
-import { nothing, numberField } from "../../elements/parts.js";
+import { keptButton, nothing, numberField, textButton } from "../../elements/parts.js";
 import { isRunning } from "../../calibrating/calibration/state.js";
 import { changing, fill, h, html, say } from "../../elements/dom.js";
 import { number, sentence } from "../../elements/format.js";
@@ -10,7 +10,7 @@ import { zeroOf } from "./zero.js";
 
 /**
  * @import { RailDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 
@@ -74,22 +74,12 @@ function byHand({ wanted_mm, position_mm }) {
 function driveOf(orders) {
   const to = numberField("Position", { unit: "mm", step: "any" });
   const go = h("button", { type: "submit", class: "plain" }, "Go");
-  const hold = h(
-    "button",
-    {
-      type: "button",
-      class: "plain hold",
-      title: "Stop moving now",
-      "aria-label": "Hold the rail",
-      on: { click: () => void orders.holdRail() },
-    },
-    "Hold",
-  );
-  const home = h(
-    "button",
-    { type: "button", class: "plain", "aria-label": "Home the rail", on: { click: () => void orders.homeRail() } },
-    "Home",
-  );
+  const hold = keptButton("Hold", () => orders.holdRail(), {
+    kind: "plain hold",
+    name: "Hold the rail",
+    title: "Stop moving now",
+  });
+  const home = keptButton("Home", () => orders.homeRail(), { name: "Home the rail" });
   const reason = h("p", { class: "why", role: "status" });
   const send = (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
@@ -137,12 +127,10 @@ function placesOf({ rail, busy }, orders) {
           html`<li>
           <span class="name">${name}</span>
           <span class="where">${number(position_mm, 0)} mm</span>
-          <button
-            type="button" class="plain" ?disabled=${!ready} aria-label="Move to the place ${name}"
-            @click=${() => void orders.slide({ place: name })}
-          >
-            Go
-          </button>
+          ${textButton("Go", () => orders.slide({ place: name }), {
+            name: `Move to the place ${name}`,
+            disabled: !ready,
+          })}
         </li>`,
       )}
     </ul>`,

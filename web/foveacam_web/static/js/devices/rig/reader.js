@@ -1,11 +1,12 @@
 // Keeps the rig page's state equal to the server's: once a second while it is open, and at each event.
 
 import { request } from "../../transport/api.js";
+import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { QuietReads } from "../../transport/quiet.js";
 
 /**
- * @import { EventDocument, RailDocument, SimulatedFaults, TriggerTestDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { EventDocument, RailDocument, SimulatedFaults } from "#api"
+ * @import { Commands, Job, Store } from "#console"
  */
 
 const READ_BACK_MS = 1000;
@@ -16,17 +17,19 @@ const RESTING_MS = 1500;
 export class RigReader {
   #store;
   #pan_tilt;
+  #commands;
   #reads = new QuietReads();
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #next_rail;
+  /** Follows the self-test of the triggers, whoever began it. */
+  tests = new JobFollower({ ours: ({ kind }) => kind === "camera.self_test", news: (job) => this.#test(job) });
   /** How many answers to orders have shown the faults. */
   #faults_set = 0;
   /** Read the rig's document. */
   readRig = () => Promise.resolve();
 
-  /** @param {{store: Store, pan_tilt: {readPanTilt(): Promise<void>}}} context */
-  constructor({ store, pan_tilt }) {
+  /** @param {{store: Store, commands: Commands, pan_tilt: {readPanTilt(): Promise<void>}}} context */
+  constructor({ store, commands, pan_tilt }) {
     this.#store = store;
+    this.#commands = commands;
     this.#pan_tilt = pan_tilt;
     store.on(["rig_page"], ({ rig_page }) => rig_page && void this.readAll());
     store.on(["rig"], ({ rig_page, faults }) => rig_page && !faults && void this.readFaults());
@@ -44,16 +47,27 @@ export class RigReader {
       this.readRail(),
       this.#pan_tilt.readPanTilt(),
       this.readTest(),
+      this.#reads.read("running test", () => this.tests.readAll()),
       this.readFaults(),
     ]);
   }
 
+  /** Show how far the self-test of the triggers is; at its end what it found, or why it failed. @param {Job} job */
+  #test(job) {
+    const { state, problem } = job;
+    const over = hasEnded(state);
+    this.#store.set({ running_test: over ? null : job });
+    if (!over) return;
+    if (state === "failed") {
+      const { detail = "", remedy } = problem ?? {};
+      this.#commands.say({ tone: "bad", title: "The trigger test failed", detail, remedy: remedy ?? undefined });
+    }
+    void this.readTest();
+    void this.readRig();
+  }
+
   readTest() {
-    return this.#reads.read("trigger test", async () => {
-      this.#store.set({
-        trigger_test: /** @type {TriggerTestDocument} */ (await request("GET", "/cameras/self_tests/newest")),
-      });
-    });
+    return this.#reads.keep(this.#store, "trigger_test", "/cameras/self_tests/newest");
   }
 
   /** Read the simulated faults; a real rig has none. */
@@ -74,21 +88,19 @@ export class RigReader {
 
   /** Read the rail now and repeatedly while the page is open: no event reports its position. */
   readRail() {
-    clearTimeout(this.#next_rail);
-    return this.#reads
-      .read("rail", async () => {
-        if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
-      })
-      .finally(() => {
-        const { rig_page, rail } = this.#store.state;
-        clearTimeout(this.#next_rail);
-        if (rig_page) this.#next_rail = setTimeout(() => void this.readRail(), rail?.moving ? MOVING_MS : RESTING_MS);
-      });
+    const read = async () => {
+      if (!document.hidden) this.#store.set({ rail: /** @type {RailDocument} */ (await request("GET", "/rail")) });
+    };
+    return this.#reads.repeat("rail", read, () => {
+      const { rig_page, rail } = this.#store.state;
+      return rig_page ? (rail?.moving ? MOVING_MS : RESTING_MS) : null;
+    });
   }
 
   /** @param {EventDocument} event */
   hear(event) {
     if (!this.#store.state.rig_page) return;
+    this.tests.hear(event);
     if (event.kind === "camera.self_test") void this.readTest();
     if (event.kind === "simulation.faults") void this.readFaults();
     if (event.kind.startsWith("rail.")) void this.readRail();

@@ -1,14 +1,13 @@
 // Shows the trigger: its rate, the source of its settle time, and the self-test of each eye's line.
 
-import { badge, figures, nothing, starter } from "../../elements/parts.js";
+import { badge, figures, nothing, starter, textButton } from "../../elements/parts.js";
 import { changing, fill, h, html } from "../../elements/dom.js";
 import { clockTime, millis, MISSING, number, sentence } from "../../elements/format.js";
 import { takesOrders, VERDICTS } from "./words.js";
 
 /**
  * @import { EyeTestDocument, TriggerDocument, TriggerTestDocument } from "#api"
- * @import { ConsoleState, RunningTest } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Job, Store } from "#console"
  * @import { RigOrders } from "./orders.js"
  */
 
@@ -37,7 +36,7 @@ export function mountTrigger(place, { store, orders }) {
   );
   const showBudget = changing(budget, budgetOf);
   const showVerdicts = changing(verdicts, verdictsOf);
-  const showRunning = changing(running, (/** @type {RunningTest | null} */ now) => (now ? progress(now, orders) : []));
+  const showRunning = changing(running, (/** @type {Job | null} */ now) => (now ? progress(now, orders) : []));
   store.on(["rig", "trigger_test", "running_test", "rig_page"], ({ rig, trigger_test, running_test, rig_page }) => {
     if (!rig_page) return;
     showBudget(rig?.trigger ?? null);
@@ -77,13 +76,14 @@ function budgetOf(trigger) {
   ];
 }
 
-/** @param {RunningTest} now @param {RigOrders} orders */
-function progress({ note, done, total }, orders) {
+/** @param {Job} now @param {RigOrders} orders */
+function progress({ state, progress }, orders) {
+  const { note = "", done = 0, total = 0 } = progress ?? {};
   return [
     html`<p class="state running" role="status">
       <span class="spinner" aria-hidden="true"></span>
       ${`${sentence(note || "waiting for its turn")} ${total ? `${done} of ${total}` : ""}`}
-      <button type="button" class="plain" @click=${() => void orders.cancelTest()}>Cancel</button>
+      ${textButton("Cancel", () => orders.cancelTest(), { disabled: state === "cancelling" })}
     </p>`,
   ];
 }

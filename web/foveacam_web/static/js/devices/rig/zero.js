@@ -1,6 +1,7 @@
 // Asks the operator to confirm that a positioner without reference switches is at its zero.
 
 import { h } from "../../elements/dom.js";
+import { keptButton } from "../../elements/parts.js";
 
 /**
  * @typedef {{awaits_zero: boolean, connected: boolean}} Positioner
@@ -8,17 +9,10 @@ import { h } from "../../elements/dom.js";
  * @param {() => void} confirm
  */
 export function zeroOf(name, confirm) {
-  const button = h(
-    "button",
-    {
-      type: "button",
-      class: "plain",
-      "aria-label": `The ${name} stands at its zero`,
-      on: { click: confirm },
-      title: "It has no reference switches: confirm this once it stands at its zero",
-    },
-    "It stands at its zero",
-  );
+  const button = keptButton("It stands at its zero", confirm, {
+    name: `The ${name} stands at its zero`,
+    title: "It has no reference switches: confirm this once it stands at its zero",
+  });
   const element = h("div", { class: "actions" }, button);
   element.hidden = true;
   return {

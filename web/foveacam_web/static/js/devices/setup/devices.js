@@ -1,9 +1,8 @@
 // The found cameras with their pictures, and the camera of each role.
 
-import { badge, nothing } from "../../elements/parts.js";
+import { badge, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { html, keyed, repeat } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { CAMERAS } from "../rig/words.js";
 import { chooser, notesBeside } from "./fields.js";
 import { busName, cameraChoices, cameraOf, keyOf, roleIn, ROLES, TRIGGERS, withRole, withValue } from "./words.js";
@@ -77,10 +76,11 @@ export function camerasOf(state, orders, pictures) {
 /** @param {FoundCameraDocument} camera @param {RigDraft} draft @param {SetupOrders} orders @param {Pictures} pictures */
 function cardOf(camera, draft, orders, pictures) {
   const given = roleIn(draft, camera);
-  const chip = (/** @type {Role} */ role) => html`<button
-    type="button" class="chip" aria-pressed=${String(given === role)}
-    @click=${() => void orders.change((now) => withRole(now, camera, given === role ? null : role))}
-  >${role}</button>`;
+  const chip = (/** @type {Role} */ role) =>
+    textButton(role, () => orders.change((now) => withRole(now, camera, given === role ? null : role)), {
+      kind: "chip",
+      pressed: given === role,
+    });
   return html`<li class="setup-camera" data-camera=${keyOf(camera)}>
     ${pictureOf(camera, pictures)}
     <p class="who">
@@ -99,9 +99,9 @@ function cardOf(camera, draft, orders, pictures) {
 /** @param {FoundCameraDocument} camera @param {Pictures} pictures */
 function pictureOf(camera, pictures) {
   const { address, problem } = pictures.of(camera);
-  const again = html`<button
-    type="button" class="tool" aria-label=${`New picture of ${camera.serial}`} title="New picture" @click=${() => pictures.renew(camera)}
-  >${icon("again")}</button>`;
+  const again = toolButton(`New picture of ${camera.serial}`, "again", () => pictures.renew(camera), {
+    title: "New picture",
+  });
   return html`<div class="picture">
     ${address && keyed(address, html`<img src=${address} alt=${`Picture of ${camera.serial}`} />`)}
     ${problem && html`<p class="note warn">${sentence(problem)}</p>`}

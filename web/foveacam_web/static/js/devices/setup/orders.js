@@ -1,11 +1,10 @@
 // Sends the orders of the set-up: changes of the draft one after the other, saving, undo, opening, tries.
 
-import { request, RequestError } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 
 /**
  * @import { DraftDocument, RigDraft, RigFileDocument, RigFiles, TryResult } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  * @import { SetupReader } from "./reader.js"
  */
 
@@ -113,12 +112,8 @@ export class SetupOrders {
   async #tried(device, ask) {
     this.#tell(device, "asking");
     await this.#queue; // the device that the page shows is asked
-    try {
-      this.#tell(device, await ask());
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.#tell(device, { good: false, sentence: error.message, remedy: error.document.remedy ?? "" });
-    }
+    const { answer, error } = await outcome(ask());
+    this.#tell(device, answer ?? { good: false, sentence: error?.message ?? "", remedy: error?.document.remedy ?? "" });
   }
 
   /** @param {string} device @param {TryResult | "asking"} result */

@@ -3,7 +3,7 @@
 import { file } from "../../transport/api.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
-import { panel } from "../../elements/parts.js";
+import { panel, textButton } from "../../elements/parts.js";
 import { camerasOf, Pictures, rolesOf } from "./devices.js";
 import { filesOf, reviewOf } from "./review.js";
 import { startList } from "./start.js";
@@ -11,8 +11,7 @@ import { valuesOf } from "./values.js";
 
 /**
  * @import { FoundCameraDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#console"
  * @import { SetupOrders } from "./orders.js"
  * @import { SetupReader } from "./reader.js"
  */
@@ -41,7 +40,7 @@ export function mountSetupPage(place, { store, orders, reader }) {
           "Cameras",
           rolesOf(state, orders),
           html`<div class="actions">
-            <button type="button" class="plain" ?disabled=${state.searching} @click=${search}>Search again</button>
+            ${textButton("Search again", search, { disabled: state.searching })}
             ${state.searching && html`<span class="why" role="status"><span class="spinner" aria-hidden="true"></span> Every bus is searched …</span>`}
           </div>`,
           camerasOf(state, orders, pictures),

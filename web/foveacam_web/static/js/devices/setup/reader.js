@@ -6,7 +6,7 @@ import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { AdviceDocument, DraftDocument, EventDocument, FoundDevices, RigFileDocument, RigFiles, StartDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  */
 
 const START_MS = 400;
@@ -16,9 +16,6 @@ const SEARCH_MS = 60_000; // every bus is searched, and each may take seconds
 export class SetupReader {
   #store;
   #reads = new QuietReads();
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  #next_start;
-
   /** Number of changes of the draft made on this page, and number of those that the server has answered. */
   changes = { made: 0, sent: 0 };
 
@@ -45,18 +42,14 @@ export class SetupReader {
 
   /** Read the steps of the start, repeatedly while the rig opens. */
   readStart() {
-    clearTimeout(this.#next_start);
-    return this.#reads
-      .read("start", async () => {
-        if (this.#store.state.stream === "down") return;
-        this.#store.set({ start: /** @type {StartDocument} */ (await request("GET", "/rig/start")) });
-      })
-      .finally(() => {
-        const { start } = this.#store.state;
-        clearTimeout(this.#next_start);
-        if (start?.steps.some(({ state }) => state === "pending" || state === "active"))
-          this.#next_start = setTimeout(() => void this.readStart(), START_MS);
-      });
+    const read = async () => {
+      if (this.#store.state.stream === "down") return;
+      this.#store.set({ start: /** @type {StartDocument} */ (await request("GET", "/rig/start")) });
+    };
+    return this.#reads.repeat("start", read, () => {
+      const steps = this.#store.state.start?.steps ?? [];
+      return steps.some(({ state }) => state === "pending" || state === "active") ? START_MS : null;
+    });
   }
 
   /** Read the draft, its file and the list of files. */

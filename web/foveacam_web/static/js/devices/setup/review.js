@@ -4,9 +4,9 @@ import { ask } from "../../elements/ask.js";
 import { copyCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { FIELDS } from "./values.js";
 import { differenceLines, otherFaults } from "./words.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { RigFileEntry } from "#api"
@@ -55,10 +55,11 @@ export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
     }
     ${setup_file.changes ? difference(setup_file.changes, "What saving changes") : html`<p class="lead">Nothing to save.</p>`}
     <div class="actions">
-      <button type="button" class="plain primary" ?disabled=${why !== "" || stream === "down"} @click=${() => void orders.save()}>Save</button>
-      <button type="button" class="plain" ?disabled=${setup_file.versions === 0} @click=${() => void orders.undo()}>
-        ${icon("again")}Undo the last saving
-      </button>
+      ${textButton("Save", () => orders.save(), { kind: "plain primary", disabled: why !== "" || stream === "down" })}
+      ${textButton("Undo the last saving", () => orders.undo(), {
+        picture: "again",
+        disabled: setup_file.versions === 0,
+      })}
       <span class="why" role="status">${why}</span>
     </div>
     ${openOf(setup.path, setup_files?.files ?? [], setup_files?.simulated ?? false, orders)}
@@ -72,9 +73,10 @@ function openOf(path, files, simulated, orders) {
     if (await ask(OPENING)) void orders.open(which);
   };
   return html`<div class="actions">
-    <button type="button" class="plain primary" ?disabled=${!entry || entry.problem !== null} @click=${open(path)}>
-      ${entry?.open ? "Open it again" : "Open this rig now"}
-    </button>
+    ${textButton(entry?.open ? "Open it again" : "Open this rig now", open(path), {
+      kind: "plain primary",
+      disabled: !entry || entry.problem !== null,
+    })}
     ${!simulated && html`<button type="button" class="plain" data-rig=${SIMULATED} @click=${open(null)}>Open the simulated rig</button>`}
     <span class="why">${entry?.problem ? sentence(entry.problem) : entry?.open ? "This file's rig is open." : ""}</span>
   </div>`;
@@ -97,7 +99,7 @@ function commandOf(command) {
     <p class="lead">The server starts with it by:</p>
     <pre class="code scroll-x" tabindex="0" aria-label="Command">${command}</pre>
     <p class="actions">
-      <button type="button" class="plain" @click=${copyCode}>${icon("file")}Copy</button><span class="why" role="status"></span>
+      ${textButton("Copy", copyCode, { picture: "file" })}<span class="why" role="status"></span>
     </p>
   </div>`;
 }

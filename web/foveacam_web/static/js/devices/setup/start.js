@@ -3,12 +3,12 @@
 import { SETUP_ADDRESS } from "../../addresses.js";
 import { html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { startStands, STATES, stepName, stepProgress } from "./words.js";
+import { toolButton } from "../../elements/parts.js";
 
 /**
  * @import { StartDocument, StartStepDocument } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  */
 
 /** Show the strip of the start. @param {HTMLElement} strip @param {Store} store */
@@ -31,7 +31,7 @@ function stripOf({ steps }, dismiss) {
       </li>`,
     )}</ol>
     <a class="plain" href=${SETUP_ADDRESS}>Set up</a>
-    <button type="button" class="tool" aria-label="Dismiss" @click=${dismiss}>${icon("close")}</button>`;
+    ${toolButton("Dismiss", "close", dismiss)}`;
 }
 
 /** List the steps with what failed and what to do. @param {StartDocument | null} start */

@@ -1,8 +1,8 @@
 // The values of the draft besides its cameras: rig, controller, pan-tilt, markers; with the buttons that try them.
 
 import { ask } from "../../elements/ask.js";
-import { panel } from "../../elements/parts.js";
-import { absent, html } from "../../elements/dom.js";
+import { panel, textButton } from "../../elements/parts.js";
+import { html } from "../../elements/dom.js";
 import { chooser, fieldOf, notesBeside } from "./fields.js";
 import { withValue } from "./words.js";
 
@@ -141,16 +141,13 @@ function binningOf(state, orders) {
 function controllerOf(state, orders) {
   return html`${portField("mirrors.port", "Port", state, orders)}
     <div class="actions">
-      <button type="button" class="plain" ?disabled=${state.tries["controller"] === "asking"} @click=${() => void orders.try("controller")}>
-        Does it answer?
-      </button>
-      <button
-        type="button" class="plain" ?disabled=${state.tries["mirrors"] === "asking"}
-        title="Moves both mirrors of the rig that is open by 3 V on each axis, and back"
-        @click=${async () => (await ask(STEP)) && void orders.stepMirrors()}
-      >
-        Small step of the mirrors
-      </button>
+      ${textButton("Does it answer?", () => orders.try("controller"), {
+        disabled: state.tries["controller"] === "asking",
+      })}
+      ${textButton("Small step of the mirrors", async () => (await ask(STEP)) && void orders.stepMirrors(), {
+        title: "Moves both mirrors of the rig that is open by 3 V on each axis, and back",
+        disabled: state.tries["mirrors"] === "asking",
+      })}
     </div>
     ${resultOf(state.tries["controller"])} ${resultOf(state.tries["mirrors"])}`;
 }
@@ -178,9 +175,9 @@ function panTiltOf(state, orders, fields) {
     ${
       now &&
       html`<div class="actions">
-        <button type="button" class="plain" ?disabled=${state.tries["pan_tilt"] === "asking"} @click=${() => void orders.try("pan_tilt")}>
-          Does it answer?
-        </button>
+        ${textButton("Does it answer?", () => orders.try("pan_tilt"), {
+          disabled: state.tries["pan_tilt"] === "asking",
+        })}
       </div>`
     }
     ${resultOf(state.tries["pan_tilt"])}`;
@@ -247,10 +244,11 @@ function portRow(port, path, { setup }, orders) {
     .join(" · ");
   const state = port.problem ?? port.in_use;
   return html`<li>
-    <button
-      type="button" class="chip" aria-pressed=${String(chosen)} title=${about || absent}
-      @click=${() => void orders.change((draft) => withValue(draft, path, port.name))}
-    >${port.name}</button>
+    ${textButton(port.name, () => orders.change((draft) => withValue(draft, path, port.name)), {
+      kind: "chip",
+      title: about || undefined,
+      pressed: chosen,
+    })}
     <span class="note">${about}${state && `; ${state}`}</span>
   </li>`;
 }

@@ -4,14 +4,13 @@ import { request } from "../../transport/api.js";
 import { bandPlot } from "../../elements/band_plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
-import { figures, nothing, panel } from "../../elements/parts.js";
+import { figures, nothing, panel, textButton } from "../../elements/parts.js";
 import { backendWords } from "../../video/depth_words.js";
 import { differenceRows, firstPair, histogramCurves, researchOnly, sideRows } from "./words.js";
 
 /**
  * @import { BackendComparisonDocument, DepthBackendsDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  * @typedef {{first: string, second: string}} Chosen
  */
 
@@ -68,12 +67,10 @@ export function mountComparePage(place, { store, commands }) {
               /><span>This is research: the licence of ${research.join(" and ")} allows nothing else</span></label
             >`
           }
-          <button
-            type="button" class="plain primary" ?disabled=${busy || same || (research.length > 0 && !state.confirmed)}
-            @click=${() => void compare()}
-          >
-            ${busy ? "Both compute …" : "Compare on the newest look"}
-          </button>
+          ${textButton(busy ? "Both compute …" : "Compare on the newest look", () => compare(), {
+            kind: "plain primary",
+            disabled: busy || same || (research.length > 0 && !state.confirmed),
+          })}
           ${same && html`<span class="note">Choose two different ones.</span>`}
         </div>
       </section>

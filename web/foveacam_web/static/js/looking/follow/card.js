@@ -1,9 +1,8 @@
 // One followed target as a card: state, distance and figures, tracker and priority, letting go.
 
 import { html } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
 import { nameField } from "../../panels/named_row.js";
-import { badge, figures } from "../../elements/parts.js";
+import { badge, figures, textButton } from "../../elements/parts.js";
 import { distanceOf, figuresOf, prioritiesWith, STATES, TRACKERS } from "./words.js";
 
 /**
@@ -22,7 +21,7 @@ export function followCard(followed, { orders, tools, more }) {
     <div class="head">
       ${nameField(label, { what: "followed target", rename: (name) => orders.change(id, { label: name }) })}
       ${badge(tone, text)}
-      <button type="button" class="plain let-go" @click=${() => void orders.letGo(id)}>${icon("close")}Let go</button>
+      ${textButton("Let go", () => orders.letGo(id), { kind: "plain let-go", picture: "close" })}
     </div>
     <div class="reading"><p class="distance number">${distanceOf(followed)}</p>${tools}</div>
     <p class="lead" ?hidden=${detail === ""}>${detail}</p>

@@ -4,9 +4,7 @@ import { timedName } from "../../elements/format.js";
 
 /**
  * @import { FollowedDocument, FollowPatch, FollowRequest } from "#api"
- * @import { Point } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Point, Store } from "#console"
  */
 
 /** The commands about followed targets of one page. */

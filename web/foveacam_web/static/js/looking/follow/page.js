@@ -3,10 +3,10 @@
 import { bandPlot } from "../../elements/band_plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { hand } from "../../elements/download.js";
-import { icon } from "../../elements/icons.js";
 import { pageHead } from "../../pages.js";
 import { allButtons, cards } from "./panel.js";
 import { trailCsv, trailFile, trailRuns } from "./words.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { FollowedDocument, TrailPoint } from "#api"
@@ -48,13 +48,11 @@ export function mountFollowPage(place, { store, orders }) {
 function trailParts(label, trail) {
   const save = () => hand(new Blob([trailCsv(trail)], { type: "text/csv" }), trailFile(label));
   return {
-    tools: html`<button
-      type="button" class="plain" title="Save where it was as CSV, ${trail.length} hits" ?disabled=${trail.length === 0}
-      @click=${save}
-    >
-      ${icon("down")}
-      CSV
-    </button>`,
+    tools: textButton("CSV", save, {
+      picture: "down",
+      title: `Save where it was as CSV, ${trail.length} hits`,
+      disabled: trail.length === 0,
+    }),
     more: trail.length > 0 ? trailPlot(trail) : html`<p class="empty">Its distance over time appears here.</p>`,
   };
 }

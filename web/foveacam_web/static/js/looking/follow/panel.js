@@ -2,13 +2,12 @@
 
 import { FOLLOW_ADDRESS } from "../../addresses.js";
 import { html, repeat, update } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
 import { followCard } from "./card.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { FollowedDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#console"
  * @import { FollowOrders } from "./orders.js"
  * @typedef {{store: Store, orders: FollowOrders}} FollowContext
  */
@@ -41,19 +40,15 @@ export function cards({ followed }, { orders, how, added }) {
 /** @param {ConsoleState} state @param {FollowOrders} orders */
 export function allButtons({ followed }, orders) {
   const some = (followed ?? []).some(({ hits = 0 }) => hits > 0);
-  return html`<button
-      type="button" class="plain capture-all" ?hidden=${!some}
-      title="One look at each target, kept as a dataset; they are followed on"
-      @click=${() => void orders.captureAll()}
-    >
-      ${icon("raster")}
-      Capture all
-    </button>
-    <button
-    type="button" class="plain let-all-go" ?hidden=${(followed ?? []).length < 2}
-    @click=${() => void orders.letAllGo()}
-  >
-    ${icon("close")}
-    Let all go
-  </button>`;
+  return html`${textButton("Capture all", () => orders.captureAll(), {
+    kind: "plain capture-all",
+    picture: "raster",
+    title: "One look at each target, kept as a dataset; they are followed on",
+    hidden: !some,
+  })}
+    ${textButton("Let all go", () => orders.letAllGo(), {
+      kind: "plain let-all-go",
+      picture: "close",
+      hidden: (followed ?? []).length < 2,
+    })}`;
 }

@@ -6,10 +6,8 @@ import { QuietReads } from "../../transport/quiet.js";
 import { endedMessage } from "./words.js";
 
 /**
- * @import { EventDocument, FollowedDocument, TrailPoint } from "#api"
- * @import { FollowEnded, FollowRoundTaken } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { EventDocument, TrailPoint } from "#api"
+ * @import { Commands, FollowEnded, FollowRoundTaken, Store } from "#console"
  */
 
 const READ_MS = 500;
@@ -48,9 +46,7 @@ export class FollowReader {
   }
 
   readFollowed() {
-    return this.#reads.read("followed", async () => {
-      this.#store.set({ followed: /** @type {FollowedDocument[]} */ (await request("GET", "/follows")) });
-    });
+    return this.#reads.keep(this.#store, "followed", "/follows");
   }
 
   readTrails() {

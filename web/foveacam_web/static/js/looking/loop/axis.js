@@ -5,6 +5,7 @@ import { sentence } from "../../elements/format.js";
 import { LatestOrder } from "../../transport/latest_order.js";
 import { shareOf, valueAt, WAY } from "../../devices/rig/scale.js";
 import { errorText, meetingText } from "./words.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { LoopAxisDocument } from "#api"
@@ -91,13 +92,15 @@ export class AxisControl {
   #holdButton(held, open) {
     const { axis, name } = this.#about;
     const act = async () => this.#told(await this.#orders.change({ held: { [axis]: !held } }));
-    return html`<button
-      type="button" class="plain hold" aria-pressed=${String(held)} aria-label=${`Hold ${name}`} ?disabled=${!open}
-      title=${held ? "It is held: press to let the loop correct it again" : "Keep it as it is: the loop does not correct it"}
-      @click=${() => void act()}
-    >
-      ${held ? "Held" : "Hold"}
-    </button>`;
+    return textButton(held ? "Held" : "Hold", () => act(), {
+      kind: "plain hold",
+      name: `Hold ${name}`,
+      title: held
+        ? "It is held: press to let the loop correct it again"
+        : "Keep it as it is: the loop does not correct it",
+      disabled: !open,
+      pressed: held,
+    });
   }
 
   /** @param {number} value_deg */

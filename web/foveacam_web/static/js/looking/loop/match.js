@@ -5,8 +5,7 @@ import "../../capturing/gallery/drawn.js";
 import { API } from "../../root.js";
 
 /**
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#console"
  */
 
 const LEAST_MS = 1000;

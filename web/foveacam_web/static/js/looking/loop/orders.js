@@ -1,15 +1,13 @@
 // The commands about the vergence loop: its target, its axes, its settings, tuning. Refusals of values are returned, so
 // that they are shown beside their controls.
 
-import { RequestError, request } from "../../transport/api.js";
+import { JobFollower } from "../../transport/jobs.js";
 import { LatestOrder } from "../../transport/latest_order.js";
 
 /**
  * @import { JobDocument, LoopDocument, LoopDrag, LoopPatch, LoopSettingsDocument, LoopSettingsPatch } from "#api"
  * @import { LoopTargetRequest } from "#api"
- * @import { Point } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Point, Store } from "#console"
  * @import { GainGroup, GroupName } from "./settings.js"
  */
 
@@ -23,6 +21,11 @@ export class LoopOrders {
   #commands;
   /** @type {LatestOrder<LoopDrag>} */
   #drags;
+  /** Follows the tuning, whoever began it. */
+  tuning = new JobFollower({
+    ours: ({ kind }) => kind === "loop_tune",
+    news: (job) => this.#store.set({ loop_tuning: job.kind ? job : null }), // null: the server does not know it
+  });
   /** Called when settings have changed, of which no event tells: a read under way may have found those before. */
   changed = () => {};
 
@@ -90,22 +93,20 @@ export class LoopOrders {
 
   /** Hold axes or set their commands; return the refusal, if any. @param {LoopPatch} body */
   async change(body) {
-    const { document, refusal } = await this.#tried(
-      () => /** @type {Promise<LoopDocument>} */ (this.#request("PATCH", "/loop", body)),
-    );
+    const { document, refusal } = await this.#tried("PATCH", "/loop", body);
     this.#adopt(document);
     return refusal;
   }
 
   /** @param {LoopSettingsPatch} body */
   set(body) {
-    return this.#settings(() => this.#request("PATCH", "/loop/settings", body));
+    return this.#settings("PATCH", "/loop/settings", body);
   }
 
   /** Put one group of settings, or all, back to their defaults. @param {GroupName | null} group */
   async reset(group) {
     const query = group === null ? "" : `?group=${group}`;
-    const { refusal } = await this.#settings(() => this.#request("DELETE", `/loop/settings${query}`));
+    const { refusal } = await this.#settings("DELETE", `/loop/settings${query}`);
     if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
     return refusal;
   }
@@ -117,57 +118,42 @@ export class LoopOrders {
   /** @param {boolean} polish whether the gains of the relays are improved by CMA-ES */
   async tune(polish) {
     this.#store.set({ tune_refusal: "" });
-    const { document, refusal } = await this.#tried(
-      () => /** @type {Promise<JobDocument>} */ (this.#request("POST", "/loop/tune", { polish })),
-    );
-    this.#store.set(document ? { loop_tuning: document } : { tune_refusal: refusal ?? "" });
+    const { document, refusal } = await this.#tried("POST", "/loop/tune", { polish });
+    if (document) this.tuning.follow(/** @type {JobDocument} */ (document));
+    else this.#store.set({ tune_refusal: refusal ?? "" });
   }
 
-  async abortTuning() {
-    const { loop_tuning } = this.#store.state;
-    const path = `/jobs/${loop_tuning?.id}/cancel`;
-    const job = /** @type {JobDocument | null} */ (loop_tuning && (await this.#commands.send("POST", path)));
-    if (job) this.#store.set({ loop_tuning: job });
+  abortTuning() {
+    return this.tuning.cancel(this.#commands);
   }
 
   /**
-   * @param {() => Promise<LoopSettingsDocument>} send
-   * @returns {Promise<{settings: LoopSettingsDocument | null, refusal: string | null}>}
-   */
-  async #settings(send) {
-    const { document, refusal } = await this.#tried(send);
-    const { loop } = this.#store.state;
-    if (document && loop) this.#store.set({ loop: { ...loop, settings: document } });
-    if (document) this.changed();
-    return { settings: document, refusal };
-  }
-
-  /**
-   * @template T
-   * @param {"POST" | "PATCH" | "DELETE"} method
+   * @param {"PATCH" | "DELETE"} method
    * @param {string} path
    * @param {object} [body]
-   * @returns {Promise<T>}
+   * @returns {Promise<{settings: LoopSettingsDocument | null, refusal: string | null}>}
    */
-  #request(method, path, body) {
-    return request(method, path, { body, headers: this.#commands.leaseHeader() });
+  async #settings(method, path, body) {
+    const { document, refusal } = await this.#tried(method, path, body);
+    const settings = /** @type {LoopSettingsDocument | null} */ (document);
+    const { loop } = this.#store.state;
+    if (settings && loop) this.#store.set({ loop: { ...loop, settings } });
+    if (settings) this.changed();
+    return { settings, refusal };
   }
 
   /**
    * Return a document or why it was refused; what no value can mend, such as a lease, is shown as a message as well.
-   * @template T
-   * @param {() => Promise<T>} send
-   * @returns {Promise<{document: T | null, refusal: string | null}>}
+   * @param {"POST" | "PATCH" | "DELETE"} method
+   * @param {string} path
+   * @param {object} [body]
    */
-  async #tried(send) {
-    try {
-      return { document: await send(), refusal: null };
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      if (![409, 422].includes(error.document.status) || this.#store.state.lease?.holder)
-        await this.#commands.attempt(() => Promise.reject(error));
-      return { document: null, refusal: error.message };
-    }
+  async #tried(method, path, body) {
+    const { answer, error } = await this.#commands.tried(method, path, {
+      body,
+      said: ({ document }) => ![409, 422].includes(document.status) || Boolean(this.#store.state.lease?.holder),
+    });
+    return { document: answer, refusal: error?.message ?? null };
   }
 
   /** @param {unknown} document of the loop; null where the order was refused */

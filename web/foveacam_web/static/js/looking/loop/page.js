@@ -4,7 +4,7 @@ import { bandPlot } from "../../elements/band_plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { pageHead } from "../../pages.js";
-import { badge, figures, panel } from "../../elements/parts.js";
+import { badge, figures, panel, textButton } from "../../elements/parts.js";
 import { AxisControl } from "./axis.js";
 import { matchPicture } from "./match.js";
 import { distanceRuns, errorCurves, SPAN_S } from "./plots.js";
@@ -14,9 +14,8 @@ import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from 
 
 /**
  * @import { LoopDocument, LoopSample, LoopTriggerDocument } from "#api"
- * @import { Role } from "#page"
+ * @import { Role, Store } from "#console"
  * @import { Slots } from "../../pages.js"
- * @import { Store } from "../../store.js"
  * @import { LoopOrders } from "./orders.js"
  */
 
@@ -86,33 +85,26 @@ function statusParts(loop, orders) {
       <p class="loop-word" role="status">${badge(tone, text)}</p>
       <p class="distance number">${distanceOf(loop)}</p>
       <div class="actions">
-        <button
-          type="button" class="plain pause" title="Correct nothing, or go on (P)"
-          ?disabled=${!running || eyes.length > 0}
-          @click=${() => void orders.togglePause()}
-        >
-          ${icon(paused ? "play" : "pause")}
-          ${paused ? "Go on" : "Pause"}
-        </button>
-        <button
-          type="button" class="plain end" title="End the loop; the mirrors stay where they are" ?disabled=${!running}
-          @click=${() => void orders.end()}
-        >
-          ${icon("close")}
-          End
-        </button>
+        ${textButton(paused ? "Go on" : "Pause", () => orders.togglePause(), {
+          kind: "plain pause",
+          picture: paused ? "play" : "pause",
+          title: "Correct nothing, or go on (P)",
+          disabled: !running || eyes.length > 0,
+        })}
+        ${textButton("End", () => orders.end(), {
+          kind: "plain end",
+          picture: "close",
+          title: "End the loop; the mirrors stay where they are",
+          disabled: !running,
+        })}
         ${
           eyes.length > 0 &&
-          html`<button
-            type="button" class="plain unite" title="Let both eyes look at one target again" @click=${() => void orders.uniteEyes()}
-          >
-            Unite the eyes
-          </button>`
+          textButton("Unite the eyes", () => orders.uniteEyes(), {
+            kind: "plain unite",
+            title: "Let both eyes look at one target again",
+          })
         }
-        ${
-          dragged &&
-          html`<button type="button" class="plain" @click=${() => void orders.release()}>Let the loop go on</button>`
-        }
+        ${dragged && textButton("Let the loop go on", () => orders.release())}
       </div>
     </div>
     <p class="lead detail">${detailOf(loop)}</p>
@@ -126,7 +118,7 @@ function triggerParts(trigger, orders) {
     html`<div class="strip warn" role="alert">
         ${icon("warn")}
         <div><strong>The loop waits: exposures fail again and again. </strong>${trigger.reason}</div>
-        <button type="button" class="plain" @click=${() => void orders.resetTrigger()}>Reset trigger</button>
+        ${textButton("Reset trigger", () => orders.resetTrigger())}
       </div>`
   }
     ${figures(triggerFigures(trigger))}`;

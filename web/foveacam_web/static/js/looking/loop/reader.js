@@ -2,20 +2,19 @@
 // event.
 
 import { request } from "../../transport/api.js";
-import { hasEnded, JobWatch } from "../../transport/jobs.js";
+import { hasEnded } from "../../transport/jobs.js";
 import { QuietReads } from "../../transport/quiet.js";
 import { recent } from "./plots.js";
 import { eventMessage } from "./words.js";
 
 /**
- * @import { EventDocument, JobDocument, LoopDocument, LoopSample } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { EventDocument, LoopDocument, LoopSample } from "#api"
+ * @import { Commands, Store } from "#console"
+ * @import { JobFollower } from "../../transport/jobs.js"
  */
 
 const READ_MS = 250;
 const HISTORY_EVERY = 2; // reads of the loop
-const JOB_MS = 700;
 
 /** The reads of the vergence loop of one page. */
 export class LoopReader {
@@ -25,18 +24,15 @@ export class LoopReader {
   #count = 0;
   /** @type {string | null} the run that the samples are of */
   #sampled = null;
-  #watch = new JobWatch({
-    every_ms: JOB_MS,
-    found: (job) => this.#store.set({ loop_tuning: job }),
-    lost: () => this.#store.set({ loop_tuning: null }),
-  });
+  #tuning;
 
-  /** @param {{store: Store, commands: Commands}} context */
-  constructor({ store, commands }) {
+  /** @param {{store: Store, commands: Commands, tuning: JobFollower}} context */
+  constructor({ store, commands, tuning }) {
     this.#store = store;
     this.#commands = commands;
+    this.#tuning = tuning;
     store.on(["loop_page"], () => void this.readAll());
-    store.on(["loop_tuning"], ({ loop_tuning }) => this.#follow(loop_tuning));
+    store.on(["loop_tuning"], ({ loop_tuning: job }) => job && hasEnded(job.state) && void this.readAll());
     document.addEventListener("visibilitychange", () => void this.readAll());
     setInterval(() => this.#shows && store.state.loop?.running && void this.#readOn(), READ_MS);
   }
@@ -62,11 +58,9 @@ export class LoopReader {
     return this.#reads.read("loop", async () => {
       const loop = /** @type {LoopDocument} */ (await request("GET", "/loop"));
       this.#store.set({ loop });
-      const known = this.#store.state.loop_tuning;
-      if (loop.tune_job_id !== null && loop.tune_job_id !== known?.id)
-        this.#store.set({
-          loop_tuning: /** @type {JobDocument} */ (await request("GET", `/jobs/${loop.tune_job_id}`)),
-        });
+      if (loop.tune_job_id === null || loop.tune_job_id === this.#tuning.id) return;
+      this.#tuning.expect(loop.tune_job_id);
+      await this.#tuning.readAll();
     });
   }
 
@@ -82,18 +76,9 @@ export class LoopReader {
     });
   }
 
-  /** Read the job of a tuning until it has ended, then what it found. @param {JobDocument | null} job */
-  #follow(job) {
-    if (job === null) this.#watch.stop();
-    else if (!hasEnded(job.state)) this.#watch.watch(job.id);
-    else {
-      this.#watch.stop();
-      void this.readAll();
-    }
-  }
-
   /** @param {EventDocument} event */
   hear(event) {
+    this.#tuning.hear(event);
     if (!event.kind.startsWith("loop.")) return;
     void this.readAll();
     const message = eventMessage(event);

@@ -4,6 +4,7 @@ import { fill, h, html, say } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { Dial } from "../../devices/rig/dial.js";
 import { GROUPS, modeOf, MODES, numberOf, patchOf, TRACKERS } from "./settings.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { LoopSettingsDocument } from "#api"
@@ -29,19 +30,17 @@ export function mountSettings(place, { orders, settings }) {
           html`<section class="loop-group" data-group=${group}>
             <header>
               <h4>${title}</h4>
-              <button
-                type="button" class="plain" aria-label=${`Reset ${title}`} title="Back to the defaults of this group"
-                @click=${() => void orders.reset(group)}
-              >
-                Reset
-              </button>
+              ${textButton("Reset", () => orders.reset(group), {
+                name: `Reset ${title}`,
+                title: "Back to the defaults of this group",
+              })}
             </header>
             ${parts.map(({ element }) => element)}
           </section>`,
       )}
     </div>`,
     html`<div class="actions">
-      <button type="button" class="plain reset-all" @click=${() => void orders.reset(null)}>Reset all settings</button>
+      ${textButton("Reset all settings", () => orders.reset(null), { kind: "plain reset-all" })}
     </div>`,
   );
   return (/** @type {LoopSettingsDocument} */ now, /** @type {boolean} */ open) => {

@@ -2,12 +2,13 @@
 
 import { html } from "../../elements/dom.js";
 import { clockTime, number } from "../../elements/format.js";
-import { bar } from "../../elements/parts.js";
+import { jobRow, textButton } from "../../elements/parts.js";
+import { hasEnded } from "../../transport/jobs.js";
 import { tuningRows, tuningWords, whyNotTuned } from "./words.js";
 import { API } from "../../root.js";
 
 /**
- * @import { JobDocument, LoopTuneDocument } from "#api"
+ * @import { LoopTuneDocument } from "#api"
  * @import { ConsoleState } from "#page"
  * @import { LoopOrders } from "./orders.js"
  */
@@ -19,13 +20,10 @@ const HEADS = ["Axis", "Settled before", "after", "Overshoot before", "after", "
 /** @param {ConsoleState} state @param {LoopOrders} orders */
 export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
   const words = loop_tuning && tuningWords(loop_tuning);
-  const why = words?.running ? "It is being tuned." : whyNotTuned(loop);
+  const running = loop_tuning !== null && !hasEnded(loop_tuning.state);
+  const why = running ? "It is being tuned." : whyNotTuned(loop);
   const button = (/** @type {string} */ text, /** @type {boolean} */ polish, /** @type {string} */ title) =>
-    html`<button
-      type="button" class="plain" title=${title} ?disabled=${why !== null} @click=${() => void orders.tune(polish)}
-    >
-      ${text}
-    </button>`;
+    textButton(text, () => orders.tune(polish), { title, disabled: why !== null });
   return html`<p class="lead">
       Finds the gains on the target as it is. A relay swings each axis by a little and tells how it answers, which takes
       about a minute; polishing then tries 48 candidates by CMA-ES, which takes some minutes. Aborted, it leaves the
@@ -34,33 +32,24 @@ export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
     <div class="actions">
       ${button("Tune", false, "By relays alone, about a minute")}
       ${button("Tune and polish", true, "By relays, then by CMA-ES: some minutes")}
-      <button
-        type="button" class="plain" title="The gains of pan, depth and vertical shift as they were at first"
-        ?disabled=${words?.running ?? false} @click=${() => void orders.resetGains()}
-      >
-        Back to default gains
-      </button>
+      ${textButton("Back to default gains", () => orders.resetGains(), {
+        title: "The gains of pan, depth and vertical shift as they were at first",
+        disabled: running,
+      })}
       <span class="why">${why ?? ""}</span>
     </div>
     ${tune_refusal && html`<p class="refused" role="alert">${tune_refusal}</p>`}
-    ${words?.running && progressOf(words, loop_tuning, orders)}
-    ${words && !words.running && html`<p class="refused" role="status">${words.text}</p>`}
+    ${
+      running &&
+      jobRow(loop_tuning, {
+        label: "Tuning the loop",
+        words: `Tuning: ${words}`,
+        cancel: () => orders.abortTuning(),
+        verb: "Abort",
+      })
+    }
+    ${words && !running && html`<p class="refused" role="status">${words}</p>`}
     ${loop?.tuned && resultOf(loop.tuned)}`;
-}
-
-/**
- * @param {{share: number | null, text: string}} words
- * @param {JobDocument | null} job
- * @param {LoopOrders} orders
- */
-function progressOf({ share, text }, job, orders) {
-  return html`<div class="job running">
-    <div class="words">Tuning: ${text}</div>
-    <div class="progress">${bar("Tuning the loop", { share, text })}</div>
-    <button type="button" class="plain" ?disabled=${job?.state === "cancelling"} @click=${() => void orders.abortTuning()}>
-      Abort
-    </button>
-  </div>`;
 }
 
 /** @param {LoopTuneDocument} tuned */

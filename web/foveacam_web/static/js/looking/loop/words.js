@@ -1,9 +1,10 @@
 // Words of the vergence loop: its status, figures, trigger, tuning and messages. Pure functions.
 
-import { distanceText, MISSING, millis, number, sentence } from "../../elements/format.js";
+import { distanceText, MISSING, millis, number, sentence, timeLeft } from "../../elements/format.js";
 
 /**
- * @import { EventDocument, JobDocument, LoopAxisDocument, LoopDocument, LoopTriggerDocument, LoopTuneDocument } from "#api"
+ * @import { EventDocument, LoopAxisDocument, LoopDocument, LoopTriggerDocument, LoopTuneDocument } from "#api"
+ * @import { Job } from "#page"
  * @import { ScaleKind } from "../../devices/rig/scale.js"
  * @import { Message } from "../../elements/toasts.js"
  * @typedef {LoopAxisDocument["axis"]} AxisName
@@ -149,27 +150,16 @@ export function whyNotTuned(loop) {
 
 /**
  * Return what the job that tunes does, or how it ended; null where that needs no words.
- * @param {JobDocument} job
- * @returns {{share: number | null, running: boolean, tone: string, text: string} | null}
+ * @param {Job} job
  */
 export function tuningWords({ state, progress, problem }) {
-  const share = progress.total > 0 && progress.done > 0 ? progress.done / progress.total : null;
-  const running = state === "queued" || state === "running" || state === "cancelling";
-  if (running) {
-    const step = progress.total > 0 ? `${progress.done} of ${progress.total} ${progress.note || "steps"}` : "begins";
-    const text = state === "cancelling" ? "being aborted" : [step, leftText(progress.eta_s)].filter(Boolean).join(", ");
-    return { share, running, tone: "", text };
-  }
   if (state === "succeeded") return null;
-  const aborted = "Aborted: the gains are as before.";
-  const why = state === "cancelled" ? aborted : `${sentence(problem?.detail)} The gains are as before.`;
-  return { share, running, tone: "warn", text: why };
-}
-
-/** @param {number | null} eta_s */
-function leftText(eta_s) {
-  if (eta_s === null) return "";
-  return eta_s < 90 ? `${Math.max(5, Math.ceil(eta_s / 5) * 5)} s left` : `${Math.round(eta_s / 60)} min left`;
+  if (state === "cancelled") return "Aborted: the gains are as before.";
+  if (state === "failed") return `${sentence(problem?.detail)} The gains are as before.`;
+  if (state === "cancelling") return "being aborted";
+  if (!progress?.total) return "begins";
+  const { done, total, note, eta_s } = progress;
+  return [`${done} of ${total} ${note || "steps"}`, timeLeft(eta_s)].filter(Boolean).join(", ");
 }
 
 /**

@@ -1,14 +1,11 @@
 // Makes, reads, renames and deletes measurements; a deletion can be undone.
 
-import { request } from "../../transport/api.js";
 import { Deletions } from "../../deletions.js";
 import { QuietReads } from "../../transport/quiet.js";
 
 /**
  * @import { MeasurementDocument, PlaceRequest } from "#api"
- * @import { MeasureKind } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, MeasureKind, Store } from "#console"
  */
 
 const PATIENCE_MS = 30_000;
@@ -36,9 +33,7 @@ export class MeasureOrders {
   }
 
   readAll() {
-    return this.#reads.read("measurements", async () => {
-      this.#store.set({ measurements: /** @type {MeasurementDocument[]} */ (await request("GET", "/measurements")) });
-    });
+    return this.#reads.keep(this.#store, "measurements", "/measurements");
   }
 
   /** @param {import("#api").EventDocument} event */

@@ -10,8 +10,7 @@ import { API } from "../../root.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
- * @import { ConsoleState } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { ConsoleState, Store } from "#console"
  * @import { MeasureOrders } from "./orders.js"
  * @typedef {{store: Store, orders: MeasureOrders}} Context
  */
@@ -74,7 +73,7 @@ function rowOf(measured, selected, { store, orders }) {
     selected,
     values: html`<span class="distance number" title=${KINDS[kind].title}>${valueText(measured)}</span>`,
     tools: [
-      toolButton("Details", "info", toggle, selected),
+      toolButton("Details", "info", toggle, { pressed: selected }),
       toolButton("Delete", "trash", () => orders.remove(measured)),
     ],
     more: html`<div class="more" ?hidden=${!selected}>${selected && facts()}</div>`,

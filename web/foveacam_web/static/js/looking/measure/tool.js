@@ -4,11 +4,11 @@ import { h, html, say } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { MeasureLayer } from "./layer.js";
 import { KINDS } from "./words.js";
+import { toolButton } from "../../elements/parts.js";
 
 /**
  * @import { PlaceRequest } from "#api"
- * @import { MeasureKind, MeasuredView, Point } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { MeasureKind, MeasuredView, Point, Store } from "#console"
  * @import { Views } from "../../video/views.js"
  * @import { MeasureOrders } from "./orders.js"
  */
@@ -112,12 +112,7 @@ export class MeasureTool {
         on: { click: () => this.choose(index + 1) },
       }),
     );
-    const done = html`<button
-      class="tool" type="button" aria-label="Stop measuring" title="Stop measuring (Escape)"
-      @click=${() => this.end()}
-    >
-      ${icon("close")}
-    </button>`;
+    const done = toolButton("Stop measuring", "close", () => this.end(), { title: "Stop measuring (Escape)" });
     const element = h(
       "div",
       { class: "measure-bar", role: "toolbar", "aria-label": "Measure", hidden: true },

@@ -5,9 +5,7 @@ import { driven, firstPad, FULL_DEG_S, FULL_V_S, reading } from "./sticks.js";
 import { GAZE_MOST_DEG, pointOf, voltsOf } from "./words.js";
 
 /**
- * @import { Point } from "#page"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Point, Store } from "#console"
  * @import { Reading } from "./sticks.js"
  * @import { Place, Steering } from "./steering.js"
  * @typedef {{gaze: Point, left: Point, right: Point}} Aims

@@ -1,16 +1,15 @@
 // The panel “Steer by hand”: a pad of volts for each eye, with a calibration one of directions for both, and what steers.
 
 import { makeSteerDistance } from "../../panels/dialogs.js";
-import { badge } from "../../elements/parts.js";
+import { badge, keptButton } from "../../elements/parts.js";
 import { fill, h, html, say, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { SteerPad } from "./pad.js";
 import { GAZE_MOST_DEG, pointOf, statusWords, voltsFor } from "./words.js";
 
 /**
- * @import { ConsoleState, EyePair, Point, Volts } from "#page"
+ * @import { ConsoleState, EyePair, Point, Store, Volts } from "#console"
  * @import { RigOrders } from "../../devices/rig/orders.js"
- * @import { Store } from "../../store.js"
  * @import { Steering } from "./steering.js"
  * @typedef {{store: Store, orders: RigOrders, steering: Steering}} Context
  */
@@ -86,13 +85,7 @@ function gazeAims(store, steering) {
 
 /** @param {RigOrders} orders */
 function parkButton(orders) {
-  return h("button", {
-    type: "button",
-    class: "plain",
-    text: "Park",
-    title: "Both mirrors to rest",
-    on: { click: () => void orders.park() },
-  });
+  return keptButton("Park", () => orders.park(), { title: "Both mirrors to rest" });
 }
 
 /** Whether both eyes are steered by direction. @param {ConsoleState} state */
@@ -139,7 +132,7 @@ function voltsPad(eye, store, steering) {
 /** @param {Store} store */
 function modes(store) {
   const choice = (/** @type {string} */ text, /** @type {boolean} */ split) =>
-    h("button", { type: "button", class: "plain", text, on: { click: () => store.set({ steer_split: split }) } });
+    keptButton(text, () => store.set({ steer_split: split }));
   const [together, split] = [choice("Together", false), choice("Split", true)];
   together.title = "Both eyes move as one";
   split.title = "Each eye goes by its own pad";

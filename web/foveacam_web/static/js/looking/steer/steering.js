@@ -7,8 +7,7 @@ import { API } from "../../root.js";
 
 /**
  * @import { Direction } from "#api"
- * @import { EyePair, Volts } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { EyePair, Store, Volts } from "#console"
  * @typedef {{direction: Direction, distance_m: number | null, vertical_shift_deg: number}} Gaze
  * @typedef {{volts?: Partial<EyePair<Volts>>, gaze?: Gaze}} Place where to; without any, only a sign of life
  */

@@ -3,10 +3,10 @@
 import { h, html, say } from "../../elements/dom.js";
 import { sheet } from "../../panels/dialogs.js";
 import { NAMELESS, holderName, isPerson, leaseWays, leaseWords } from "./words.js";
+import { keptButton } from "../../elements/parts.js";
 
 /**
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 /** @param {{store: Store, commands: Commands}} context */
@@ -53,5 +53,5 @@ export function makeLease({ store, commands }) {
 
 /** @param {string} text @param {() => unknown} act */
 function button(text, act) {
-  return h("button", { type: "button", class: "plain", text, on: { click: () => void act() } });
+  return keptButton(text, () => act());
 }

@@ -4,8 +4,7 @@ import { holderName } from "./words.js";
 
 /**
  * @import { LeaseDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 const STAY_MS = 20_000;

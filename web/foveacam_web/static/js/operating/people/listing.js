@@ -1,6 +1,6 @@
 // The rows that a part of the page reads from the server, and what was refused about which of them.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";
 
 /** @import { Problem } from "#api" */
@@ -27,13 +27,9 @@ export class Listing {
 
   read() {
     return this.#reads.read("rows", async () => {
-      try {
-        this.rows = this.#rowsOf(await request("GET", this.#path));
-        this.fault = null;
-      } catch (error) {
-        if (!(error instanceof RequestError)) throw error;
-        if (error.document.status > 0) this.fault = error.document; // a lost server is told elsewhere
-      }
+      const { answer, error } = await outcome(request("GET", this.#path));
+      if (!error) [this.rows, this.fault] = [this.#rowsOf(answer), null];
+      else if (error.document.status > 0) this.fault = error.document; // a lost server is told elsewhere
       this.changed();
     });
   }
@@ -48,16 +44,9 @@ export class Listing {
    * @returns {Promise<A | true | null>} true where the answer has no body
    */
   async order(at, method, path, body) {
-    try {
-      const answer = /** @type {A | null} */ (await request(method, path, { body }));
-      this.refused = null;
-      return answer ?? true;
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      this.refused = { at, problem: error.document };
-      return null;
-    } finally {
-      await this.read();
-    }
+    const { answer, error } = await outcome(/** @type {Promise<A | null>} */ (request(method, path, { body })));
+    this.refused = error && { at, problem: error.document };
+    await this.read();
+    return error ? null : (answer ?? true);
   }
 }

@@ -5,7 +5,7 @@ import { h, html, update } from "../../elements/dom.js";
 import { MISSING } from "../../elements/format.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
 import { icon } from "../../elements/icons.js";
-import { badge, choiceField, panel } from "../../elements/parts.js";
+import { badge, choiceField, panel, textButton } from "../../elements/parts.js";
 import { listingTable } from "./table.js";
 import { OUTCOMES, OUTCOME_CHOICES, askerWords, auditPath, doingWords, requestWords } from "./words.js";
 import { API } from "../../root.js";
@@ -44,11 +44,7 @@ export function openLog({ follow, signal }) {
   };
   log.changed = () => {
     update(list, tableOf(log));
-    update(
-      more,
-      log.next_before !== null &&
-        html`<button type="button" class="plain" @click=${() => void log.readMore()}>Show more</button>`,
-    );
+    update(more, log.next_before !== null && textButton("Show more", () => log.readMore()));
   };
   log.changed();
   follow(log);

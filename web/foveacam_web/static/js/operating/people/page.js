@@ -13,10 +13,8 @@ import { openUsers } from "./users.js";
 import { contentOf } from "./words.js";
 
 /**
- * @import { ConsoleState, PeopleTab } from "#page"
- * @import { Commands } from "../../commands.js"
+ * @import { Commands, ConsoleState, PeopleTab, Store } from "#console"
  * @import { SessionReader } from "../session/reader.js"
- * @import { Store } from "../../store.js"
  * @typedef {{store: Store, commands: Commands, session: SessionReader}} PeopleTools
  * @typedef {PeopleTools & {signal: AbortSignal, follow: (list: {read: () => unknown}) => void}} PeopleContext
  *   `signal`: aborted when the part is left; `follow`: lets a list be read now and at each reconnection

@@ -3,6 +3,7 @@
 import { copyCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
+import { textButton } from "../../elements/parts.js";
 
 /** @param {{title: string, text: string, note: string, done: () => void}} secret */
 export function secretBox({ title, text, note, done }) {
@@ -13,7 +14,7 @@ export function secretBox({ title, text, note, done }) {
     <p class="actions">
       <button type="button" class="plain primary" @click=${copyCode}>${icon("file")}Copy</button
       ><span class="why" role="status"></span>
-      <button type="button" class="plain" @click=${done}>Done</button>
+      ${textButton("Done", done)}
     </p>
   </section>`;
 }

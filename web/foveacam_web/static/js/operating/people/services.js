@@ -4,11 +4,11 @@ import { request } from "../../transport/api.js";
 import { ask } from "../../elements/ask.js";
 import { h, html, update } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
-import { badge, numberField, panel, tickField } from "../../elements/parts.js";
+import { badge, numberField, panel, textButton, tickField } from "../../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
-import { ago, listingTable } from "./table.js";
+import { ago, followedTable } from "./table.js";
 import { SCOPES, isExpired, scopeWords } from "./words.js";
 
 /**
@@ -30,24 +30,18 @@ const COLUMNS = [
 
 /** @param {PeopleContext} context @returns {HTMLElement} */
 export function openServices({ follow }) {
-  const [list, secret] = [h("div", {}), h("div", {})];
+  const secret = h("div", {});
   /** @type {Listing<ServiceTokenDocument>} */
   const listing = new Listing("/service_tokens", ({ tokens }) => tokens);
   const show = (/** @type {ServiceTokenCreated | null} */ made) =>
     update(secret, made && tokenBox(made, () => show(null)));
-  listing.changed = () =>
-    update(
-      list,
-      listingTable(listing, {
-        label: "Tokens",
-        empty: "No program has a token yet.",
-        columns: COLUMNS,
-        key: ({ id }) => id,
-        cells: (token) => cellsOf(token, listing),
-      }),
-    );
-  listing.changed();
-  follow(listing);
+  const list = followedTable(listing, follow, {
+    label: "Tokens",
+    empty: "No program has a token yet.",
+    columns: COLUMNS,
+    key: ({ id }) => id,
+    cells: (token) => cellsOf(token, listing),
+  });
   return h("div", { class: "stack" }, panel("Add a service", addForm(listing, show), secret), panel("Tokens", list));
 }
 
@@ -118,7 +112,7 @@ function cellsOf(token, listing) {
         : whenWords(expires_utc),
     ago(last_used_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="Revoke the token of ${name}" @click=${() => void revoke()}>Revoke</button>
+      ${textButton("Revoke", () => revoke(), { name: `Revoke the token of ${name}` })}
     </span>`,
   ];
 }

@@ -1,12 +1,12 @@
 // The browsers that are signed in: everybody's for admins, else one's own; and one's own password.
 
-import { h, html, update } from "../../elements/dom.js";
+import { h, html } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
-import { badge, panel } from "../../elements/parts.js";
+import { badge, panel, textButton } from "../../elements/parts.js";
 import { passwordForm } from "../session/form.js";
 import { may } from "../session/words.js";
 import { Listing } from "./listing.js";
-import { ago, listingTable } from "./table.js";
+import { ago, followedTable } from "./table.js";
 import { browserWords } from "./words.js";
 
 /**
@@ -26,23 +26,16 @@ const COLUMNS = [
 
 /** @param {PeopleContext} context @returns {HTMLElement} */
 export function openSignIns({ store, commands, session, follow }) {
-  const list = h("div", {});
   const { sign_in } = store.state;
   /** @type {Listing<UserSessionDocument>} */
   const listing = new Listing("/sessions", ({ sessions }) => sessions);
-  listing.changed = () =>
-    update(
-      list,
-      listingTable(listing, {
-        label: "Sign-ins",
-        empty: "No browser is signed in by name.",
-        columns: COLUMNS,
-        key: ({ id }) => id,
-        cells: (row) => cellsOf(row, listing, session),
-      }),
-    );
-  listing.changed();
-  follow(listing);
+  const list = followedTable(listing, follow, {
+    label: "Sign-ins",
+    empty: "No browser is signed in by name.",
+    columns: COLUMNS,
+    key: ({ id }) => id,
+    cells: (row) => cellsOf(row, listing, session),
+  });
   const changed = () => commands.say({ tone: "good", title: "Your password is changed", detail: "" });
   return h(
     "div",
@@ -70,9 +63,7 @@ function cellsOf(
     html`<time datetime=${created_utc} title="Until ${whenWords(expires_utc)}">${whenWords(created_utc)}</time>`,
     ago(last_seen_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="Sign out ${user} at ${address}, ${browserWords(browser)}" @click=${() => void end()}>
-        Sign out
-      </button>
+      ${textButton("Sign out", () => end(), { name: `Sign out ${user} at ${address}, ${browserWords(browser)}` })}
     </span>`,
   ];
 }

@@ -1,6 +1,6 @@
 // Builds the tables of the page of people; on a phone each row is a card.
 
-import { html, repeat } from "../../elements/dom.js";
+import { h, html, repeat, update } from "../../elements/dom.js";
 import { nothing } from "../../elements/parts.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
 import { refusal } from "../session/form.js";
@@ -36,6 +36,21 @@ export function listingTable({ rows, fault, refused }, { label, empty, columns, 
       })}
     </table>
   </div>`;
+}
+
+/**
+ * Build the table of a list that the page follows.
+ * @template T
+ * @param {Listing<T>} listing
+ * @param {(listing: Listing<T>) => void} follow
+ * @param {Parameters<typeof listingTable<T>>[1]} how
+ */
+export function followedTable(listing, follow, how) {
+  const place = h("div", {});
+  listing.changed = () => update(place, listingTable(listing, how));
+  listing.changed();
+  follow(listing);
+  return place;
 }
 
 /** @param {unknown} cell @param {Column | undefined} column */

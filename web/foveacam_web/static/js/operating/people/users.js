@@ -4,13 +4,12 @@ import { request } from "../../transport/api.js";
 import { choose } from "../../elements/ask.js";
 import { h, html, update } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
-import { icon } from "../../elements/icons.js";
-import { badge, choiceField, panel } from "../../elements/parts.js";
+import { badge, choiceField, panel, textButton, toolButton } from "../../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { ROLES } from "../session/words.js";
 import { Listing } from "./listing.js";
 import { secretBox } from "./secret.js";
-import { ago, listingTable } from "./table.js";
+import { ago, followedTable } from "./table.js";
 import { ROLE_CHOICES, nameFault, removalWords, stateWords, tokenWords, tokensOf, userName } from "./words.js";
 import { ROOT } from "../../root.js";
 
@@ -35,25 +34,19 @@ const COLUMNS = [
 
 /** @param {PeopleContext} context @returns {HTMLElement} */
 export function openUsers({ store, follow }) {
-  const [list, link] = [h("div", {}), h("div", {})];
+  const link = h("div", {});
   /** @type {Listing<UserDocument>} */
   const listing = new Listing("/users", ({ users }) => users);
   const showLink = (/** @type {Link | null} */ made) => update(link, made && linkBox(made, () => showLink(null)));
   const own = store.state.sign_in?.name ?? null;
   const orders = new UserOrders(listing, showLink, own);
-  listing.changed = () =>
-    update(
-      list,
-      listingTable(listing, {
-        label: "People",
-        empty: "Nobody has a name on this server yet.",
-        columns: COLUMNS,
-        key: ({ name }) => name,
-        cells: (user) => cellsOf(user, own, orders),
-      }),
-    );
-  listing.changed();
-  follow(listing);
+  const list = followedTable(listing, follow, {
+    label: "People",
+    empty: "Nobody has a name on this server yet.",
+    columns: COLUMNS,
+    key: ({ name }) => name,
+    cells: (user) => cellsOf(user, own, orders),
+  });
   return h("div", { class: "stack" }, panel("Add somebody", addForm(listing, showLink), link), panel("People", list));
 }
 
@@ -110,13 +103,15 @@ function cellsOf(user, own, orders) {
     badge(tone, text, title),
     ago(last_seen_utc),
     html`<span class="row-acts">
-      <button type="button" class="plain" aria-label="New link for ${name}" title="Also for a forgotten password" ?disabled=${disabled} @click=${() => void orders.invite(name)}>
-        New link
-      </button>
-      <button type="button" class="plain" aria-label="${disabled ? "Enable" : "Disable"} ${name}" @click=${() => void orders.setDisabled(name, !disabled)}>
-        ${disabled ? "Enable" : "Disable"}
-      </button>
-      <button type="button" class="tool" aria-label="Remove ${name}" title="Remove" @click=${() => void orders.remove(name)}>${icon("trash")}</button>
+      ${textButton("New link", () => orders.invite(name), {
+        name: `New link for ${name}`,
+        title: "Also for a forgotten password",
+        disabled,
+      })}
+      ${textButton(disabled ? "Enable" : "Disable", () => orders.setDisabled(name, !disabled), {
+        name: `${disabled ? "Enable" : "Disable"} ${name}`,
+      })}
+      ${toolButton(`Remove ${name}`, "trash", () => orders.remove(name), { title: "Remove" })}
     </span>`,
   ];
 }

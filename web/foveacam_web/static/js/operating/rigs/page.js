@@ -12,7 +12,7 @@ import { driverOf, kindOf, pictureOf, stateOf } from "./words.js";
 
 /**
  * @import { RigEntry } from "#api"
- * @import { Store } from "../../store.js"
+ * @import { Store } from "#console"
  */
 
 const READ_MS = 3000;

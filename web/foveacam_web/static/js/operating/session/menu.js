@@ -7,11 +7,11 @@ import { icon } from "../../elements/icons.js";
 import { sheet } from "../../panels/dialogs.js";
 import { passwordForm } from "./form.js";
 import { VIEWER_WORDS, isNamed, may, roleWords, whoWords } from "./words.js";
+import { textButton } from "../../elements/parts.js";
 
 /**
  * @import { SignInDocument } from "#api"
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  * @import { SessionReader } from "./reader.js"
  */
 
@@ -64,10 +64,10 @@ function factsOf(sign_in, { change, leave, session }) {
   return html`<p class="session-who"><b>${whoWords(sign_in)}</b> ${name}: ${does}.</p>
     ${expires_utc && html`<p class="note">Signed in until ${whenWords(expires_utc)}.</p>`}
     <p class="actions">
-      ${kind === "user" && html`<button type="button" class="plain" @click=${change}>Change password</button>`}
+      ${kind === "user" && textButton("Change password", change)}
       <a class="plain" href=${PEOPLE_ADDRESS} @click=${leave}>
         ${may(sign_in, "administer") ? "People and rights" : "My sign-ins"}
       </a>
-      <button type="button" class="plain" @click=${signOut}>Sign out</button>
+      ${textButton("Sign out", signOut)}
     </p>`;
 }

@@ -5,8 +5,7 @@ import { QuietReads } from "../../transport/quiet.js";
 import { signIn } from "../../transport/sign_in.js";
 
 /**
- * @import { Commands } from "../../commands.js"
- * @import { Store } from "../../store.js"
+ * @import { Commands, Store } from "#console"
  */
 
 /** The sign-in of one page. */

@@ -4,7 +4,7 @@ import { RequestError, whoAmI } from "../../transport/api.js";
 import { fill, h, html } from "../../elements/dom.js";
 import { signIn } from "../../transport/sign_in.js";
 
-/** @import { Store } from "../../store.js" */
+/** @import { Store } from "#console" */
 
 const SETTLE_MS = 300; // an order of this page may be about to sign it in, while a read that came before is refused
 

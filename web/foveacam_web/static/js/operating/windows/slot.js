@@ -8,10 +8,9 @@ import { absenceWords, lossWords } from "./loss.js";
 import { PaneControls, placeSlot } from "./pane_controls.js";
 
 /**
- * @import { Box, ConsoleState, Source } from "#page"
+ * @import { Box, ConsoleState, Source, Store } from "#console"
  * @import { Keyboard } from "../../keys.js"
  * @import { Acts } from "./pane_controls.js"
- * @import { Store } from "../../store.js"
  * @import { Views } from "../../video/views.js"
  */
 

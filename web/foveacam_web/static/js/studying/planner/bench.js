@@ -1,7 +1,7 @@
 // Holds the plan: settings, map, targets, and the server's newest answers about them.
 
 import { PLANNER_ADDRESS, planAt } from "../../addresses.js";
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 import { blamed, unfilled } from "./blame.js";
 import { keepMap, keepPlan, keptMap, keptPlan } from "./kept.js";
 import { Newest } from "./newest.js";
@@ -146,18 +146,14 @@ export class Bench {
    * @returns {Promise<string | null>} the reason when it was refused
    */
   async give({ body, name, picture, kind }) {
-    try {
-      const document = /** @type {MapDocument} */ (
-        await request("POST", "/planner/map", { body, patience_ms: PATIENCE_MS })
-      );
-      this.#given = { document, name, picture };
-      keepMap(this.#given);
-      this.setMap({ kind });
-      return null;
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      return error.message;
-    }
+    const options = { body, patience_ms: PATIENCE_MS };
+    const asked = /** @type {Promise<MapDocument>} */ (request("POST", "/planner/map", options));
+    const { answer, error } = await outcome(asked);
+    if (error) return error.message;
+    this.#given = { document: answer, name, picture };
+    keepMap(this.#given);
+    this.setMap({ kind });
+    return null;
   }
 
   #again() {

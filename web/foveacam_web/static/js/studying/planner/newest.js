@@ -1,6 +1,6 @@
 // Repeats a request while its input changes: one at a time, and of the inputs that come meanwhile only the newest.
 
-import { RequestError, request } from "../../transport/api.js";
+import { outcome, request } from "../../transport/api.js";
 
 /**
  * @template T
@@ -76,15 +76,9 @@ export class Newest {
    * @returns {Promise<Pick<Answered<T>, "document" | "problem">>} after a refusal, the document before it
    */
   async #send(body) {
-    try {
-      return {
-        document: /** @type {T} */ (await request("POST", this.#path, { body, patience_ms: PATIENCE_MS })),
-        problem: null,
-      };
-    } catch (error) {
-      if (!(error instanceof RequestError)) throw error;
-      return { document: this.#answer.document, problem: error.document };
-    }
+    const options = { body, patience_ms: PATIENCE_MS };
+    const { answer, error } = await outcome(/** @type {Promise<T>} */ (request("POST", this.#path, options)));
+    return { document: error ? this.#answer.document : answer, problem: error?.document ?? null };
   }
 
   /** @param {Answered<T>} answer */

@@ -1,11 +1,10 @@
 // Builds the planner: finds on a map where the rig resolves a feature and stays unnoticed. Needs no rig.
 
-import { panel } from "../../elements/parts.js";
+import { panel, textButton } from "../../elements/parts.js";
 import { segments, Troubles } from "../../capturing/capture/parts.js";
 import { fill, h, html, say } from "../../elements/dom.js";
 import { hand } from "../../elements/download.js";
 import { sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
 import { pageHead } from "../../pages.js";
 import { Bench } from "./bench.js";
 import { makeControls } from "./controls.js";
@@ -16,8 +15,7 @@ import { makeTargets } from "./targets.js";
 import { PlanView } from "./view.js";
 
 /**
- * @import { MapPoint } from "#page"
- * @import { Store } from "../../store.js"
+ * @import { MapPoint, Store } from "#console"
  */
 
 /** @param {HTMLElement} place @param {{store: Store}} context */
@@ -119,10 +117,7 @@ function toolbar(bench, view) {
   ]);
   seen.element.addEventListener("change", () => bench.seeWhole(seen.value() === "rings"));
   const button = (/** @type {string} */ text, /** @type {() => unknown} */ act) =>
-    html`<button type="button" class="plain" aria-label="Save the plan as ${text}" @click=${() => void act()}>
-      ${icon("down")}
-      ${text}
-    </button>`;
+    textButton(text, () => act(), { picture: "down", name: `Save the plan as ${text}` });
   const geojson = () => bench.regions.document?.geojson ?? bench.map?.map;
   return html`<div class="plan-tools">
     ${seen.element}

@@ -2,6 +2,7 @@
 
 import { h, html } from "../../elements/dom.js";
 import { plainly, shareOf, valueAt, WAY } from "../../devices/rig/scale.js";
+import { keptButton } from "../../elements/parts.js";
 
 /** @import { NumberSetting } from "./settings.js" */
 
@@ -53,7 +54,7 @@ export function makeSlide({ label, unit, low, high, kind, presets = [] }, { plac
   };
   const chips = presets.map(({ text, value }) => ({
     preset: value,
-    button: h("button", { type: "button", class: "chip", text, on: { click: () => set(value) } }),
+    button: keptButton(text, () => set(value), { kind: "chip" }),
   }));
   const element = h(
     "div",

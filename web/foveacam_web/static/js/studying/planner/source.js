@@ -1,6 +1,6 @@
 // Chooses the map: random, open ground, the user's GeoJSON, the user's picture.
 
-import { numberField } from "../../elements/parts.js";
+import { keptButton, numberField } from "../../elements/parts.js";
 import { segments } from "../../capturing/capture/parts.js";
 import { h, html, say } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
@@ -40,12 +40,9 @@ export function makeSource({ place, changed, give }) {
   ];
   for (const [name, field] of numbers)
     field.input.addEventListener("input", () => changed({ [name]: field.input.valueAsNumber }));
-  const another = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => changed({ seed: Math.floor(Math.random() * LAST_SEED) }) } },
-    icon("again"),
-    "Another",
-  );
+  const another = keptButton("Another", () => changed({ seed: Math.floor(Math.random() * LAST_SEED) }), {
+    picture: "again",
+  });
   const files = makeFiles(give);
   const name = h("p", { class: "why", role: "status" });
   const drawn = h("div", { class: "fields" }, seed.element, another, size.element, obstacles.element, targets.element);

@@ -1,8 +1,8 @@
 // Lists the targets: shows, edits and removes each by keyboard, as the drawing does by pointer.
 
 import { fill, h, html } from "../../elements/dom.js";
-import { icon } from "../../elements/icons.js";
 import { HUES } from "./drawing.js";
+import { keptButton, textButton, toolButton } from "../../elements/parts.js";
 
 /**
  * @import { MapPoint } from "#page"
@@ -12,12 +12,7 @@ import { HUES } from "./drawing.js";
 /** @param {Orders} orders */
 export function makeTargets(orders) {
   const list = h("ol", { class: "plan-targets" });
-  const reset = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => orders.reset() } },
-    icon("again"),
-    "The map’s own",
-  );
+  const reset = keptButton("The map’s own", () => orders.reset(), { picture: "again" });
   const empty = h("p", { class: "empty", text: "No target yet: click on the plan, or add one." });
   /** @type {{inputs: HTMLInputElement[]}[]} */
   let rows = [];
@@ -27,7 +22,7 @@ export function makeTargets(orders) {
     empty,
     list,
     html`<p class="actions">
-      <button type="button" class="plain" @click=${() => orders.add()}>${icon("plus")}Add a target</button>
+      ${textButton("Add a target", () => orders.add(), { picture: "plus" })}
       ${reset}
     </p>`,
   );
@@ -41,12 +36,7 @@ export function makeTargets(orders) {
           <span class="mark" aria-hidden="true">${String(index)}</span>
           ${inputs.map((input, axis) => html`<label><span>${axis === 0 ? "x" : "y"}</span>${input}</label>`)}
           <span class="unit">m</span>
-          <button
-            type="button" class="tool" aria-label="Remove target ${index}" title="Remove target ${index}"
-            @click=${() => orders.remove(index)}
-          >
-            ${icon("trash")}
-          </button>
+          ${toolButton(`Remove target ${index}`, "trash", () => orders.remove(index))}
         </li>`,
       ),
     );

@@ -2,7 +2,7 @@
 
 import { absent, changing, h, html } from "../../../elements/dom.js";
 import { icon } from "../../../elements/icons.js";
-import { allHold, badge, choiceField, nothing, numberField } from "../../../elements/parts.js";
+import { allHold, badge, choiceField, nothing, numberField, textButton } from "../../../elements/parts.js";
 import { FIELDS_OF, PAPER_NAMES, PATTERN_NAMES, displayState, patternOf, printPath, sizeWords } from "./words.js";
 import { API, ROOT } from "../../../root.js";
 
@@ -73,11 +73,11 @@ function formOf({ store, orders }) {
     <div class="fields">${kind.element}${Object.values(fields).map(({ element }) => element)}</div>
     <p class="actions">
       <button type="submit" class="plain primary">Show</button>
-      <button type="button" class="plain" @click=${() => orders.showPattern({ kind: "blank" })}>Blank</button>
+      ${textButton("Blank", () => orders.showPattern({ kind: "blank" }))}
     </p>
     <div class="fields">
       ${paper.element}
-      <button type="button" class="plain" @click=${print}>${icon("down")}Print (PDF)</button>
+      ${textButton("Print (PDF)", print, { picture: "down" })}
     </div>
     <p class="lead">
       Print at 100 % and measure the ruler on the sheet. What is larger than the paper comes on several sheets with crop marks.

@@ -3,7 +3,7 @@
 import { changing, fill, h, html } from "../../../elements/dom.js";
 import { MISSING, number, pixels } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
-import { nothing } from "../../../elements/parts.js";
+import { nothing, toolButton } from "../../../elements/parts.js";
 import { isRunning } from "../state.js";
 
 /**
@@ -66,13 +66,10 @@ function card(sample, { index, far, busy, remove }) {
       ${far && icon("warn")}
       ${words.filter(Boolean).join(", ") || MISSING}
     </span>
-    <button
-      type="button" class="tool" aria-label="Remove view ${index + 1}"
-      title=${busy ? "Not while something runs" : "Remove and fit again"} ?disabled=${busy}
-      @click=${() => void remove()}
-    >
-      ${icon("trash")}
-    </button>
+    ${toolButton(`Remove view ${index + 1}`, "trash", () => remove(), {
+      title: busy ? "Not while something runs" : "Remove and fit again",
+      disabled: busy,
+    })}
   </li>`;
 }
 

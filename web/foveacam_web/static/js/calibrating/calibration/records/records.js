@@ -5,7 +5,7 @@ import { MISSING, number, span } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
 import { facts } from "../facts.js";
 import { makeImporter } from "./importer.js";
-import { badge, figures, nothing } from "../../../elements/parts.js";
+import { badge, figures, keptButton, nothing, textButton, toolButton } from "../../../elements/parts.js";
 import { API } from "../../../root.js";
 import { offers } from "../../../operating/session/words.js";
 
@@ -30,12 +30,7 @@ export function mountRecords(place, context) {
   const picked = new Set();
   const list = h("ul", { class: "records" });
   const compared = h("div", { class: "compared", hidden: true });
-  const compare = h(
-    "button",
-    { type: "button", class: "plain", on: { click: () => void act() } },
-    icon("scales"),
-    "Compare",
-  );
+  const compare = keptButton("Compare", () => act(), { picture: "scales" });
   const hint = h("span", { class: "why", role: "status" });
   const act = async () => {
     const [a, b] = [...picked];
@@ -138,9 +133,7 @@ function row(record, { store, orders, ticked, pick }) {
       ${
         !record.current &&
         offers(store.state.sign_in, "administer") &&
-        html`<button type="button" class="plain" aria-label="Use ${name}" @click=${() => void orders.activate(record.id)}>
-          Use
-        </button>`
+        textButton("Use", () => orders.activate(record.id), { name: `Use ${name}` })
       }
       <a href="${API}/calibrations/${record.id}/report" target="_blank" rel="noopener" aria-label="Report of ${name}">
         ${icon("file")}
@@ -156,12 +149,7 @@ function row(record, { store, orders, ticked, pick }) {
       ${
         record.kept &&
         !record.current &&
-        html`<button
-          type="button" class="tool" title="Put it in the trash" aria-label="Discard ${name}"
-          @click=${() => void orders.discard(record.id, name)}
-        >
-          ${icon("trash")}
-        </button>`
+        toolButton(`Discard ${name}`, "trash", () => orders.discard(record.id, name), { title: "Put it in the trash" })
       }
     </div>
   </li>`;
