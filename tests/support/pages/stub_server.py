@@ -36,7 +36,7 @@ END = ""  # of an event stream
 VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
 VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
 LIVE_SCALE = 10
-"""Live pictures have a tenth of the size that is told of them: to decode and draw them costs the browser less."""
+"""Live pictures have a tenth of the size that is told of them, so that the browser decodes and draws less."""
 
 
 @dataclass

@@ -7,7 +7,7 @@ from playwright.sync_api import Locator, Route, expect
 
 from tests.support.pages import calibration_documents as documents
 from tests.support.pages.awaited import wait_for
-from tests.support.pages.console_page import Console, OpenConsole, OpenWizard
+from tests.support.pages.console_page import Console, OpenShared, OpenWizard
 from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
@@ -20,9 +20,9 @@ def step(console: Console, name: str) -> Locator:
 
 
 def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    console = open_console(stub.url)
+    console = open_stub("#/")
     badge = console.page.locator(".badges a")
     expect(badge).to_have_text("Calibration good · 3 h")
     expect(badge).to_have_attribute("title", re.compile("agree as well as on the day"))
@@ -39,9 +39,9 @@ def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
 
 
 def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    console = open_console(stub.url)
+    console = open_stub("#/")
     console.wait_for_frames("wide")
     console.page.get_by_role("link", name="Calibration", exact=True).click()
     console.page.get_by_role("link", name=re.compile("1 Wide camera")).click()

@@ -235,7 +235,7 @@ def test_space_stops_the_mirrors_even_from_a_slider(stub: StubServer, open_rig: 
 
 
 def test_page_is_usable_on_a_phone_with_the_stop_in_reach(open_rig: OpenRig) -> None:
-    console = open_rig({**TOUCH, "viewport": {"width": 390, "height": 844}})
+    console = open_rig(TOUCH)
     expect_to_fit(console.page)
     camera(console, "Rail").scroll_into_view_if_needed()
     expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()

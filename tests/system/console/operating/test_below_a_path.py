@@ -1,4 +1,4 @@
-"""The console of a server below a path of a site: nothing on it leads out of that path, or to the internet."""
+"""The console of a server below a path of a site: nothing leads out of that path or to the internet."""
 
 from collections.abc import Iterator
 from urllib.parse import urlsplit
