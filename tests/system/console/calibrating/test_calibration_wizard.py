@@ -196,11 +196,14 @@ def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
     assert stub.posted_bodies(RUNS) == [{"step": "check", "options": {}}]
 
 
-def test_check_of_an_older_fit_is_told_from_one_of_the_newest(
+def test_check_holds_its_figures_against_the_goals_and_says_of_which_fit_it_is(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("check")
-    expect(step(console, "check").locator(".goals")).to_contain_text("0.21 px")
+    goals = step(console, "check").locator(".goals")
+    expect(goals).to_contain_text("0.21 px")
+    expect(goals.locator(".badge.good")).to_have_text(["within 0.3 px", "within 2 px"])
+    expect(goals.locator(".badge.warn")).to_have_text(["beyond 0.8 px"])
     expect(step(console, "check")).not_to_contain_text("Fitted anew since")
     stub.session = stub.session | {"calibrations": ["a" * 32, "b" * 32]}
     stub.send_event("calibration.fitted", {"session_id": documents.SESSION_ID})
@@ -281,9 +284,3 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     slider = fit.get_by_role("slider")
     slider.fill("80")
     expect(fit.locator(".pair")).to_have_attribute("style", re.compile("--part: ?80%"))
-
-
-def test_check_holds_its_figures_against_the_goals(open_wizard: OpenWizard) -> None:
-    goals = step(open_wizard("check"), "check").locator(".goals")
-    expect(goals.locator(".badge.good")).to_have_text(["within 0.3 px", "within 2 px"])
-    expect(goals.locator(".badge.warn")).to_have_text(["beyond 0.8 px"])
