@@ -17,6 +17,7 @@ from playwright.sync_api import (
     Error,
     Page,
     Request,
+    ViewportSize,
     expect,
 )
 
@@ -32,8 +33,8 @@ BROWSER = _HEADLESS_SHELL if _HEADLESS_SHELL.exists() else CHROMIUM
 FIXATION_PATIENCE_MS = 1.5 * PATIENCE_MS
 """A fixation renders and matches several pictures beside the live views: it is more than one request."""
 WIDE_WIDTH_PX = 1440
-DESKTOP = {"width": 1440, "height": 900}
-PHONE = {"width": 360, "height": 740}
+DESKTOP: ViewportSize = {"width": 1440, "height": 900}
+PHONE: ViewportSize = {"width": 360, "height": 740}
 NO_STORAGE = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('off'); } })"
 CHANGEABLE = {"viewport", "color_scheme"}
 """Options of a browser profile that a tab can change."""
@@ -223,6 +224,7 @@ class SharedPages:
             console.load(url)
             return console
         console = self.opened[base][1]
+        console.page.set_viewport_size(DESKTOP)
         console.page.evaluate(LEAVE)
         if part:
             console.page.evaluate("part => { location.hash = part }", part)

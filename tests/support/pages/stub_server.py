@@ -35,6 +35,8 @@ Json = Any  # what tests put in and look at: any JSON value
 END = ""  # of an event stream
 VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
 VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
+LIVE_SCALE = 10
+"""Live pictures have a tenth of the size that is told of them, so that the browser decodes and draws less."""
 
 
 @dataclass
@@ -340,8 +342,8 @@ async def _send_picture(socket: WebSocket, stub: StubServer, name: str) -> None:
         blank = {"left": None, "right": None}
         overlay = {"type": "overlay", "seq": 1, "footprints": blank, "gaze": blank}
         await socket.send_json(overlay | {"follows": stub.follow_marks})
-    header = HEADER.pack(VIEWS.index(name), 1, 0, 1, 1, 20_000, 1)
-    await socket.send_bytes(header + picture(name))
+    header = HEADER.pack(VIEWS.index(name), LIVE_SCALE, 0, 1, 1, 20_000, 1)
+    await socket.send_bytes(header + picture(name, width=720 // LIVE_SCALE, height=540 // LIVE_SCALE))
 
 
 @contextmanager

@@ -22,9 +22,15 @@ UNNAMED = """all => all.filter((each) => !each.innerText.trim() && !each.closest
   && !each.querySelector('[alt]')).map((each) => each.outerHTML)"""
 
 
-def test_record_is_taken_into_use(stub: StubServer, open_wizard: OpenWizard) -> None:
+def test_record_offers_report_and_files_and_is_taken_into_use(
+    stub: StubServer, open_wizard: OpenWizard
+) -> None:
     console = open_wizard("overview")
     expect(console.page.locator(".records .current")).to_contain_text(["Bench, spring", "Bench, spring"])
+    links = console.page.locator(".records li", has_text="As delivered").locator("a")
+    expect(links).to_have_count(3)
+    for index, path in enumerate(("report", "file?format=foveacam", "file?format=authors")):
+        expect(links.nth(index)).to_have_attribute("href", f"/api/v1/calibrations/{FACTORY_ID}/{path}")
     with console.page.expect_response(re.compile("/activate$")):
         console.page.get_by_role("button", name="Use As delivered").click()
     assert stub.posted_bodies(f"/calibrations/{FACTORY_ID}/activate") == [None]
@@ -44,14 +50,6 @@ def test_two_records_are_compared_in_pixels(stub: StubServer, open_wizard: OpenW
     console.page.get_by_label("Compare As delivered").check()
     compare.click()
     expect(console.page.locator(".compared")).to_contain_text("rms 3.210 px, max 9.500 px")
-
-
-def test_report_and_files_are_offered_for_each_record(open_wizard: OpenWizard) -> None:
-    console = open_wizard("overview")
-    links = console.page.locator(".records li", has_text="As delivered").locator("a")
-    expect(links).to_have_count(3)
-    for index, path in enumerate(("report", "file?format=foveacam", "file?format=authors")):
-        expect(links.nth(index)).to_have_attribute("href", f"/api/v1/calibrations/{FACTORY_ID}/{path}")
 
 
 def test_damaged_file_is_named_and_not_sent(

@@ -7,7 +7,7 @@ from playwright.sync_api import Locator, Route, expect
 
 from tests.support.pages import calibration_documents as documents
 from tests.support.pages.awaited import wait_for
-from tests.support.pages.console_page import Console, OpenConsole, OpenWizard
+from tests.support.pages.console_page import Console, OpenShared, OpenWizard
 from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
@@ -20,9 +20,9 @@ def step(console: Console, name: str) -> Locator:
 
 
 def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    console = open_console(stub.url)
+    console = open_stub("#/")
     badge = console.page.locator(".badges a")
     expect(badge).to_have_text("Calibration good · 3 h")
     expect(badge).to_have_attribute("title", re.compile("agree as well as on the day"))
@@ -39,9 +39,9 @@ def test_top_bar_says_how_healthy_the_calibration_is_and_opens_the_wizard(
 
 
 def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    console = open_console(stub.url)
+    console = open_stub("#/")
     console.wait_for_frames("wide")
     console.page.get_by_role("link", name="Calibration", exact=True).click()
     console.page.get_by_role("link", name=re.compile("1 Wide camera")).click()
@@ -196,11 +196,14 @@ def test_what_is_ordered_right_after_a_new_measurement_belongs_to_it(
     assert stub.posted_bodies(RUNS) == [{"step": "check", "options": {}}]
 
 
-def test_check_of_an_older_fit_is_told_from_one_of_the_newest(
+def test_check_holds_its_figures_against_the_goals_and_says_of_which_fit_it_is(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     console = open_wizard("check")
-    expect(step(console, "check").locator(".goals")).to_contain_text("0.21 px")
+    goals = step(console, "check").locator(".goals")
+    expect(goals).to_contain_text("0.21 px")
+    expect(goals.locator(".badge.good")).to_have_text(["within 0.3 px", "within 2 px"])
+    expect(goals.locator(".badge.warn")).to_have_text(["beyond 0.8 px"])
     expect(step(console, "check")).not_to_contain_text("Fitted anew since")
     stub.session = stub.session | {"calibrations": ["a" * 32, "b" * 32]}
     stub.send_event("calibration.fitted", {"session_id": documents.SESSION_ID})
@@ -281,9 +284,3 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     slider = fit.get_by_role("slider")
     slider.fill("80")
     expect(fit.locator(".pair")).to_have_attribute("style", re.compile("--part: ?80%"))
-
-
-def test_check_holds_its_figures_against_the_goals(open_wizard: OpenWizard) -> None:
-    goals = step(open_wizard("check"), "check").locator(".goals")
-    expect(goals.locator(".badge.good")).to_have_text(["within 0.3 px", "within 2 px"])
-    expect(goals.locator(".badge.warn")).to_have_text(["beyond 0.8 px"])

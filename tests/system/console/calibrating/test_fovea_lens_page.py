@@ -6,7 +6,7 @@ from playwright.sync_api import Locator, Page, expect
 from tests.support.pages import calibration_documents as documents
 from tests.support.pages.awaited import expect_to_fit
 from tests.support.pages.calibration_documents import SESSION_ID
-from tests.support.pages.console_page import TOUCH, OpenConsole, OpenWizard
+from tests.support.pages.console_page import PHONE, OpenWizard
 from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -38,7 +38,7 @@ def test_views_are_asked_for_by_camera_and_the_panel_says_what_it_is_for(
     expect(page.locator(".live-wide")).to_be_hidden()
 
 
-def test_result_says_what_the_views_tell_and_views_are_taken_out(
+def test_result_says_what_the_views_tell_fits_a_phone_and_views_are_taken_out(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     stub.session = documents.empty_session() | {"lenses": [documents.fovea_lens("left")]}
@@ -49,6 +49,8 @@ def test_result_says_what_the_views_tell_and_views_are_taken_out(
     expect(table.locator("tr", has_text="Centre, x")).to_contain_text("assumed")
     expect(table.locator("tr", has_text="k2, p1, p2, k3")).to_contain_text("assumed")
     expect(panel(page).locator(".samples li")).to_have_count(6)
+    page.set_viewport_size(PHONE)
+    expect_to_fit(page)
 
     with page.expect_response(lambda response: response.request.method == "DELETE"):
         panel(page).get_by_role("button", name="Remove view 6").click()
@@ -64,10 +66,3 @@ def test_too_few_views_say_so(stub: StubServer, open_wizard: OpenWizard) -> None
     stub.session = documents.empty_session() | {"lenses": [few]}
     page = open_wizard("wide", fresh=True).page
     expect(panel(page)).to_contain_text("2 views of the board, at least 3 are needed")
-
-
-def test_a_phone_shows_the_result_within_its_width(stub: StubServer, open_console: OpenConsole) -> None:
-    stub.session = documents.empty_session() | {"lenses": [documents.fovea_lens("left")]}
-    console = open_console(f"{stub.url}#/calibration/wide", options=TOUCH)
-    expect(panel(console.page).locator("table")).to_contain_text("28758.9 ± 2.1 px")
-    expect_to_fit(console.page)

@@ -9,7 +9,7 @@ from playwright.sync_api import Locator, Page, Request, Route, expect
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from tests.support.pages import capture_documents as documents
 from tests.support.pages.awaited import expect_to_fit
-from tests.support.pages.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of, posted
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, posted
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.running_server import Running
 
@@ -17,11 +17,6 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 PATIENCE_MS = 90_000
 SMALL = {"wide_size": "half", "fovea_size": "half"}
-CHANGED = """() => {
-  const kept = JSON.parse(localStorage.getItem("foveacam.capture.draft"));
-  %s;
-  localStorage.setItem("foveacam.capture.draft", JSON.stringify(kept));
-}"""
 LONG = "-".join(["a-very-long-name-for-a-capture"] * 8)
 
 
@@ -227,35 +222,6 @@ def is_overlap(order: Request) -> bool:
         order.url.endswith("/captures/estimates")
         and posted(order)["plan"]["points"]["half_width_deg"] is not None
     )
-
-
-def test_draft_of_another_version_or_damaged_is_passed_over(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
-    console = open_console(f"{stub.url}#/capture")
-    columns = console.page.locator("#capture-page").get_by_label("Columns")
-    for change in ("kept.version = 0", "kept.draft.columns = '3'", "delete kept.draft.text"):
-        columns.fill("3")
-        console.wait_until("localStorage.getItem('foveacam.capture.draft') !== null")
-        console.page.evaluate(CHANGED % change)
-        console.page.reload()
-        expect(columns).to_have_value("9")
-        console.page.evaluate("localStorage.clear()")
-
-
-def test_browser_that_keeps_nothing_takes_plans_all_the_same(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
-    tab = open_console(f"{stub.url}none").page.context.new_page()
-    errors = console_of(tab).errors
-    tab.add_init_script(NO_STORAGE)
-    tab.goto(f"{stub.url}#/capture")
-    page = tab.locator("#capture-page")
-    page.get_by_label("Columns").fill("3")
-    page.get_by_role("button", name="Start from the defaults").click()
-    expect(page.get_by_label("Columns")).to_have_value("9")
-    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
-    assert errors == []
 
 
 def test_capture_of_somebody_else_says_what_it_waits_for_and_how_it_ended(

@@ -40,7 +40,9 @@ def rows(page: Page) -> Locator:
     return page.locator(".fault-tray li")
 
 
-def test_the_button_counts_and_the_tray_lists_what_to_do(stub: StubServer, open_stub: OpenShared) -> None:
+def test_the_button_counts_the_tray_lists_what_to_do_and_faults_are_dismissed(
+    stub: StubServer, open_stub: OpenShared
+) -> None:
     warning = over("health", level="warning", scope="calibration", what="rows are 2.4 px apart", remedy=None)
     stub.answers["/faults"] = [fault("left"), over("right"), warning]
     page = open_stub("#/").page
@@ -59,17 +61,10 @@ def test_the_button_counts_and_the_tray_lists_what_to_do(stub: StubServer, open_
 
     page.keyboard.press("Escape")
     expect(rows(page).first).to_be_hidden()
-
-
-def test_faults_are_dismissed_one_by_one_and_all_that_are_over(
-    stub: StubServer, open_stub: OpenShared
-) -> None:
-    stub.answers["/faults"] = [fault("left"), over("right"), over("wide")]
-    stub.answers_after["DELETE /faults/fault-wide"] = {"/faults": [fault("left"), over("right")]}
+    stub.answers_after["DELETE /faults/fault-health"] = {"/faults": [fault("left"), over("right")]}
     stub.answers_after["DELETE /faults"] = {"/faults": [fault("left")]}
-    page = open_stub("#/").page
     button(page).click()
-    rows(page).nth(2).get_by_role("button", name="Dismiss: Device: wide").press("Enter")
+    rows(page).nth(2).get_by_role("button", name="Dismiss: Calibration: health").press("Enter")
     expect(rows(page)).to_have_count(2)
 
     page.get_by_role("button", name="Dismiss all that are over").click()

@@ -73,7 +73,9 @@ def test_each_camera_says_who_it_is_and_how_it_delivers(open_rig: OpenRig) -> No
     expect(left.get_by_role("img", name="Live picture: Left fovea")).to_be_visible()
 
 
-def test_typed_value_is_sent_and_what_the_camera_took_is_shown(stub: StubServer, open_rig: OpenRig) -> None:
+def test_typed_value_is_sent_and_what_the_camera_took_is_shown_with_its_difference(
+    stub: StubServer, open_rig: OpenRig
+) -> None:
     wide = camera(open_rig(), "Wide camera")
     exposure = wide.get_by_label("Exposure", exact=True)
     enter(wide, "Exposure", "16.6666")
@@ -84,12 +86,6 @@ def test_typed_value_is_sent_and_what_the_camera_took_is_shown(stub: StubServer,
         ("/cameras/wide", {"exposure_ms": 16.6666, "linked": False}),
         ("/cameras/wide", {"gain_db": 3.5, "linked": False}),
     ]
-
-
-def test_value_snaps_to_what_the_camera_took_and_the_difference_is_told(
-    stub: StubServer, open_rig: OpenRig
-) -> None:
-    wide = camera(open_rig(), "Wide camera")
     enter(wide, "Exposure", "1.236")
     expect(wide.get_by_text("Asked for 1.236 ms, the camera took 1.24 ms.")).to_be_visible()
     expect(wide.get_by_label("Exposure", exact=True)).to_have_value("1.24")
@@ -111,7 +107,9 @@ def test_slider_of_the_exposure_is_logarithmic_and_moves_with_the_keys(
     expect(camera(console, "Wide camera").get_by_label("Exposure", exact=True)).to_have_value("5.48")
 
 
-def test_ticks_choose_the_values_that_suit_the_lamps(stub: StubServer, open_rig: OpenRig) -> None:
+def test_ticks_choose_values_that_suit_the_lamps_and_one_fovea_changes_both(
+    stub: StubServer, open_rig: OpenRig
+) -> None:
     console = open_rig()
     left = camera(console, "Left fovea")
     left.get_by_role("button", name="Exposure of the left fovea: 8.33 ms").click()
@@ -122,10 +120,6 @@ def test_ticks_choose_the_values_that_suit_the_lamps(stub: StubServer, open_rig:
         ("/cameras/left", {"frame_rate_hz": 100, "linked": False}),  # each eye's own
     ]
     expect_value(console.page, lambda: sent(stub, "PATCH"), orders)
-
-
-def test_changes_of_one_fovea_are_shown_at_both(open_rig: OpenRig) -> None:
-    console = open_rig()
     camera(console, "Right fovea").get_by_label("Pixel format").select_option("Mono8")
     expect(camera(console, "Left fovea").get_by_label("Pixel format")).to_have_value("Mono8")
     expect(console.page.get_by_role("alertdialog")).to_have_count(0)
@@ -235,7 +229,7 @@ def test_space_stops_the_mirrors_even_from_a_slider(stub: StubServer, open_rig: 
 
 
 def test_page_is_usable_on_a_phone_with_the_stop_in_reach(open_rig: OpenRig) -> None:
-    console = open_rig({**TOUCH, "viewport": {"width": 390, "height": 844}})
+    console = open_rig(TOUCH)
     expect_to_fit(console.page)
     camera(console, "Rail").scroll_into_view_if_needed()
     expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()

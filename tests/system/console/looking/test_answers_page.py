@@ -49,25 +49,20 @@ def test_one_eye_and_the_wide_camera_are_named_and_the_other_eyes_pane_says_why(
     expect(page.locator(".pane-right .eye-note")).to_be_hidden()
 
 
-def test_limits_are_told_in_words_and_the_click_can_be_corrected(
+def test_limits_are_told_once_with_their_reason_and_the_click_can_be_corrected(
     stub: StubServer, answered: Answered
 ) -> None:
-    console = answered(**BOUND, options={"viewport": PHONE})
-    page = console.page
+    reason = "farther than 1.3 m, nearer than 8.0 m. Out of reach: choose a point nearer to the middle."
+    page = answered(**BOUND, reason=reason, options={"viewport": PHONE}).page
     expect(page.locator("[data-role=bound]")).to_have_text("farther than 1.3 m, nearer than 8.0 m")
+    expect(page.locator("#fixation .outcome .lead:visible")).to_have_text(
+        "Out of reach: choose a point nearer to the middle."  # the limits stand once
+    )
     expect(page.locator(".targets .distance")).to_have_text("1.3 … 8.0 m")
     expect_to_fit(page)
     with page.expect_response("**/corrections"):
         page.get_by_role("button", name="Nearer").click()
     assert stub.posted_bodies("/fixations/fix-1/corrections") == [{"direction": "nearer"}]
-
-
-def test_limits_stand_once_and_what_made_them_follows(answered: Answered) -> None:
-    reason = "farther than 1.3 m, nearer than 8.0 m. Out of reach: choose a point nearer to the middle."
-    page = answered(**BOUND, reason=reason).page
-    expect(page.locator("#fixation .outcome .lead:visible")).to_have_text(
-        "Out of reach: choose a point nearer to the middle."
-    )
 
 
 def test_button_that_is_being_pressed_stays_while_the_shape_comes(

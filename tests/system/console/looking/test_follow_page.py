@@ -9,7 +9,7 @@ from playwright.sync_api import Download, Locator, Page, Request, Response, expe
 
 from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
 from tests.support.pages.calibration_documents import Document
-from tests.support.pages.console_page import PHONE, Console, OpenConsole, OpenShared, posted
+from tests.support.pages.console_page import DESKTOP, PHONE, Console, OpenConsole, OpenShared, posted
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.server_process import Server
 
@@ -211,7 +211,9 @@ def test_what_cannot_be_done_and_what_ends_is_told(open_stub: OpenShared, stub: 
     expect(page.locator("#followed .empty")).to_be_visible()
 
 
-def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsole, stub: StubServer) -> None:
+def test_the_page_shows_eight_targets_with_their_trails_also_on_a_phone(
+    open_console: OpenConsole, stub: StubServer
+) -> None:
     put(stub, [followed(number + 1, STATES[number % 4]) for number in range(8)])
     console = open_console(stub.url)
     page = console.page
@@ -220,6 +222,9 @@ def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsol
     expect(cards).to_have_count(8)
     expect(page.locator("#follow-page .band-plot")).to_have_count(8)
     expect(page.locator("#follow-page .pane-wide .follow.followed")).to_have_count(2)
+    page.set_viewport_size(PHONE)
+    expect_to_fit(page)
+    page.set_viewport_size(DESKTOP)
     with page.expect_download() as saved:
         cards.first.get_by_role("button", name="CSV").click()
     assert saved.value.suggested_filename == "trail-Followed-1.csv"
@@ -240,14 +245,6 @@ def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsol
     told.get_by_role("button", name="Show it in the gallery").click()
     expect(page).to_have_url(re.compile(r"#/gallery/datasets/cap-9$"))
     assert ("DELETE", "/follows", None) in stub.requests
-
-
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_the_page_fits_a_phone(open_console: OpenConsole, stub: StubServer, theme: str) -> None:
-    put(stub, [followed(number + 1, STATES[number % 4]) for number in range(8)])
-    console = open_console(f"{stub.url}#/follow", settings={"theme": theme}, options={"viewport": PHONE})
-    expect(console.page.locator("#follow-page .band-plot")).to_have_count(8)
-    expect_to_fit(console.page)
 
 
 def watching(console: Console, stub: StubServer) -> Console:

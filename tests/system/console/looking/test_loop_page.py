@@ -215,16 +215,15 @@ def test_tuning_shows_its_progress_why_it_ended_and_its_result(
     assert stub.posted_bodies("/loop/tune") == [{"polish": False}, {"polish": False}, {"polish": True}]
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
 def test_the_page_fits_a_phone_and_a_latched_trigger_is_reset(
-    open_console: OpenConsole, stub: StubServer, theme: str
+    open_console: OpenConsole, stub: StubServer
 ) -> None:
     reason = "no strobe came: is the trigger line of the left eye connected?"
     latched = loop_document(status="trigger_fault", tuned=TUNED)
     latched["trigger"] |= {"latched": True, "reason": reason}
     stub.answers["/loop"] = latched
     stub.answers["/loop/history"] = []
-    console = open_console(f"{stub.url}#/loop", settings={"theme": theme}, options={"viewport": PHONE})
+    console = open_console(f"{stub.url}#/loop", options={"viewport": PHONE})
     expect(console.page.locator("#loop-page .strip.warn")).to_contain_text(reason)
     expect_to_fit(console.page)
     passing = loop_document()

@@ -190,7 +190,9 @@ def test_keys_numbers_and_a_double_click_steer_a_pad(stub: StubServer, stubbed: 
     expect(left).to_have_attribute("data-now", "0.0 0.0")
 
 
-def test_distance_and_shift_belong_to_the_gaze(stub: StubServer, stubbed: Page) -> None:
+def test_distance_and_shift_belong_to_the_gaze_and_the_panel_fits_a_phone(
+    stub: StubServer, stubbed: Page
+) -> None:
     panel(stubbed).get_by_label("Vertical shift").fill("0.25")
     panel(stubbed).get_by_label("Distance for steering").fill("0.5")
 
@@ -199,6 +201,8 @@ def test_distance_and_shift_belong_to_the_gaze(stub: StubServer, stubbed: Page) 
         return (gazes[-1]["distance_m"], gazes[-1]["vertical_shift_deg"]) if gazes else None
 
     expect_value(stubbed, newest, (1.0, 0.25))
+    stubbed.set_viewport_size(PHONE)
+    expect_to_fit(stubbed)
 
 
 def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
@@ -210,9 +214,3 @@ def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
     expect(panel(stubbed).locator(".steer-status")).to_contain_text("Drag in a pad")
     expect_value(stubbed, lambda: stub.steering.said[-1], LET_GO)
     stubbed.mouse.up()
-
-
-def test_the_panel_fits_a_phone(stub: StubServer, open_console: OpenConsole) -> None:
-    console = open_console(f"{stub.url}#/rig", options={"viewport": PHONE})
-    expect(pad(console.page, "Both eyes")).to_be_visible()
-    expect_to_fit(console.page)

@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.support.pages import engine_documents as documents
 from tests.support.pages.awaited import expect_to_fit, let_run, settled
-from tests.support.pages.console_page import TOUCH, OpenConsole
+from tests.support.pages.console_page import PHONE, OpenShared
 from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
@@ -22,11 +22,10 @@ def table(page: Page, name: str) -> Locator:
     return page.get_by_role("table", name=name, exact=True)
 
 
-def test_engine_is_told_in_a_sentence_and_in_figures_and_saved(
-    stub: StubServer, open_console: OpenConsole
+def test_engine_is_told_in_a_sentence_and_in_figures_saved_and_reads_only_while_shown(
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    console = open_console(f"{stub.url}#/rig")
-    page = console.page
+    page = open_stub("#/rig").page
     page.get_by_role("link", name="Engine").click()
     told = page.locator(".engine-told")
     expect(told).to_have_text("Everything keeps up.")
@@ -48,12 +47,7 @@ def test_engine_is_told_in_a_sentence_and_in_figures_and_saved(
     assert (kept["format"], kept["version"], kept["engine"]) == ("foveacam-engine", 1, engine)
     assert kept["mirrors"]["link"] is not None
 
-
-def test_page_fits_a_phone_and_reads_only_while_it_is_shown(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
-    page = open_console(f"{stub.url}#/engine", options=TOUCH).page
-    expect(page.locator(".engine-told")).to_have_text("Everything keeps up.")
+    page.set_viewport_size(PHONE)
     expect_to_fit(page)
     page.get_by_role("link", name="Back to the console").click()
     expect(page.locator("#engine-page")).to_be_hidden()
@@ -63,9 +57,9 @@ def test_page_fits_a_phone_and_reads_only_while_it_is_shown(
 
 
 def test_who_feeds_whom_is_drawn_reached_by_keyboard_and_kept_up_to_date(
-    stub: StubServer, open_console: OpenConsole
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    page = open_console(f"{stub.url}#/engine").page
+    page = open_stub("#/engine").page
     graph = page.get_by_role("region", name="Who feeds whom").locator("svg")
     expect(graph.get_by_role("button")).to_have_count(10)
     expect(graph.locator("path.line")).to_have_count(10)

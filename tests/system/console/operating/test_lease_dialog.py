@@ -44,5 +44,5 @@ def test_an_admin_asks_for_control_or_takes_it_over_with_a_reason(
     expect_to_fit(console.page)
     stop = box_of(console.page.locator("#stop"))
     assert stop["x"] + stop["width"] <= 1440
-    console.page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
+    console.page.set_viewport_size(PHONE)
     expect_to_fit(console.page)

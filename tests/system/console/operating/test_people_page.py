@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.support.pages.awaited import expect_to_fit, let_run
-from tests.support.pages.console_page import TOUCH, Console, OpenConsole, posted
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared, posted
 from tests.support.pages.stub_people import PRESENT, SECRET, TOKEN, entry, problem, session, user
 from tests.support.pages.stub_server import StubServer
 
@@ -22,10 +22,10 @@ def answer_question(page: Page, button: str) -> None:
     page.get_by_role("alertdialog").get_by_role("button", name=button, exact=True).click()
 
 
-def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_console: OpenConsole) -> None:
+def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_stub: OpenShared) -> None:
     stub.people.sign("ada", "admin")
     stub.people.users.append(user(LONG, "viewer", guessed_at=True))
-    page = open_console(f"{stub.url}#/people").page
+    page = open_stub("#/people").page
     expect(row(page, LONG)).to_contain_text("Guessed at")
     add = page.get_by_role("form", name="Add somebody")
 
@@ -80,7 +80,7 @@ def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_con
 
 @pytest.mark.parametrize("keep", [False, True])
 def test_programs_of_a_removed_admin_are_listed_and_revoked_unless_kept(
-    stub: StubServer, open_console: OpenConsole, keep: bool
+    stub: StubServer, open_stub: OpenShared, keep: bool
 ) -> None:
     people = stub.people
     people.sign("grace", "admin")
@@ -88,7 +88,7 @@ def test_programs_of_a_removed_admin_are_listed_and_revoked_unless_kept(
     people.answer("POST", "/service_tokens", body)
     people.sign("ada", "admin")
     people.users.append(user("grace", "admin"))
-    page = open_console(f"{stub.url}#/people").page
+    page = open_stub("#/people").page
 
     page.get_by_role("button", name="Disable grace").click()
     dialog = page.get_by_role("alertdialog", name="Disable grace?")
@@ -138,13 +138,13 @@ def test_token_of_a_service_is_shown_once_and_revoked(stub: StubServer, open_con
     expect(page.get_by_text("No program has a token yet.")).to_be_visible()
 
 
-def test_sign_ins_are_ended_and_the_log_is_searched(stub: StubServer, open_console: OpenConsole) -> None:
+def test_sign_ins_are_ended_and_the_log_is_searched(stub: StubServer, open_stub: OpenShared) -> None:
     people = stub.people
     people.sign("ada", "admin")
     people.sessions.append(session("there", "grace"))
     people.log = [entry(number, "ada", "Begin a capture") for number in range(1, 61)]
     people.log.append(entry(61, "nobody", "Sign in", kind="nobody", outcome="refused", repeated=4))
-    page = open_console(f"{stub.url}#/people/sign_ins").page
+    page = open_stub("#/people/sign_ins").page
     expect(row(page, "ada")).to_contain_text("Chrome on Androidthis browser")
     page.get_by_role("button", name="Sign out grace at 192.168.1.20, Firefox on Linux").click()
     expect(row(page, "grace")).to_have_count(0)
@@ -191,13 +191,11 @@ def test_first_admin_is_added_where_nobody_has_a_name(stub: StubServer, open_con
     expect(page.get_by_role("button", name="Signed in: Shared token, admin")).to_be_visible()
 
 
-def test_viewer_sees_own_sign_ins_and_changes_the_password(
-    stub: StubServer, open_console: OpenConsole
-) -> None:
+def test_viewer_sees_own_sign_ins_and_changes_the_password(stub: StubServer, open_stub: OpenShared) -> None:
     stub.people.sign("linus", "viewer")
     detail = "this needs the right to operate, and linus is a viewer"
     stub.refusals["POST /fixations"] = problem(403, "Not allowed", detail)
-    console = open_console(stub.url)
+    console = open_stub("#/")
     page = console.page
     expect(page.get_by_text("you see everything and move nothing")).to_be_visible()
     console.wait_for_frames("wide")

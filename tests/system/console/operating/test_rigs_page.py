@@ -70,5 +70,5 @@ def test_a_rig_that_does_not_answer_says_why_beside_the_others(
     expect(silent.locator("img")).to_have_count(0)
     expect(silent.get_by_role("link")).to_have_attribute("href", "https://roof.example/")
     expect(page.locator(".rig-card[data-rig=this]")).to_contain_text("ada drives it.")
-    page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
+    page.set_viewport_size(PHONE)
     expect_to_fit(page)
