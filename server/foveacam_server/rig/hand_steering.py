@@ -352,7 +352,7 @@ class HandSteering:
 def held_by(by: str, asked: str) -> Busy:
     """Return the error while somebody steers by hand."""
     return Busy(
-        f"asked to {asked}: {by} steers the mirrors by hand; wait until that ends",
+        f"asked to {asked}: {by} steers the mirrors by hand",
         asked=asked,
         found=f"{by} steers by hand",
         remedy="wait until that ends",

@@ -1,6 +1,7 @@
 // Sends commands to the rig's devices. The refusal of a camera setting is returned, so that it is shown beside its
 // control.
 
+import { remedyOf } from "../../elements/format.js";
 import { RequestError, request } from "../../transport/api.js";
 import { hasEnded } from "../../transport/jobs.js";
 
@@ -138,7 +139,7 @@ export class RigOrders {
         tone: "bad",
         title: "The trigger test failed",
         detail: job.problem.detail ?? "",
-        remedy: job.problem.remedy ?? undefined,
+        remedy: remedyOf(job.problem),
       });
     await Promise.all([this.#reader.readTest(), this.#reader.readRig()]);
   }
