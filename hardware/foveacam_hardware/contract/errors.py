@@ -45,6 +45,14 @@ class FoveaError(Exception):
         self.found = found
         self.remedy = remedy
 
+    @property
+    def parts(self) -> tuple[str, str]:
+        """The statement and the remedy; where none is given, the remedy follows the last semicolon."""
+        if self.remedy is not None:
+            return self.statement, self.remedy
+        statement, _, remedy = self.statement.rpartition("; ")
+        return (statement, remedy) if statement else (remedy, "")
+
 
 def _compose(statement: str, remedy: str | None) -> str:
     if not remedy or not statement:

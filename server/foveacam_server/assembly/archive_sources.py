@@ -94,7 +94,6 @@ class StillArchiveSource:
         stored = found.stored
         if found.state is not StillState.KEPT:
             raise Busy(
-                f"archive still {stored.name}: it is neither kept nor discarded yet",
                 asked=f"archive still {stored.name}",
                 found="it is neither kept nor discarded yet",
                 remedy="keep it first",

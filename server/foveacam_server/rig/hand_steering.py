@@ -273,7 +273,7 @@ class HandSteering:
         state = mirrors.state
         if state.parks != course.parks:
             self._check()
-            raise Stopped("the mirrors were parked", found="the mirrors were parked")
+            raise Stopped(found="the mirrors were parked")
         blocked_ns = self._blocked_ns()
         if course.status(now_ns, blocked_ns=blocked_ns) is SteeringStatus.SILENT:
             if course.silent_s(now_ns, blocked_ns=blocked_ns) >= SILENT_S + PARK_S:

@@ -56,7 +56,6 @@ def not_open(status: RigStatus) -> NotConnected:
     if status.opened and status.problems:
         return missing(status.problems[0])
     return StillOpening(
-        "the rig is still opening",
         found="the rig is still opening",
         remedy="try again in a moment",
     )

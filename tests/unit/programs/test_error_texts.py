@@ -44,6 +44,23 @@ def test_without_a_statement_it_is_composed_as_well(
     assert (error.statement, str(error)) == (statement, f"{statement}; use it")
 
 
+@pytest.mark.parametrize(
+    ("error", "parts"),
+    [
+        (FoveaError("it is gone; plug it in"), ("it is gone", "plug it in")),
+        (
+            FoveaError("it is gone; see its log", remedy="plug it in; try again"),
+            ("it is gone; see its log", "plug it in; try again"),
+        ),
+        (FoveaError("it is gone"), ("it is gone", "")),
+    ],
+)
+def test_a_remedy_that_is_not_given_follows_the_last_semicolon(
+    error: FoveaError, parts: tuple[str, str]
+) -> None:
+    assert error.parts == parts
+
+
 def test_an_error_keeps_its_parts_when_it_is_pickled() -> None:
     error = pickle.loads(pickle.dumps(Busy("it is in use", asked="a", found="b", remedy="wait")))  # noqa: S301 - its own
 

@@ -111,19 +111,11 @@ class MissingFrames:
     @property
     def remedy(self) -> str:
         """What to do about it."""
-        return self._parts[1]
-
-    @property
-    def _parts(self) -> tuple[str, str]:
-        """The reason's statement, and its remedy: what follows the last semicolon where it names none."""
-        if self.reason.remedy is not None:
-            return self.reason.statement, self.reason.remedy
-        statement, _, remedy = self.reason.statement.rpartition("; ")
-        return (statement, remedy) if statement else (remedy, "")
+        return self.reason.parts[1]
 
     def sentence(self) -> str:
         """Return a sentence with the camera, the number of its frames, and the reason."""
-        return f"camera {self.role.value}: {self.came} of {self.asked} frames came ({self._parts[0]})"
+        return f"camera {self.role.value}: {self.came} of {self.asked} frames came ({self.reason.parts[0]})"
 
     def document(self) -> dict[str, JsonValue]:
         """Return the description as JSON for the dataset."""

@@ -198,7 +198,6 @@ def _check_local(item: ArchiveItem, known: ArchiveRecord) -> None:
     if any(name in known.manifest.files and not path.exists() for name, path in item.files.items()):
         found = f"its files are in {known.archive} alone"
         raise InvalidInput(
-            f"archive {item.name}: {found}",
             asked=f"archive {item.name}",
             found=found,
             remedy="fetch it first",

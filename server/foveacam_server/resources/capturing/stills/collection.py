@@ -109,7 +109,6 @@ class StillCollection:
         found = self.get(still_id)
         if found.state is StillState.KEPT:
             raise InvalidInput(
-                f"keep still {found.stored.name}: it is kept already",
                 asked=f"keep still {found.stored.name}",
                 found="it is kept already",
                 remedy="nothing is left to do",
