@@ -17,12 +17,11 @@ def figures_installed() -> bool:
 def check_figures(what: str) -> None:
     """Raise `InvalidInput` where Matplotlib is not installed; `what` needs it: "a reference's diagram"."""
     if not figures_installed():
-        command = install_command("figures")
         raise InvalidInput(
-            f"{what} needs Matplotlib, which is not installed; {command}",
+            f"{what} needs Matplotlib, which is not installed",
             asked=what,
             found="Matplotlib is not installed",
-            remedy=command,
+            remedy=install_command("figures"),
         )
 
 

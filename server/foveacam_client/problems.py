@@ -67,7 +67,9 @@ class ProblemError(ClientError):
         self.problem = problem
         self.request_id = request_id
         self.retry_after_s = retry_after_s
-        super().__init__(" ".join(filter(None, (problem.title + ":", problem.detail, problem.remedy))))
+        remedy = problem.remedy or ""
+        told = () if remedy in problem.detail else (remedy,)
+        super().__init__(" ".join((f"{problem.title}:", problem.detail, *told)))
 
     @property
     def title(self) -> str:

@@ -283,8 +283,7 @@ def keep_token(settings: Settings) -> Path:
     except (OSError, StorageFull, DeviceFault) as error:
         found = (error.strerror if isinstance(error, OSError) else error.found) or str(error)
         raise InvalidInput(
-            f"the token cannot be written to {path}: {found}; give another --data folder, or a token of your "
-            "own",
+            f"the token cannot be written to {path}: {found}",
             asked=str(path),
             found=found,
             remedy="give another --data folder, or a token of your own",

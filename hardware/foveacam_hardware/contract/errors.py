@@ -12,7 +12,7 @@
     ├── Timeout          the device's: it did not answer in time
     └── DeviceFault      the device's: it answered wrongly, or broke
 
-Every message states what was asked, what was found, and what to do.
+Every text states what was asked, what was found, and what to do: `FoveaError` composes it.
 """
 
 import shlex
@@ -22,24 +22,44 @@ import sys
 class FoveaError(Exception):
     """Root of every error that a user may see; `code` is stable and machine readable.
 
-    The message is complete in itself. `asked`, `found` and `remedy` repeat its parts for programs, where
-    known.
+    `statement` says what was asked and what was found, without the remedy; left empty, it is composed as
+    `{asked}: {found}`. The text is `{statement}; {remedy}`, so that it ends with the remedy word by word. A
+    statement's full stop gives way to the semicolon, but stays before a remedy that is a sentence of its
+    own, with a capital and a full stop. An error that wraps another takes its `statement`, and its `remedy`
+    beside.
     """
 
     code = "fovea_error"
 
     def __init__(
         self,
-        message: str = "",
+        statement: str = "",
         *,
         asked: str | None = None,
         found: str | None = None,
         remedy: str | None = None,
     ) -> None:
-        super().__init__(message)
+        self.statement = statement or ": ".join(filter(None, (asked, found)))
+        super().__init__(_compose(self.statement, remedy))
         self.asked = asked
         self.found = found
         self.remedy = remedy
+
+    @property
+    def parts(self) -> tuple[str, str]:
+        """The statement and the remedy; where none is given, the remedy follows the last semicolon."""
+        if self.remedy is not None:
+            return self.statement, self.remedy
+        statement, _, remedy = self.statement.rpartition("; ")
+        return (statement, remedy) if statement else (remedy, "")
+
+
+def _compose(statement: str, remedy: str | None) -> str:
+    if not remedy or not statement:
+        return statement or remedy or ""
+    if statement.endswith((".", "!", "?")) and remedy[0].isupper() and remedy.endswith("."):
+        return f"{statement} {remedy}"
+    return f"{statement.removesuffix('.')}; {remedy}"
 
 
 class InvalidInput(FoveaError):

@@ -83,7 +83,7 @@ def rail_stops(dataset: Dataset, scan: int | None = None) -> tuple[tuple[RailSto
     if spread_m < SMALLEST_SPACING_M:
         raise InvalidInput(
             f"{dataset.folder}: a reference was asked for, which needs scans from two places on the rail or "
-            f"more; {_found(known)}; capture with several rail positions",
+            f"more; {_found(known)}",
             asked="scans from two places on the rail or more",
             found=_found(known),
             remedy="capture with several rail positions",

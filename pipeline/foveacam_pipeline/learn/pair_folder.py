@@ -239,8 +239,7 @@ def _check_same(folder: Path, found: PairDocument, asked: PairDocument) -> None:
         there, given = getattr(found, name), getattr(asked, name)
         if there != given:
             raise InvalidInput(
-                f"{folder} holds pairs with other {name} ({there} instead of {given}); give that, or another "
-                "--out folder",
+                f"{folder} holds pairs with other {name} ({there} instead of {given})",
                 asked=str(given),
                 found=str(there),
                 remedy="give that, or another --out folder",

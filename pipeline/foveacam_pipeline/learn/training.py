@@ -262,8 +262,7 @@ class _Run:
             found, asked = getattr(facts, name), getattr(asked_facts, name)
             if found != asked:
                 raise InvalidInput(
-                    f"{self._path.parent} holds a run with other {what} ({found} instead of {asked}); give "
-                    "those, or another --out folder",
+                    f"{self._path.parent} holds a run with other {what} ({found} instead of {asked})",
                     asked=str(asked),
                     found=str(found),
                     remedy="give those, or another --out folder",

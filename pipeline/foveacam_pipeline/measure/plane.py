@@ -88,8 +88,7 @@ def fit_plane(
     samples = _samples(look, region)
     if len(samples.d_px) < FEWEST:
         raise InvalidInput(
-            f"a plane needs {FEWEST} pixels with depth, the region has {len(samples.d_px)}; "
-            "drag a larger one, or one on texture",
+            f"a plane needs {FEWEST} pixels with depth, the region has {len(samples.d_px)}",
             asked="a plane",
             found=f"{len(samples.d_px)} pixels with depth",
             remedy="drag a larger rectangle, or one on texture",
@@ -165,7 +164,7 @@ def _weighted(
     found, _, rank, _ = np.linalg.lstsq(design * root[:, None], d_px * root, rcond=None)
     if rank < 3:
         raise InvalidInput(
-            "the pixels with depth lie on one line, which leaves the plane open; drag a wider rectangle",
+            "the pixels with depth lie on one line, which leaves the plane open",
             asked="a plane",
             found="pixels on one line",
             remedy="drag a wider rectangle",

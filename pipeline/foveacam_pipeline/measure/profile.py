@@ -46,9 +46,9 @@ def profile_along(
     long_px = float(np.linalg.norm(end - start))
     if long_px < SHORTEST_PX:
         raise InvalidInput(
-            f"a profile of {long_px:.1f} px is too short; drag a line of {SHORTEST_PX:g} px or more",
+            f"a profile of {long_px:.1f} px is too short",
             asked=f"a line of {long_px:.1f} px",
-            remedy="drag a longer line",
+            remedy=f"drag a line of {SHORTEST_PX:g} px or more",
         )
     count = min(MOST, math.ceil(long_px) + 1)
     pixels = start + (end - start) * np.linspace(0.0, 1.0, count)[:, None]
@@ -60,7 +60,7 @@ def profile_along(
     sigma_px[inside] = look.sigma_px[rows[inside], columns[inside]]
     if not np.isfinite(z_m).any():
         raise InvalidInput(
-            "no pixel on the line has a depth; drag it over texture that both eyes see",
+            "no pixel on the line has a depth",
             asked="a profile",
             found="no depth along the line",
             remedy="drag it over texture that both eyes see",

@@ -140,7 +140,7 @@ def check_digest(network: StereoNetwork) -> None:
             found = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise InvalidInput(
-            f"{network.name}: its graph {network.graph}: {error.strerror}; put it beside the card",
+            f"{network.name}: its graph {network.graph}: {error.strerror}",
             asked=str(network.graph),
             found=error.strerror,
             remedy="put it beside the card",
@@ -149,7 +149,7 @@ def check_digest(network: StereoNetwork) -> None:
     if found != card.sha256:
         raise InvalidInput(
             f"{card.name}: the SHA-256 of {card.file} is {found}, its card says {card.sha256}: it is another "
-            "file, or was damaged; get the right one, or correct the card when you trust this one",
+            "file, or was damaged",
             asked=card.sha256,
             found=found,
             remedy="get the right file, or correct the card when you trust this one",
@@ -167,7 +167,7 @@ def _refusal(path: Path, error: ValidationError) -> InvalidInput:
     found = first.get("input")
     said = "" if first["type"] == "missing" else f", found {str(found)[:80]!r}"
     return InvalidInput(
-        f"{path}: {where}: {first['msg']}{said}; see `foveacam depth card`",
+        f"{path}: {where}: {first['msg']}{said}",
         asked=where,
         found=str(found)[:80],
         remedy="correct the card; see `foveacam depth card`",

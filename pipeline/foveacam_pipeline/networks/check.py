@@ -77,7 +77,7 @@ def check_network(network: StereoNetwork) -> NetworkCheck:
 def _failed(
     network: StereoNetwork, what: str, error: FoveaError, findings: list[NetworkFinding]
 ) -> NetworkCheck:
-    finding = NetworkFinding(what=what, passed=False, found=str(error), remedy=error.remedy or "")
+    finding = NetworkFinding(what=what, passed=False, found=error.statement, remedy=error.remedy or "")
     return NetworkCheck(name=network.name, findings=(*findings, finding))
 
 

@@ -64,9 +64,8 @@ def open_session(network: StereoNetwork) -> GraphSession:
     try:
         runtime = import_module("onnxruntime")
     except ImportError as error:
-        command = install_command("onnx")
         raise InvalidInput(
-            f"{card.name} needs onnxruntime, which is not installed; {command}", remedy=command
+            f"{card.name} needs onnxruntime, which is not installed", remedy=install_command("onnx")
         ) from error
     options = runtime.SessionOptions()
     options.log_severity_level = 4  # what fails is raised and said in words
@@ -104,7 +103,7 @@ def run_graph(
         share = 100.0 * float((planes[1] <= 0.0).mean())
         raise NetworkFault(
             f"{card.name}: {share:.3g} % of its output {card.output.sigma} is not above 0, so that it is no "
-            "error of a disparity; name another output as output.sigma of its card, or none",
+            "error of a disparity",
             found=f"{share:.3g} % not above 0",
             remedy="name another output as output.sigma of its card, or none",
         )
@@ -159,7 +158,7 @@ def _check_ports(card: NetworkCard, session: GraphSession) -> None:
 
 def _port_error(card: NetworkCard, key: str, name: str, there: list[str]) -> InvalidInput:
     return InvalidInput(
-        f"{card.name}: {key} is {name!r}, the graph has {', '.join(there)}; correct the card",
+        f"{card.name}: {key} is {name!r}, the graph has {', '.join(there)}",
         asked=name,
         found=", ".join(there),
         remedy=f"set {key} to one of them",

@@ -51,7 +51,7 @@ def datasets_in(path: Path) -> tuple[Path, ...]:
     found = tuple(sorted(folder for folder in path.iterdir() if _is_source(folder)))
     if not found:
         raise InvalidInput(
-            f"{path} holds no dataset, nor does a folder in it; give folders with a {DOCUMENT}",
+            f"{path} holds no dataset, nor does a folder in it",
             found="no dataset",
             remedy=f"give folders with a {DOCUMENT}",
         )

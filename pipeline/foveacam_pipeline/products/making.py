@@ -72,8 +72,7 @@ def make_product(task: ProductTask, *, into: ProductFolder, mesh_file: MeshFile)
     ours = code_version()
     if task.code != ours:
         raise InvalidInput(
-            f"a worker has another program than the one that asked: {ours} instead of {task.code}; install "
-            "the same there",
+            f"a worker has another program than the one that asked: {ours} instead of {task.code}",
             asked=task.code,
             found=ours,
             remedy="install the same there",

@@ -146,12 +146,12 @@ def check_unchanged(task: ProductTask) -> None:
     except FoveaError as error:
         raise DatasetChanged(f"{task.name} changed while it was worked on: {error}", remedy=remedy) from error
     if found != [task.inputs_sha256]:
-        raise DatasetChanged(f"{task.name} changed while it was worked on; {remedy}", remedy=remedy)
+        raise DatasetChanged(f"{task.name} changed while it was worked on", remedy=remedy)
     problems = [] if dataset is None else _frame_problems(dataset, task)
     if problems:
         raise DatasetChanged(
-            f"{task.name}: {problems[0]} see `foveacam dataset check`, and restore it from a copy",
-            remedy="restore it from a copy",
+            f"{task.name}: {problems[0]}",
+            remedy="see `foveacam dataset check`, and restore it from a copy",
         )
 
 

@@ -83,9 +83,7 @@ def check_name(path: Path, *, name: str) -> None:
         if isinstance(error, OSError) and error.errno not in _NO_NAME:
             return  # there is no such file, as should be; what else is wrong is met when it is written
         found = _refused_name(error)
-        raise InvalidInput(
-            f"name {name!r}: {found}; {_OTHER_NAME}", asked=name, found=found, remedy=_OTHER_NAME
-        ) from error
+        raise InvalidInput(f"name {name!r}: {found}", asked=name, found=found, remedy=_OTHER_NAME) from error
 
 
 def _refused_name(error: OSError | ValueError) -> str:
@@ -111,7 +109,7 @@ def disk_fault(error: OSError, *, what: str, folder: Path, again: str = TRY_AGAI
     """
     found, remedy = describe_disk_error(error, folder, again=again)
     kind = disk_error_class(error)
-    return kind(f"{what} in {folder}: {found}; {remedy}", asked=what, found=found, remedy=remedy)
+    return kind(f"{what} in {folder}: {found}", asked=what, found=found, remedy=remedy)
 
 
 def disk_error_class(error: OSError) -> type[FoveaError]:

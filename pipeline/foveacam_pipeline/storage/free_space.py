@@ -20,10 +20,10 @@ def free_bytes(folder: Path) -> int:
     return shutil.disk_usage(folder).free
 
 
-def free_space_error(message: str, *, needed_bytes: int, free_bytes: int, remedy: str) -> FoveaError:
+def free_space_error(statement: str, *, needed_bytes: int, free_bytes: int, remedy: str) -> FoveaError:
     """Return the error for a request that needs more free space, the reserve included, than there is.
 
     OutOfRange where a smaller request could fit; StorageFull where the disk is full.
     """
     kind = StorageFull if free_bytes < FULL_BYTES else OutOfRange
-    return kind(message, asked=f"{needed_bytes} bytes", found=f"{free_bytes} bytes", remedy=remedy)
+    return kind(statement, asked=f"{needed_bytes} bytes", found=f"{free_bytes} bytes", remedy=remedy)

@@ -85,8 +85,7 @@ def check_workers(installed: dict[str, object], modules: Sequence[str]) -> None:
             found, lacks = answer
         if found != ours:
             raise InvalidInput(
-                f"the worker {worker} has another {PACKAGE} than this program: {found} instead of {ours}; "
-                "install the same version there",
+                f"the worker {worker} has another {PACKAGE} than this program: {found} instead of {ours}",
                 asked=ours,
                 found=found,
                 remedy="install the same version there",

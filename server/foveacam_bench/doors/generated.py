@@ -51,10 +51,9 @@ def check_generator() -> None:
     """Raise `InvalidInput` where Schemathesis is not installed."""
     if importlib.util.find_spec("schemathesis") is None:
         raise InvalidInput(
-            "bench doors generates requests with Schemathesis, which is not installed; "
-            "install what developers use: pip install 'foveacam-duo[dev]', or make setup",
+            "bench doors generates requests with Schemathesis, which is not installed",
             found="no package schemathesis",
-            remedy="pip install 'foveacam-duo[dev]', or make setup",
+            remedy="install what developers use: pip install 'foveacam-duo[dev]', or make setup",
         )
 
 

@@ -31,7 +31,7 @@ def held_out_pairs(folder: Path | None, *, count: int) -> Sequence[PairSample]:
     stored = StoredPairs(folder)
     if stored.document.split is not Split.HELD_OUT:
         raise InvalidInput(
-            f"{folder} holds pairs to train on; make others with `foveacam learn pairs --split held-out`",
+            f"{folder} holds pairs to train on",
             asked=str(folder),
             found=stored.document.split,
             remedy="make others with `foveacam learn pairs --split held-out`",

@@ -34,15 +34,14 @@ def chromium() -> "Iterator[Browser]":
         from playwright.sync_api import sync_playwright  # of the extra `dev`
     except ImportError as error:
         raise NotConnected(
-            "the bench 'console' drives a browser by Playwright, which is not installed here; "
-            f"install the extra: {install_command('dev')}",
+            "the bench 'console' drives a browser by Playwright, which is not installed here",
             asked="playwright",
             found="nothing",
-            remedy=install_command("dev"),
+            remedy=f"install the extra: {install_command('dev')}",
         ) from error
     if not CHROMIUM.exists():
         raise NotConnected(
-            f"the bench 'console' needs Chromium at {CHROMIUM}; run tests/system/install-chromium.sh",
+            f"the bench 'console' needs Chromium at {CHROMIUM}",
             asked=str(CHROMIUM),
             found="nothing",
             remedy="run tests/system/install-chromium.sh",

@@ -100,10 +100,9 @@ class Accounts:
             return self._join_first(password, name=name)
         if not self.users.exist:
             raise WrongCredentials(
-                "this link is not good: it makes the first admin once, and for an hour; start the server "
-                "again for a new one",
+                "this link is not good: it makes the first admin once, and for an hour",
                 found="a link that is not good",
-                remedy="start the server again",
+                remedy="start the server again for a new one",
             )
         name = self.users.check_invitation(code)
         with self._ending_sign_ins(name):
@@ -113,7 +112,7 @@ class Accounts:
 
     def _join_first(self, password: str, *, name: str | None) -> User:
         if not name:
-            raise WrongCredentials("the first admin needs a name; give one", remedy="give a name")
+            raise WrongCredentials("the first admin needs a name", remedy="give a name")
         user, _ = self.users.add(name, UserRole.ADMIN, password=password, first=True)
         self.first_admin.forget()
         return user
@@ -182,11 +181,10 @@ class Accounts:
         """
         if keep_tokens and by == name:
             raise InvalidInput(
-                f"the tokens of {name} cannot outlive {name} on {name}'s own authority; let another "
-                f"admin remove {name}, or revoke them",
+                f"the tokens of {name} cannot outlive {name} on {name}'s own authority",
                 asked=f"to remove {name} and keep the tokens",
                 found=f"{name} as the one who keeps them",
-                remedy="let another admin do it, or revoke them",
+                remedy=f"let another admin remove {name}, or revoke them",
             )
         with self._changing:
             tokens = self.tokens.owned_by(name)

@@ -192,8 +192,7 @@ class SignInLimits:
 
 def _too_many(name: str, wait_s: float, where: str) -> TooManyAttempts:
     return TooManyAttempts(
-        f"too many wrong passwords came from {where}; none is looked at for {math.ceil(wait_s)} s; a browser "
-        "in which you have signed in before is not held up",
+        f"too many wrong passwords came from {where}; none is looked at for {math.ceil(wait_s)} s",
         wait_s=wait_s,
         asked=f"to sign in as {name}",
         found="too many wrong passwords",

@@ -12,12 +12,11 @@ _DOING = {
 
 def forbidden(principal: Principal, right: Right, *, asked: str) -> Forbidden:
     """Return the refusal of a request that needs `right`."""
-    remedy = f"ask an admin of this server for the right to {right.value}"
     return Forbidden(
-        f"{asked} needs the right to {_DOING[right]}; you are {principal.title}; {remedy}",
+        f"{asked} needs the right to {_DOING[right]}; you are {principal.title}",
         asked=asked,
         found=principal.title,
-        remedy=remedy,
+        remedy=f"ask an admin of this server for the right to {right.value}",
     )
 
 

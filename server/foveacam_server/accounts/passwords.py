@@ -30,11 +30,11 @@ def check_password(password: str, *, name: str) -> None:
         return
     found = "the user's name" if password.lower() == name.lower() else f"{len(password)} characters"
     raise InvalidInput(
-        f"a password has {LEAST_CHARS} to {MOST_CHARS} characters and is not the user's name, this one is "
-        f"{found}; choose another",
+        f"a password has {LEAST_CHARS} to {MOST_CHARS} characters and is not the user's name, this one "
+        f"is {found}",
         asked="this password",
         found=found,
-        remedy=f"choose one of {LEAST_CHARS} to {MOST_CHARS} characters",
+        remedy="choose another password",
     )
 
 
@@ -62,7 +62,7 @@ def _slot(slots: threading.BoundedSemaphore) -> Iterator[None]:
     """Hold one of the few places; raise `TooManyAttempts` when none is free soon: others need the threads."""
     if not slots.acquire(timeout=LONGEST_WAIT_S):
         raise TooManyAttempts(
-            "many people sign in at once; try again in a second",
+            "many people sign in at once",
             wait_s=1.0,
             asked="to check a password",
             found="others are checked",

@@ -116,7 +116,7 @@ class ServiceTokens:
         with self._lock:
             if any(other.name == name for other in self._live.values()):
                 raise Busy(
-                    f"there is a token named {name} already; revoke it, or choose another name",
+                    f"there is a token named {name} already",
                     asked=f"a token named {name}",
                     found="one of that name",
                     remedy="revoke it, or choose another name",
@@ -146,7 +146,7 @@ class ServiceTokens:
                 f"there is no token {token_id}",
                 asked=token_id,
                 found="no such token",
-                remedy="GET /api/v1/service_tokens",
+                remedy="GET /api/v1/service_tokens lists them",
             )
         return found
 

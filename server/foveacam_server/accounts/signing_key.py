@@ -54,10 +54,9 @@ class SigningKey:
         return text
 
     def _refused(self, found: str) -> InvalidInput:
-        remedy = "restore it, or remove it: a new one is made, and everybody signs in again"
         return InvalidInput(
-            f"{self._path} is no key that cookies could be signed by: {found}; {remedy}",
+            f"{self._path} is no key that cookies could be signed by: {found}",
             asked=str(self._path),
             found=found,
-            remedy=remedy,
+            remedy="restore it, or remove it: a new one is made, and everybody signs in again",
         )

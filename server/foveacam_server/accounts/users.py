@@ -107,7 +107,7 @@ class Users:
                 raise _not_the_first(name)
             if session.get(UserRow, name) is not None:
                 raise Busy(
-                    f"there is a user {name} already; choose another name",
+                    f"there is a user {name} already",
                     asked=f"a user {name}",
                     found="one of that name",
                     remedy="choose another name, or change that user",
@@ -119,10 +119,10 @@ class Users:
         if self.exist or (role is UserRole.ADMIN and with_password):
             return
         raise InvalidInput(
-            "the first user is an admin with a password: else nobody could add others; give both",
+            "the first user is an admin with a password: else nobody could add others",
             asked=f"{name}, {role}, {'with' if with_password else 'without'} a password",
             found="no user yet",
-            remedy="make the first user an admin, with a password",
+            remedy="give both the role admin and a password",
         )
 
     def change(self, name: str, *, role: UserRole | None = None, disabled: bool | None = None) -> User:
@@ -204,7 +204,7 @@ class Users:
         if known is None or known.disabled:
             why = "is disabled" if known is not None else "was not added by an admin"
             raise WrongCredentials(
-                f"{name} {why}; ask an admin of this server",
+                f"{name} {why}",
                 asked=f"to sign in as {name}",
                 found=why,
                 remedy="ask an admin of this server",
@@ -245,7 +245,7 @@ class Users:
 def changed_meanwhile(name: str) -> WrongCredentials:
     """Return the refusal of somebody whose password changed while it was checked."""
     return WrongCredentials(
-        f"the password of {name} was changed meanwhile, or the user disabled or removed; sign in again",
+        f"the password of {name} was changed meanwhile, or the user disabled or removed",
         asked=f"to sign in as {name}",
         found="a user that has changed",
         remedy="sign in again",
@@ -256,11 +256,11 @@ def check_name(name: str) -> None:
     """Raise `InvalidInput` for a name that no user can have."""
     if re.fullmatch(NAME_PATTERN, name) is None:
         raise InvalidInput(
-            f"a user's name is 1 to 64 lower-case letters, digits, . _ @ + or -, first a letter or digit; "
-            f"{name[:64]!r} is not; choose another",
+            "a user's name is 1 to 64 lower-case letters, digits, . _ @ + or -, first a letter or digit; "
+            f"{name[:64]!r} is not",
             asked=name[:64],
             found="other characters",
-            remedy="use lower-case letters and digits",
+            remedy="choose another name",
         )
 
 
@@ -268,7 +268,10 @@ def _row(session: Session, name: str) -> UserRow:
     row = session.get(UserRow, name)
     if row is None:
         raise NotFound(
-            f"there is no user {name}", asked=name, found="no such user", remedy="GET /api/v1/users"
+            f"there is no user {name}",
+            asked=name,
+            found="no such user",
+            remedy="GET /api/v1/users lists them",
         )
     return row
 
@@ -293,7 +296,7 @@ def _check_admin_left(session: Session, asked: str) -> None:
     if any(_can_administer(_user(row)) for row in session.scalars(select(UserRow))):
         return
     raise Busy(
-        f"asked {asked}: this is the last admin who can sign in; make another one first",
+        f"asked {asked}: this is the last admin who can sign in",
         asked=asked,
         found="no other admin",
         remedy="make another admin first",
@@ -305,8 +308,7 @@ def _invited(session: Session, code: str) -> UserRow:
     row = session.scalar(select(UserRow).where(UserRow.invitation_hash == secret_hash(code)))
     if row is None or row.disabled or (row.invitation_until_utc or "") < utc_now():
         raise WrongCredentials(
-            "this link is not good: it was used, has expired, or a newer one was made; "
-            "ask an admin for a new one",
+            "this link is not good: it was used, has expired, or a newer one was made",
             found="a link that is not good",
             remedy="ask an admin for a new link",
         )
@@ -328,8 +330,7 @@ def _drop_invitation(row: UserRow) -> None:
 
 def _not_the_first(name: str) -> Busy:
     return Busy(
-        f"asked to make {name} the first admin: somebody else became that meanwhile; sign in, or ask an "
-        "admin to add you",
+        f"asked to make {name} the first admin: somebody else became that meanwhile",
         asked=f"{name} as the first admin",
         found="an admin",
         remedy="sign in, or ask an admin to add you",

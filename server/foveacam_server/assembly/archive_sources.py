@@ -27,10 +27,10 @@ class CaptureArchiveSource:
         stored = self._captures.collection.get(item_id)
         if self._captures.is_running(item_id) or is_being_written(stored.folder):
             raise Busy(
-                f"capture {stored.name} is still running; archive it when it has ended",
+                f"capture {stored.name} is still running",
                 asked=f"archive {stored.name}",
                 found="it is still running",
-                remedy="wait for its end",
+                remedy="archive it when it has ended",
             )
         return dataset_item(readable_dataset(stored), item_id=stored.id)
 
@@ -94,7 +94,6 @@ class StillArchiveSource:
         stored = found.stored
         if found.state is not StillState.KEPT:
             raise Busy(
-                f"archive still {stored.name}: it is neither kept nor discarded yet; keep it first",
                 asked=f"archive still {stored.name}",
                 found="it is neither kept nor discarded yet",
                 remedy="keep it first",

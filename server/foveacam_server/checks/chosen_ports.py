@@ -92,7 +92,7 @@ def _chosen(machine: Machine, present: Sequence[UsbSerialPort], use: str, named:
     try:
         return ChosenPort(use=use, named=named, name=search.path())
     except NotConnected as failure:
-        problem, _, remedy = str(failure).rpartition("; ")
+        problem, remedy = failure.parts
         return ChosenPort(use=use, named=named, problem=f"{use}: {problem}", remedy=remedy)
 
 

@@ -101,7 +101,7 @@ def _accounts(data: object) -> "Iterator[Accounts]":
         store = Store(folder)
     except Busy as error:
         raise Busy(
-            f"a server is using {folder}; use its page People, or stop it first",
+            f"a server is using {folder}",
             asked=str(folder),
             found="a server that runs",
             remedy="use its page People, or stop it first",

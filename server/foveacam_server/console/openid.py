@@ -66,7 +66,7 @@ def _provider(chosen: OpenIdSettings) -> _Provider:
         from authlib.integrations.starlette_client import OAuth  # only where a provider is named
     except ImportError as error:
         raise InvalidInput(
-            f"signing in by {chosen.issuer} needs Authlib, which is not installed; {INSTALL}",
+            f"signing in by {chosen.issuer} needs Authlib, which is not installed",
             asked=chosen.issuer,
             found="no Authlib",
             remedy=INSTALL,

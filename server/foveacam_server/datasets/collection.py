@@ -62,7 +62,7 @@ class DatasetCollection:
         taken = {other.name.casefold() for other in self.folder.iterdir()}
         if path.name.casefold() in taken:
             raise InvalidInput(
-                f"there is a {self._noun} {name!r} already; choose another name{self._or_resume}",
+                f"there is a {self._noun} {name!r} already",
                 asked=f"a {self._noun} named {name!r}",
                 found="there is one already",
                 remedy=f"choose another name{self._or_resume}",
@@ -100,7 +100,7 @@ class DatasetCollection:
         stored = self.get(capture_id)
         if is_being_written(stored.folder):
             raise Busy(
-                f"{self._noun} {stored.name} is being written; wait until it ends, or cancel it there",
+                f"{self._noun} {stored.name} is being written",
                 asked=f"remove {self._noun} {stored.name}",
                 found="a program is writing it",
                 remedy="wait until it ends, or cancel it there",

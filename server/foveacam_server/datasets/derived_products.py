@@ -112,10 +112,10 @@ class DerivedProductJobs:
         if self._tools.captures.is_running(stored.id):
             noun = self._kind.noun
             raise Busy(
-                f"capture {stored.name} is still running; its {noun} can be made when it has ended",
+                f"the {noun} of {stored.name} was asked for: the capture is still running",
                 asked=f"the {noun} of {stored.name}",
                 found="it is still running",
-                remedy="wait for its end",
+                remedy="ask again when it has ended",
             )
         return dataset
 
@@ -124,7 +124,7 @@ class DerivedProductJobs:
         if self._job_of(capture_id) is not None:
             noun = self._kind.noun
             raise Busy(
-                f"asked to {asked}: the {noun} of capture {capture_id} is being made; {WAIT}",
+                f"asked to {asked}: the {noun} of capture {capture_id} is being made",
                 asked=asked,
                 found=f"its {noun} is being made",
                 remedy=WAIT,
@@ -155,7 +155,7 @@ class DerivedProductJobs:
         live = self._live
         if live is not None and not self._tools.jobs.get(live[1]).state.ended:
             found = f"the {self._kind.noun} of capture {live[0]} is being made"
-            raise Busy(f"{found}; {WAIT}", found=found, remedy=WAIT)
+            raise Busy(found=found, remedy=WAIT)
 
     def _job_of(self, capture_id: str) -> Job | None:
         live = self._live

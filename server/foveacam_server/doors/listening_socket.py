@@ -44,12 +44,17 @@ def listen(host: str, port: int) -> socket.socket:
 def _refusal(error: OSError, *, host: str, port: int) -> FoveaError:
     asked, found = f"{host} port {port}", error.strerror or str(error)
     if error.errno == errno.EADDRINUSE:
-        remedy = f"stop it, or choose another with --port {port + 1 if port < 65535 else 0}"
-        message = f"port {port} on {host} is in use by another program; {remedy}"
-        return Busy(message, asked=asked, found=found, remedy=remedy)
-    remedy = "choose another --host or --port"
+        return Busy(
+            f"port {port} on {host} is in use by another program",
+            asked=asked,
+            found=found,
+            remedy=f"stop it, or choose another with --port {port + 1 if port < 65535 else 0}",
+        )
     return InvalidInput(
-        f"cannot listen on {asked}: {found}; {remedy}", asked=asked, found=found, remedy=remedy
+        f"cannot listen on {asked}: {found}",
+        asked=asked,
+        found=found,
+        remedy="choose another --host or --port",
     )
 
 
@@ -82,7 +87,7 @@ def _check_readable(path: Path) -> None:
         path.read_bytes()
     except OSError as error:
         raise InvalidInput(
-            f"{path} cannot be read: {error.strerror}; give the path of a PEM file",
+            f"{path} cannot be read: {error.strerror}",
             asked=str(path),
             found=error.strerror,
             remedy="give the path of a PEM file",
@@ -91,10 +96,9 @@ def _check_readable(path: Path) -> None:
 
 def _no_pass_phrase() -> str:
     raise InvalidInput(
-        "the key has a pass phrase, which nobody types when a server starts by itself; give one without: "
-        "openssl pkey -in KEY -out NEW",
+        "the key has a pass phrase, which nobody types when a server starts by itself",
         found="a key with a pass phrase",
-        remedy="openssl pkey -in KEY -out NEW",
+        remedy="give one without: openssl pkey -in KEY -out NEW",
     )
 
 
@@ -107,7 +111,7 @@ def _certificate_refusal(certificate: Path, key: Path, error: ssl.SSLError) -> I
     else:
         found, remedy = f"no certificate and key in PEM ({error.reason or error})", "give both as PEM files"
     return InvalidInput(
-        f"cannot serve https by {certificate} and {key}: {found}; {remedy}",
+        f"cannot serve https by {certificate} and {key}: {found}",
         asked=f"{certificate} and {key}",
         found=found,
         remedy=remedy,

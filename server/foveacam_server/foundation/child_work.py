@@ -31,7 +31,7 @@ class ChildError(BaseModel):
     """The error that ended the work; `error`: name of its class."""
 
     error: str
-    detail: str
+    statement: str
     asked: str | None
     found: str | None
     remedy: str | None
@@ -41,7 +41,7 @@ class ChildError(BaseModel):
         """Return an error as a message."""
         return cls(
             error=type(error).__name__,
-            detail=str(error),
+            statement=error.statement,
             asked=error.asked,
             found=error.found,
             remedy=error.remedy,
@@ -51,7 +51,7 @@ class ChildError(BaseModel):
         """Return the error."""
         named = {kind.__name__: kind for kind in KINDS}
         kind = named.get(self.error, FoveaError)
-        return kind(self.detail, asked=self.asked, found=self.found, remedy=self.remedy)
+        return kind(self.statement, asked=self.asked, found=self.found, remedy=self.remedy)
 
 
 class StdoutProgress:

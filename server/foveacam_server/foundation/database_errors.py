@@ -50,16 +50,18 @@ def database_errors(path: Path) -> Iterator[None]:
 def unreadable_row(what: str, found: str) -> DeviceFault:
     """Return the error of a row whose content this program cannot read."""
     return DeviceFault(
-        f"the database holds {what} that cannot be read ({found}); {RESTORE}", found=found, remedy=RESTORE
+        f"the database holds {what} that cannot be read ({found})", found=found, remedy=RESTORE
     )
 
 
 def _translated(cause: BaseException, path: Path) -> FoveaError:
     code = getattr(cause, "sqlite_errorcode", 0) & 0xFF
     if code in _LOCKED:
-        remedy = "close the other program that has it open, such as a shell of SQLite, then try again"
         return Busy(
-            f"the database {path} is locked; {remedy}", asked=str(path), found="locked", remedy=remedy
+            f"the database {path} is locked",
+            asked=str(path),
+            found="locked",
+            remedy="close the other program that has it open, such as a shell of SQLite, then try again",
         )
     number = _DISK_ERRORS.get(code)
     if number is None:
@@ -76,7 +78,7 @@ def _damaged(cause: BaseException, path: Path) -> DeviceFault:
     if copies:
         remedy += f", or put {copies[-1].name}, the copy from before the last update, in its place"
     return DeviceFault(
-        f"the database {path} cannot be used ({cause}); {remedy}",
+        f"the database {path} cannot be used ({cause})",
         asked=str(path),
         found=str(cause),
         remedy=remedy,

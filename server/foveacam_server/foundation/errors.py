@@ -69,8 +69,8 @@ class TooManyAttempts(FoveaError):
 
     code = "too_many_attempts"
 
-    def __init__(self, message: str, *, wait_s: float, asked: str, found: str, remedy: str) -> None:
-        super().__init__(message, asked=asked, found=found, remedy=remedy)
+    def __init__(self, statement: str, *, wait_s: float, asked: str, found: str, remedy: str) -> None:
+        super().__init__(statement, asked=asked, found=found, remedy=remedy)
         self.wait_s = math.ceil(wait_s)
 
 
@@ -231,11 +231,10 @@ def _of_full_disk(error: OSError) -> FoveaError:
     if error.filename is not None:
         path = Path(os.fsdecode(error.filename))
         return disk_fault(error, what=path.name, folder=path.parent)
-    remedy = "free some space on the server's disks, then try again"
     return StorageFull(
-        f"What was asked could not be written: {error.strerror}; {remedy}.",
+        f"what was asked could not be written: {error.strerror}",
         found=error.strerror,
-        remedy=remedy,
+        remedy="free some space on the server's disks, then try again",
     )
 
 

@@ -153,8 +153,7 @@ class JobTable:
 def _same_request(earlier: Job, job: Job) -> Job:
     if earlier.kind != job.kind or earlier.request != job.request:
         raise InvalidInput(
-            f"the idempotency key {job.idempotency_key} was used for another request (job {earlier.id}); "
-            "use a new key for a new request",
+            f"the idempotency key {job.idempotency_key} was used for another request (job {earlier.id})",
             asked=f"Idempotency-Key {job.idempotency_key}",
             found=f"already used by job {earlier.id} for another request",
             remedy="use a new key for a new request",

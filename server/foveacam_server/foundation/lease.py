@@ -135,14 +135,14 @@ class Lease:
         with self._lock:
             if self._current() is None:
                 raise Busy(
-                    "asked for the lease, which nobody holds; take it",
+                    "asked for the lease, which nobody holds",
                     asked="the lease of its holder",
                     found="nobody holds it",
                     remedy="take it with POST /api/v1/lease",
                 )
             if self._asked is not None and self._asked.title != claim.title:
                 raise Busy(
-                    f"{self._asked.title} asks for the lease already; wait for the answer",
+                    f"{self._asked.title} asks for the lease already",
                     asked="the lease of its holder",
                     found=f"{self._asked.title} asks for it",
                     remedy="wait for the answer",
@@ -208,7 +208,7 @@ class Lease:
             return
         if not claim.take_over:
             raise Busy(
-                f"asked to take the lease: it is kept for {offer.title}, who was handed it; wait a moment",
+                f"asked to take the lease: it is kept for {offer.title}, who was handed it",
                 asked="take the lease",
                 found=f"it is kept for {offer.title}",
                 remedy="wait a moment",
@@ -218,7 +218,7 @@ class Lease:
         held = self._current()
         if held is None:
             raise Busy(
-                f"asked to {asked}: nobody holds it (any more); take it with POST /api/v1/lease",
+                f"asked to {asked}: nobody holds it (any more)",
                 asked=asked,
                 found="nobody holds the lease",
                 remedy="take it with POST /api/v1/lease",
@@ -258,18 +258,17 @@ def _check_take_over(claim: LeaseClaim, before: LeaseClaim) -> None:
         return
     if not claim.may_take_over:
         raise Forbidden(
-            f"asked to take the lease over from {before.title}: only an admin may; ask {before.title} for it "
-            "with POST /api/v1/lease/request",
+            f"asked to take the lease over from {before.title}: only an admin may",
             asked="to take the lease over",
             found=f"the lease is held by {before.title}",
-            remedy="ask for it with POST /api/v1/lease/request",
+            remedy=f"ask {before.title} for it with POST /api/v1/lease/request",
         )
     if not claim.reason:
         raise InvalidInput(
-            f"asked to take the lease over from {before.title} without a reason; send one, which is logged",
+            f"asked to take the lease over from {before.title} without a reason",
             asked="to take the lease over",
             found="no reason",
-            remedy="send reason",
+            remedy="send a reason, which is logged",
         )
 
 
@@ -278,10 +277,9 @@ def _same(token: str | None, expected: str) -> bool:
 
 
 def _held_by(holder: str, asked: str) -> Busy:
-    remedy = f"ask {holder}, wait, or take over with POST /api/v1/lease and take_over true"
     return Busy(
-        f"asked to {asked}: {holder} holds the control lease; {remedy}",
+        f"asked to {asked}: {holder} holds the control lease",
         asked=asked,
         found=f"the lease is held by {holder}",
-        remedy=remedy,
+        remedy=f"ask {holder}, wait, or take over with POST /api/v1/lease and take_over true",
     )

@@ -73,8 +73,7 @@ def _upgrade(connection: Connection, path: Path, *, found: str | None) -> None:
         command.upgrade(config, NEWEST_REVISION)
     except CommandError as error:
         raise InvalidInput(
-            f"{path} was written by a newer version (revision {found}, this one knows {NEWEST_REVISION}); "
-            "update the program, or use --data DIR",
+            f"{path} was written by a newer version (revision {found}, this one knows {NEWEST_REVISION})",
             asked=str(path),
             found=f"revision {found}",
             remedy="update the program, or use --data DIR",

@@ -220,12 +220,11 @@ def given_token(token: str | None, token_file: Path | None) -> str | None:
     for a file that cannot be read.
     """
     if token not in (None, AUTOMATIC_TOKEN):
-        remedy = "write it to a file and give --token-file FILE, set FOVEACAM_TOKEN, or give --token auto"
         raise InvalidInput(
-            f"--token was given a token, which all users of this machine can see; {remedy}",
+            "--token was given a token, which all users of this machine can see",
             asked="--token with a token",
             found="a secret on the command line",
-            remedy=remedy,
+            remedy="write it to a file and give --token-file FILE, set FOVEACAM_TOKEN, or give --token auto",
         )
     if token_file is None:
         return token

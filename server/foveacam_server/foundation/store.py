@@ -162,7 +162,7 @@ def _lock_folder(folder: Path) -> int:
         lock_fd = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, PRIVATE)
     except OSError as error:
         raise InvalidInput(
-            f"data directory {folder}: {error.strerror}; choose another with --data DIR or FOVEACAM_DATA",
+            f"data directory {folder}: {error.strerror}",
             asked=str(folder),
             found=error.strerror,
             remedy="choose another with --data DIR or FOVEACAM_DATA",
@@ -172,11 +172,10 @@ def _lock_folder(folder: Path) -> int:
     except OSError as error:
         os.close(lock_fd)
         raise Busy(
-            f"data directory {folder} is in use by another FoveaCam server; stop that one, or give this one "
-            "its own with --data DIR",
+            f"data directory {folder} is in use by another FoveaCam server",
             asked=str(folder),
             found="held by another server",
-            remedy="stop the other server, or use --data DIR",
+            remedy="stop the other server, or give this one its own with --data DIR",
         ) from error
     return lock_fd
 

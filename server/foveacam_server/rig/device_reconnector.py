@@ -272,7 +272,7 @@ class MirrorLinkMonitor:
         """Raise `Stopped` while the operator has switched the rail off."""
         if self._rail_off.is_set():
             raise Stopped(
-                "asked to move: the mirrors were switched off; POST /api/v1/mirrors/enable switches them on",
+                "asked to move: the mirrors were switched off",
                 asked="move the mirrors",
                 found="the mirrors were switched off",
                 remedy="switch them on: POST /api/v1/mirrors/enable",

@@ -273,7 +273,7 @@ class HandSteering:
         state = mirrors.state
         if state.parks != course.parks:
             self._check()
-            raise Stopped("the mirrors were parked", found="the mirrors were parked")
+            raise Stopped(found="the mirrors were parked")
         blocked_ns = self._blocked_ns()
         if course.status(now_ns, blocked_ns=blocked_ns) is SteeringStatus.SILENT:
             if course.silent_s(now_ns, blocked_ns=blocked_ns) >= SILENT_S + PARK_S:
@@ -352,7 +352,7 @@ class HandSteering:
 def held_by(by: str, asked: str) -> Busy:
     """Return the error while somebody steers by hand."""
     return Busy(
-        f"asked to {asked}: {by} steers the mirrors by hand; wait until that ends",
+        f"asked to {asked}: {by} steers the mirrors by hand",
         asked=asked,
         found=f"{by} steers by hand",
         remedy="wait until that ends",

@@ -85,7 +85,7 @@ class CommandQueue:
         except queue.Full:
             count_flow(this_part(), HARDWARE, COMMANDS, passed=0, dropped=1)
             raise Busy(
-                f"the rig has {LENGTH} commands waiting; try again in a moment",
+                f"the rig has {LENGTH} commands waiting",
                 found=f"{LENGTH} commands waiting",
                 remedy="try again in a moment",
             ) from None
@@ -191,7 +191,7 @@ def answer_of(answer: "Future[T]", *, asked: str, within_s: float = DEADLINE_S) 
     except FutureTimeout:
         answer.cancel()
         raise Timeout(
-            f"asked the rig for {asked}: no answer within {within_s:g} s; look at its devices' problems",
+            f"asked the rig for {asked}: no answer within {within_s:g} s",
             asked=asked,
             found=f"no answer within {within_s:g} s",
             remedy="look at the devices' problems",

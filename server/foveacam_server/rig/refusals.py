@@ -18,7 +18,7 @@ from foveacam_server.rig.status import RigStatus
 def stopped() -> Stopped:
     """Return the error of a move while the stop is engaged."""
     return Stopped(
-        "asked to move: the stop is engaged, the mirrors are parked; DELETE /api/v1/stop releases it",
+        "asked to move: the stop is engaged, the mirrors are parked",
         asked="move the mirrors",
         found="the stop is engaged",
         remedy="release the stop: DELETE /api/v1/stop",
@@ -28,7 +28,7 @@ def stopped() -> Stopped:
 def in_use(asked: str, holder: str) -> Busy:
     """Return the error while a job has the rig exclusively."""
     return Busy(
-        f"asked to {asked}: {holder} is using the rig; wait for it, or cancel its job",
+        f"asked to {asked}: {holder} is using the rig",
         asked=asked,
         found=f"{holder} is using the rig",
         remedy="wait for it, or cancel its job",
@@ -38,7 +38,7 @@ def in_use(asked: str, holder: str) -> Busy:
 def late_opening(within_s: float) -> Timeout:
     """Return the error of a rig that is not open in time; it goes on opening."""
     return Timeout(
-        f"asked to open another rig: it is not open within {within_s:g} s; look at the steps of the start",
+        f"asked to open another rig: it is not open within {within_s:g} s",
         asked="open another rig",
         found=f"it is not open within {within_s:g} s",
         remedy="look at the steps of the start",
@@ -48,7 +48,7 @@ def late_opening(within_s: float) -> Timeout:
 def missing(problem: DeviceProblemDocument) -> NotConnected:
     """Return the error while a device is missing; the problem's detail may already end with its remedy."""
     found = f"{problem.device}: {problem.detail.removesuffix(f'; {problem.remedy}')}"
-    return NotConnected(f"{found}; {problem.remedy}", asked="use the rig", found=found, remedy=problem.remedy)
+    return NotConnected(found, asked="use the rig", found=found, remedy=problem.remedy)
 
 
 def not_open(status: RigStatus) -> NotConnected:
@@ -56,7 +56,6 @@ def not_open(status: RigStatus) -> NotConnected:
     if status.opened and status.problems:
         return missing(status.problems[0])
     return StillOpening(
-        "the rig is still opening; try again in a moment",
         found="the rig is still opening",
         remedy="try again in a moment",
     )
@@ -64,12 +63,11 @@ def not_open(status: RigStatus) -> NotConnected:
 
 def no_pan_tilt(asked: str) -> NotConnected:
     """Return the error for a rig without a pan-tilt."""
-    remedy = "name one in the rig's file ([pan_tilt], kind grbl or manual)"
     return NotConnected(
-        f"asked to {asked}: this rig has no pan-tilt; {remedy}",
+        f"asked to {asked}: this rig has no pan-tilt",
         asked=asked,
         found="no pan-tilt",
-        remedy=remedy,
+        remedy="name one in the rig's file ([pan_tilt], kind grbl or manual)",
     )
 
 
@@ -87,11 +85,11 @@ def check_volts(volts: StereoVolts, *, max_v: float) -> None:
     for eye, mirror in (("left", volts.left), ("right", volts.right)):
         for axis, value_v in (("x_v", mirror.x_v), ("y_v", mirror.y_v)):
             if abs(value_v) > max_v:
-                asked, found = f"{eye} {axis} = {value_v:g}", f"the mirrors take ±{max_v:g} V"
+                asked = f"{eye} {axis} = {value_v:g}"
                 raise OutOfRange(
-                    f"{asked} is outside ±{max_v:g} V; choose volts inside",
+                    f"{asked} is outside ±{max_v:g} V",
                     asked=asked,
-                    found=found,
+                    found=f"the mirrors take ±{max_v:g} V",
                     remedy="choose volts inside",
                 )
 
@@ -103,7 +101,7 @@ def check_direction(ax_rad: float, ay_rad: float) -> None:
         if not abs(angle_deg) <= STEERING_LIMIT_DEG * (1.0 + 1e-12):
             allowed = f"-{STEERING_LIMIT_DEG:g} to {STEERING_LIMIT_DEG:g}"
             raise OutOfRange(
-                f"direction {name} = {angle_deg:g} is outside {allowed} degrees; choose a direction inside",
+                f"direction {name} = {angle_deg:g} is outside {allowed} degrees",
                 asked=f"{name} = {angle_deg:g}",
                 found=f"the mirrors reach {allowed} degrees",
                 remedy="choose a direction inside",

@@ -47,7 +47,7 @@ class SettleTime(BaseModel):
             return
         raise NotCalibrated(
             f"the settle time {self.source} was measured with a drive filter of {self.low_pass_hz} Hz, now "
-            f"it is {low_pass_hz} Hz; run the step settle again",
+            f"it is {low_pass_hz} Hz",
             asked=f"a settle time of {self.settle_us / 1e3:g} ms in use",
             found=f"a drive filter of {low_pass_hz} Hz",
             remedy="run the step settle again",

@@ -133,7 +133,7 @@ def test_what_a_camera_sets_itself_leaves_its_binning() -> None:
 
 def test_a_binning_that_is_not_to_be_had_is_refused_by_name() -> None:
     with pytest.raises(
-        InvalidInput, match="camera left: asked for binning 2, and it has 1; use 1"
+        InvalidInput, match="camera left: asked for binning 2, and it has 1; use binning 1"
     ) as refusal:
         refuse_binning("camera left", BINNED, NO_RANGES)
 

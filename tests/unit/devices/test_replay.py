@@ -161,7 +161,7 @@ def test_a_recording_at_binning_1_is_played_at_2_as_means() -> None:
 
 def test_a_recording_at_binning_2_is_not_played_at_1() -> None:
     rig = playing(recorded=MemoryRecording(binnings=(2,)))
-    with pytest.raises(InvalidInput, match="camera left: asked for binning 1, and it has 2; use 2"):
+    with pytest.raises(InvalidInput, match="camera left: asked for binning 1, and it has 2; use binning 2"):
         rig.left.configure(replace(rig.left.settings, binning=1))
 
     assert rig.working_binning == 2

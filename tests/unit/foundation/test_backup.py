@@ -270,7 +270,7 @@ def test_a_backup_that_does_not_fit_is_refused_before_a_file_is_written(
     archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _path: SimpleNamespace(free=1000))
-    with pytest.raises(StorageFull, match="nothing was restored, free some space"):
+    with pytest.raises(StorageFull, match="nothing was restored; free some space"):
         restore(archive, tmp_path / "other", watch=SILENT)
     assert not list(tmp_path.glob("*other*"))
 

@@ -15,8 +15,8 @@ for done in range(3):
 """
 ENDINGS = {
     "talks": "",
-    "refuses": 'print(json.dumps({"error": "InvalidInput", "detail": "no frame", "asked": "a", "found": "b", '
-    '"remedy": "c"})); sys.exit(1)',
+    "refuses": 'print(json.dumps({"error": "InvalidInput", "statement": "no frame", "asked": "a", '
+    '"found": "b", "remedy": "c"})); sys.exit(1)',
     "breaks": "sys.exit(3)",
     "stays": "time.sleep(1000)",
 }
@@ -39,7 +39,7 @@ def test_each_line_is_handed_on() -> None:
 
 
 def test_its_error_is_raised_here_in_its_own_words() -> None:
-    with pytest.raises(InvalidInput, match="no frame") as refused:
+    with pytest.raises(InvalidInput, match=r"^no frame; c$") as refused:
         run_child("child_that_refuses", [], on_progress=ignore, cancelled=lambda: False)
     assert (refused.value.asked, refused.value.found, refused.value.remedy) == ("a", "b", "c")
 

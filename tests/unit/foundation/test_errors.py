@@ -52,7 +52,7 @@ def test_problem_carries_what_the_error_knows() -> None:
         "type": "/problems/out-of-range",
         "title": "The rig cannot do that",
         "status": 422,
-        "detail": "too far",
+        "detail": "too far; look elsewhere",
         "instance": "/here",
         "asked": "11 degrees",
         "found": "10 degrees",

@@ -65,12 +65,14 @@ class FakeServer:
         return Rig(connection, http_transport=httpx.MockTransport(self), pause=self.pauses_s.append)
 
 
-def problem(status: int, slug: str = "busy", **headers: str) -> httpx.Response:
+def problem(
+    status: int, slug: str = "busy", detail: str = "the rig captures", **headers: str
+) -> httpx.Response:
     document = {
         "type": f"/problems/{slug}",
         "title": "Somebody else is using it",
         "status": status,
-        "detail": "the rig captures",
+        "detail": detail,
         "remedy": "wait for it",
     }
     names = {name.replace("_", "-"): value for name, value in headers.items()}
@@ -104,6 +106,13 @@ def test_a_problem_is_an_exception_with_its_own_words() -> None:
         "wait for it",
     )
     assert (error.status, error.slug, error.request_id) == (409, "busy", "r-7")
+
+
+def test_a_remedy_that_the_detail_ends_with_is_said_once() -> None:
+    rig = FakeServer(problem(409, detail="the rig captures; wait for it")).rig()
+
+    with pytest.raises(RigBusy, match=r"^Somebody else is using it: the rig captures; wait for it$"):
+        rig.api.fixations.create(REQUEST)
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,4 @@ class AbsentCamera:
         self._refuse()
 
     def _refuse(self) -> NoReturn:
-        raise NotConnected(
-            f"camera {self._role}: {self._reason}; {self._remedy}", found=self._reason, remedy=self._remedy
-        )
+        raise NotConnected(f"camera {self._role}: {self._reason}", found=self._reason, remedy=self._remedy)

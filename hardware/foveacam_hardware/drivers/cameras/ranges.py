@@ -44,7 +44,7 @@ def refuse_binning(who: str, settings: CameraSettings, ranges: CameraRanges) -> 
     if settings.binning not in ranges.binnings:
         allowed = " or ".join(map(str, ranges.binnings))
         raise InvalidInput(
-            f"{who}: asked for binning {settings.binning}, and it has {allowed}; use {allowed}",
+            f"{who}: asked for binning {settings.binning}, and it has {allowed}",
             asked=f"binning {settings.binning}",
             found=f"binning {allowed}",
             remedy=f"use binning {allowed}",

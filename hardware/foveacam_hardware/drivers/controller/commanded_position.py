@@ -85,7 +85,7 @@ class CommandedPosition:
         with self._lock:
             if unless_parked_since not in (None, self.parks):
                 raise Stopped(
-                    "mirrors: they were parked meanwhile and stay so; steer anew",
+                    "mirrors: they were parked meanwhile and stay so",
                     found="the mirrors were parked",
                     remedy="steer anew",
                 )

@@ -130,9 +130,9 @@ class ReplayMirrors:
 
     def _refuse(self, what: str) -> NoReturn:
         raise OutOfRange(
-            f"mirrors: asked to {what}, but they are those of the recording {self._name} and go where they"
-            " were recorded; open a rig to move them",
+            f"mirrors: asked to {what}, but they are those of the recording {self._name} and go where they "
+            "were recorded",
             asked=what,
             found="a recording",
-            remedy="open a rig",
+            remedy="open a rig to move them",
         )

@@ -96,7 +96,7 @@ class DriftHistory:
             text = self._path.read_text(encoding="utf-8", errors="replace")
         except OSError as error:
             raise InvalidInput(
-                f"{self._path} cannot be read: {error.strerror}; restore the file or move it away",
+                f"{self._path} cannot be read: {error.strerror}",
                 asked="the history of drift checks",
                 found=f"{self._path}: {error.strerror}",
                 remedy="restore the file or move it away",

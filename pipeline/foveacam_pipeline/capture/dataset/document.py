@@ -208,11 +208,10 @@ def _json_of(path: Path) -> dict[str, Any]:  # Any: JSON of unknown shape, check
     version = found.get("version")
     if version != VERSION:
         newer = isinstance(version, int) and version > VERSION
-        remedy = "use a newer version of this program" if newer else "use the program that wrote it"
         raise InvalidInput(
-            f"{path}: version {version!r} was found, this program reads {VERSION}; {remedy}",
+            f"{path}: version {version!r} was found, this program reads {VERSION}",
             asked=f"version {VERSION}",
             found=f"version {version!r}",
-            remedy=remedy,
+            remedy="use a newer version of this program" if newer else "use the program that wrote it",
         )
     return found

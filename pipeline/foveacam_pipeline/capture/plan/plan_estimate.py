@@ -189,8 +189,8 @@ def check_disk(needed: CaptureEstimate, *, free_bytes: int, where: str = "the di
     needed_bytes = needed.stored_bytes + RESERVE_BYTES
     if needed_bytes > free_bytes:
         raise free_space_error(
-            f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {RESERVE_TEXT};"
-            f" {_size(free_bytes)} are free on {where}; {DISK_REMEDY}",
+            f"capture: {needed.files} images need about {_size(needed_bytes)}, with the {RESERVE_TEXT}; "
+            f"{_size(free_bytes)} are free on {where}",
             needed_bytes=needed_bytes,
             free_bytes=free_bytes,
             remedy=DISK_REMEDY,

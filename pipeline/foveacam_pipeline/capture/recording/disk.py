@@ -79,7 +79,7 @@ def recording_disk_error(path: Path, error: OSError, *, content: str) -> FoveaEr
     """Return the error that ended a recording, for the operator; `content`: what the file contains."""
     found, remedy = describe_disk_error(error, path.parent, again="or choose another one, and record anew")
     return disk_error_class(error)(
-        f"recording {path}: the disk took no more: {found}; {content}; {remedy}",
+        f"recording {path}: the disk took no more: {found}; {content}",
         asked="write a recording",
         found=found,
         remedy=remedy,

@@ -128,7 +128,7 @@ def check_format(wanted: ExportFormat) -> None:
     if wanted.missing:
         written = ", ".join(found.title for found in FORMATS.values() if not found.missing)
         raise InvalidInput(
-            f"export: {wanted.title} cannot be written, as {wanted.missing}; choose another: {written}",
+            f"export: {wanted.title} cannot be written, as {wanted.missing}",
             asked=wanted.title,
             found=wanted.missing,
             remedy=f"choose another: {written}",

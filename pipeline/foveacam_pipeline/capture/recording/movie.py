@@ -110,7 +110,7 @@ def undistorter(recording: Recording, spec: MovieSpec) -> Callable[[Image], Imag
     lens = recording.wide_lens
     if lens is None:
         raise InvalidInput(
-            "export: the recording tells no lens of the wide camera; leave it as taken",
+            "export: the recording tells no lens of the wide camera",
             found="no calibration and no wide camera's lens in the recording",
             remedy="leave it as taken",
         )

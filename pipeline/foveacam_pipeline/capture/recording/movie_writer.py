@@ -115,7 +115,7 @@ class MovieWriter:
             message = f"export: the film cannot be encoded as {self._codec} ({error}); choose another codec"
             raise DeviceFault(message) from error
         raise StorageFull(
-            f"export: the disk is full, {free}; make room on its disk and export again",
+            f"export: the disk is full, {free}",
             asked=f"frame {self._frames + 1} of a film",
             found=free,
             remedy="make room on its disk and export again",

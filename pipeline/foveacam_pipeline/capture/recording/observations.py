@@ -36,9 +36,8 @@ def observation_of(
     if calibration is None:
         problem = None if recording.rig is None else recording.rig.problem
         raise NotCalibrated(
-            f"recording {recording.path.name} carries no calibration that can be used"
-            f"{'' if problem is None else f' ({problem})'}, and without one its pixels have no direction;"
-            " record with a calibrated rig",
+            f"recording {recording.path.name} carries no calibration that can be "
+            f"used{'' if problem is None else f' ({problem})'}, and without one its pixels have no direction",
             found=problem or "no calibration in the recording",
             remedy="record with a calibrated rig",
         )
@@ -46,8 +45,8 @@ def observation_of(
     drives = [frame.pose.volts for frame in pair]
     if drives[0] is None or drives[1] is None:
         raise InvalidInput(
-            f"recording {recording.path.name}: the mirrors' pose is missing with this frame, so nobody knows"
-            " where it looks; choose another moment, or a recording that tells it",
+            f"recording {recording.path.name}: the mirrors' pose is missing with this frame, so nobody knows "
+            "where it looks",
             found="no volts with this frame",
             remedy="choose another moment, or a recording that tells it",
         )
@@ -62,8 +61,8 @@ def _checked(recording: Recording, frame: RecordedFrame, calibration: Calibratio
     wanted = own.fovea_width, own.fovea_height
     if (width, height) != wanted:
         raise InvalidInput(
-            f"recording {recording.path.name}: {frame.stream} is {width} x {height} px, its calibration is of"
-            f" {wanted[0]} x {wanted[1]}; record the full sensor",
+            f"recording {recording.path.name}: {frame.stream} is {width} x {height} px, its calibration is "
+            f"of {wanted[0]} x {wanted[1]}",
             found=f"{width} x {height} px",
             remedy="record the full sensor",
         )

@@ -158,9 +158,8 @@ def _match_and_adjust(
     if len(elsewhere) < LEAST_SAMPLES:
         raise InvalidInput(
             f"{work.dataset.folder}: scan {work.stops[work.judged].scan} and the scans from other places "
-            f"show {len(elsewhere)} of {len(samples)} samples together, {LEAST_SAMPLES} are needed; their "
-            "views do not overlap, or the rail's positions are wrong: capture a wider field, or from places "
-            "nearer to each other",
+            f"show {len(elsewhere)} of {len(samples)} samples together, {LEAST_SAMPLES} are needed: their "
+            "views do not overlap, or the rail's positions are wrong",
             asked=f"{LEAST_SAMPLES} samples that scans from two places show",
             found=f"{len(elsewhere)} of {len(samples)}",
             remedy="capture a wider field, or from places nearer to each other",

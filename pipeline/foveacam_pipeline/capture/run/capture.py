@@ -279,8 +279,8 @@ class _RailMover:
         if at_m is None or abs(at_m - place_m) > self._settings.rail_near_m:
             stands = "nobody knows where" if at_m is None else f"at {1e3 * at_m:.1f} mm"
             raise DeviceFault(
-                f"rail: asked to move to {1e3 * place_m:g} mm, it stands still {stands}"
-                f" ({state.fault or 'it was held'}); free it, then resume",
+                f"rail: asked to move to {1e3 * place_m:g} mm, it stands still {stands} "
+                f"({state.fault or 'it was held'})",
                 asked=f"{1e3 * place_m:g} mm",
                 found=f"it stands still {stands}",
                 remedy="free it, then resume the capture",

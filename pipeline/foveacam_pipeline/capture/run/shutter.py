@@ -79,11 +79,10 @@ class ShotTaker:
                 self._await_pending()
                 self._commanded = None
         raise DeviceFault(
-            f"capture: an exposure was tried {self._tries} times and its frames did not come ({last});"
-            " mend that, then resume",
+            f"capture: an exposure was tried {self._tries} times and its frames did not come ({last})",
             asked="an exposure of both foveae",
             found=str(last),
-            remedy="mend that, then resume the capture",
+            remedy="correct that, then resume the capture",
         ) from last
 
     def _capture_once(self, rig: CaptureRig, shot: ShotPlan, following: ShotPlan | None) -> FoveaPair:

@@ -53,7 +53,7 @@ def take_still(access: RigAccess, plan: StillPlan, *, watch: StillWatcher) -> St
         pass
     missing = tuple(stack.missing(plan.frames) for stack in run.stacks.values() if stack.incomplete)
     if not any(stack.came for stack in run.stacks.values()):
-        raise missing_frames_error(missing, more="mend that, then take it again")
+        raise missing_frames_error(missing, more="there is nothing to keep")
     return access.run_still(lambda rig: run.result(rig, missing))
 
 

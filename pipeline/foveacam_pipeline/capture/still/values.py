@@ -111,11 +111,11 @@ class MissingFrames:
     @property
     def remedy(self) -> str:
         """What to do about it."""
-        return self.reason.remedy or str(self.reason).rpartition("; ")[2]
+        return self.reason.parts[1]
 
     def sentence(self) -> str:
         """Return a sentence with the camera, the number of its frames, and the reason."""
-        return f"camera {self.role.value}: {self.came} of {self.asked} frames came ({self.reason})"
+        return f"camera {self.role.value}: {self.came} of {self.asked} frames came ({self.reason.parts[0]})"
 
     def document(self) -> dict[str, JsonValue]:
         """Return the description as JSON for the dataset."""
@@ -150,12 +150,11 @@ def missing_frames_error(missing: tuple[MissingFrames, ...], *, more: str) -> Fo
     first = missing[0].reason
     kind = next((kind for kind in _ERROR_KINDS if isinstance(first, kind)), DeviceFault)
     sentences = "; ".join(each.sentence() for each in missing)
-    remedy = "; ".join(dict.fromkeys(each.remedy for each in missing))
     return kind(
         f"still: {sentences}; {more}",
         asked=", ".join(f"{each.asked} frames of camera {each.role.value}" for each in missing),
         found=", ".join(f"{each.came} of camera {each.role.value}" for each in missing),
-        remedy=remedy,
+        remedy="; ".join(dict.fromkeys(each.remedy for each in missing if each.remedy)),
     )
 
 
@@ -178,8 +177,8 @@ def check_still_room(needed_bytes: int, *, free_bytes: int) -> None:
     wanted_bytes = needed_bytes + RESERVE_BYTES
     if wanted_bytes > free_bytes:
         raise free_space_error(
-            f"still: it needs up to {wanted_bytes / 1e6:.0f} MB, with the {RESERVE_TEXT};"
-            f" {free_bytes / 1e6:.0f} MB are free on the disk; free some, or keep the mean of fewer frames",
+            f"still: it needs up to {wanted_bytes / 1e6:.0f} MB, with the {RESERVE_TEXT}; "
+            f"{free_bytes / 1e6:.0f} MB are free on the disk",
             needed_bytes=wanted_bytes,
             free_bytes=free_bytes,
             remedy="free some, or keep the mean of fewer frames",

@@ -85,10 +85,9 @@ def _depth_model(folder: Path) -> Any:  # noqa: ANN401 - a model of transformers
     try:
         transformers = import_module("transformers")
     except ImportError as error:
-        command = install_command("prior")
         raise InvalidInput(
-            f"{folder}: Depth-Anything-V2 needs transformers, which is not installed; {command}",
-            remedy=command,
+            f"{folder}: Depth-Anything-V2 needs transformers, which is not installed",
+            remedy=install_command("prior"),
         ) from error
     try:
         model = transformers.AutoModelForDepthEstimation.from_pretrained(

@@ -41,9 +41,8 @@ def train_prior(
     unlabelled = [dataset.name for dataset in datasets if not dataset.labelled]
     if unlabelled:
         raise InvalidInput(
-            f"{unlabelled[0]} has no truth, by which a monocular prior is trained; make pairs that have by "
-            "`foveacam learn pairs`",
-            remedy="make pairs with `foveacam learn pairs`",
+            f"{unlabelled[0]} has no truth, by which a monocular prior is trained",
+            remedy="make pairs with truth by `foveacam learn pairs`",
         )
     check_crops(datasets, plan.crop_px)
     network = MonocularDepth(MonocularConfig())

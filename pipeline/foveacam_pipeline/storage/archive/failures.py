@@ -79,15 +79,19 @@ def _archive_error(error: Exception, *, asked: str, url: str) -> FoveaError:
     for known in _KNOWN:
         if known.codes & marks:
             return InvalidInput(
-                f"{asked} in {url}: {known.found}; {known.remedy}",
+                f"{asked} in {url}: {known.found}",
                 asked=asked,
                 found=known.found,
                 remedy=known.remedy,
             )
     words = " ".join(str(error).split()) or type(error).__name__
     found = f"the storage does not answer ({words})"
-    remedy = f"check the network and FOVEACAM_ARCHIVE_ENDPOINT; {GO_ON}"
-    return NotConnected(f"{asked} in {url}: {found}; {remedy}", asked=asked, found=found, remedy=remedy)
+    return NotConnected(
+        f"{asked} in {url}: {found}",
+        asked=asked,
+        found=found,
+        remedy=f"check the network and FOVEACAM_ARCHIVE_ENDPOINT; {GO_ON}",
+    )
 
 
 def _marks(error: BaseException | None) -> Iterator[str]:

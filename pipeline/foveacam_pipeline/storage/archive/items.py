@@ -181,7 +181,7 @@ class _Upload:
 
     def _changed(self, name: str) -> Busy:
         return Busy(
-            f"archiving {self._item.name}: {name} was changed meanwhile; archive it again",
+            f"archiving {self._item.name}: {name} was changed meanwhile",
             asked=f"archive {self._item.name}",
             found=f"{name} was changed meanwhile",
             remedy="archive it again",
@@ -198,7 +198,6 @@ def _check_local(item: ArchiveItem, known: ArchiveRecord) -> None:
     if any(name in known.manifest.files and not path.exists() for name, path in item.files.items()):
         found = f"its files are in {known.archive} alone"
         raise InvalidInput(
-            f"archive {item.name}: {found}; fetch it first",
             asked=f"archive {item.name}",
             found=found,
             remedy="fetch it first",

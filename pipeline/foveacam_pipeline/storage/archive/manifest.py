@@ -106,7 +106,7 @@ class ArchiveRecord(_Table):
 def mismatch(name: str, url: str) -> DeviceFault:
     """Return the error for a file whose content has another hash than its manifest."""
     found, remedy = "its content is not what was archived (SHA-256)", "archive it again from a copy"
-    return DeviceFault(f"reading {name} in {url}: {found}; {remedy}", asked=name, found=found, remedy=remedy)
+    return DeviceFault(f"reading {name} in {url}: {found}", asked=name, found=found, remedy=remedy)
 
 
 def item_folder(kind: str, item_id: str) -> str:

@@ -35,7 +35,7 @@ def checked_url(url: str) -> str:
     """Return the URL of an archive without a slash at its end; raise InvalidInput for another."""
     if not _URL.fullmatch(url):
         raise InvalidInput(
-            f"archive {url!r}: that is no address of an archive; give one such as s3://bucket/prefix",
+            f"archive {url!r}: that is no address of an archive",
             asked=url,
             remedy="give one such as s3://bucket/prefix",
         )
@@ -123,10 +123,10 @@ def _file_system(
     except ImportError as error:
         command = install_command("archive")
         raise InvalidInput(
-            f"an archive needs packages that are not installed ({error.name}); install them: {command}",
+            f"an archive needs packages that are not installed ({error.name})",
             asked="an archive",
             found=f"{error.name} is not installed",
-            remedy=command,
+            remedy=f"install them: {command}",
         ) from error
     # What a lost connection leaves in tasks is told by the call that fails
     fsspec.asyn.get_loop().set_exception_handler(

@@ -99,8 +99,8 @@ def map_from_picture(
     corners = pixel_corners(dark)
     if most_corners is not None and corners > most_corners:
         raise InvalidInput(
-            f"the outlines of the picture's dark pixels have {corners:,} corners; {most_corners:,} are the"
-            " most: smooth it, or scale it down",
+            f"the outlines of the picture's dark pixels have {corners:,} corners; {most_corners:,} are the "
+            "most",
             asked=f"a map of {corners:,} corners",
             found=f"a limit of {most_corners:,}",
             remedy="smooth the picture, or scale it down",

@@ -136,7 +136,7 @@ def _check_version(archive: Path, manifest: BackupManifest) -> None:
     if manifest.revision is not None and not is_known(manifest.revision):
         raise InvalidInput(
             f"{archive} was made by a newer version ({manifest.program}, database {manifest.revision}); "
-            "nothing was restored, update the program first",
+            "nothing was restored",
             asked=str(archive),
             found=manifest.program,
             remedy="update the program first",
@@ -148,8 +148,7 @@ def _check_room(archive: Path, part: Path, manifest: BackupManifest) -> None:
     needed, free = sum(file.size for file in manifest.files), shutil.disk_usage(part).free
     if needed > free:
         raise StorageFull(
-            f"{archive} holds {needed / 1e6:.0f} MB, {free / 1e6:.0f} MB are free; nothing was restored, "
-            "free some space or choose another disk with --data DIR",
+            f"{archive} holds {needed / 1e6:.0f} MB, {free / 1e6:.0f} MB are free; nothing was restored",
             asked=f"{needed} bytes",
             found=f"{free} bytes free",
             remedy="free some space or choose another disk with --data DIR",

@@ -143,12 +143,11 @@ class ComputeProcess:
 
     def _ended_with(self, most: str) -> InvalidInput:
         self.end()
-        remedy = "ask for something smaller or simpler"
         return InvalidInput(
-            f"this needs more than the {most} that a computation may take, and was ended; {remedy}",
+            f"this needs more than the {most} that a computation may take, and was ended",
             asked="a computation",
             found=f"a limit of {most}",
-            remedy=remedy,
+            remedy="ask for something smaller or simpler",
         )
 
 
@@ -156,8 +155,10 @@ def _pickled(asked: object) -> bytes:
     try:
         return pickle.dumps(asked)
     except RecursionError as error:
-        remedy = "send lists and objects that are fewer in one another"
-        raise InvalidInput(f"this is nested too deeply to be computed; {remedy}", remedy=remedy) from error
+        raise InvalidInput(
+            "this is nested too deeply to be computed",
+            remedy="send lists and objects that are fewer in one another",
+        ) from error
 
 
 def main() -> None:

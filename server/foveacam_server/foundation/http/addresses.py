@@ -38,7 +38,9 @@ def websocket_address(address: str, path: str) -> str:
 
 
 def _no_address(given: str, why: str) -> InvalidInput:
-    remedy = f"give the address that a browser opens it by, such as {EXAMPLE}"
     return InvalidInput(
-        f"{given!r} is no address of a server: {why}; {remedy}", asked=given, found=why, remedy=remedy
+        f"{given!r} is no address of a server: {why}",
+        asked=given,
+        found=why,
+        remedy=f"give the address that a browser opens it by, such as {EXAMPLE}",
     )

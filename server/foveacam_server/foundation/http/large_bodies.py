@@ -49,7 +49,7 @@ def check_parts(body: bytes) -> None:
     parts = sum(body.count(mark) for mark in _MARKS)
     if parts > MOST_PARTS:
         raise InvalidInput(
-            f"the body has {parts:,} values, lists and objects; {MOST_PARTS:,} are the most: simplify it",
+            f"the body has {parts:,} values, lists and objects; {MOST_PARTS:,} are the most",
             asked=f"a body of {parts:,} values, lists and objects",
             found=f"a limit of {MOST_PARTS:,}",
             remedy="simplify it",

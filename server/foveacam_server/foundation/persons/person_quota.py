@@ -51,14 +51,14 @@ class Places:
         with self._lock:
             if person is not None and self._held[person] >= self.most_each:
                 raise PersonLimit(
-                    f"you hold {self.most_each} {self._what}, as many as one person may; {self._remedy}",
+                    f"you hold {self.most_each} {self._what}, as many as one person may",
                     asked=f"one more of {self._what}",
                     found=f"{self.most_each} held by you",
                     remedy=self._remedy,
                 )
             if self._taken >= self.most:
                 raise AllTaken(
-                    f"all {self.most} places for {self._what} are taken; try again when one is free",
+                    f"all {self.most} places for {self._what} are taken",
                     asked=f"one more of {self._what}",
                     found=f"{self.most} held by all persons together",
                     remedy="try again when one is free",

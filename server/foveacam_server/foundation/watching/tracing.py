@@ -87,12 +87,11 @@ def open_traces(endpoint: str | None) -> Iterator[Traces | None]:
     try:
         from foveacam_server.foundation.watching.otlp import TracePipeline
     except ImportError as error:
-        command = install_command("telemetry")
         raise InvalidInput(
-            f"traces are to be sent to {endpoint}, and OpenTelemetry is not installed: {command}",
+            f"traces are to be sent to {endpoint}, and OpenTelemetry is not installed",
             asked=endpoint,
             found="no OpenTelemetry",
-            remedy=command,
+            remedy=install_command("telemetry"),
         ) from error
     pipeline = TracePipeline(endpoint)
     try:

@@ -134,7 +134,7 @@ def _switch(cameras: list[Camera], wanted: Binning) -> None:
 def _recorded_at(recorded: Binning | None, *, asked: Binning) -> Busy:
     found = f"a recording keeps all cameras at binning {recorded}"
     return Busy(
-        f"asked for binning {asked}: {found}; end the recording first",
+        f"asked for binning {asked}: {found}",
         asked=f"binning {asked}",
         found=found,
         remedy="end the recording first",

@@ -17,7 +17,7 @@ def check_discarded(calibration: Calibration, *, in_force: bool, kept: bool) -> 
     asked = f"discard calibration {calibration.id}"
     if in_force:
         raise Busy(
-            f"calibration {calibration.id} ({calibration.label}) is in force; put another one in force first",
+            f"calibration {calibration.id} ({calibration.label}) is in force",
             asked=asked,
             found="it is in force",
             remedy="put another one in force first",

@@ -61,18 +61,16 @@ def calibration_of(document: object, facts: ImportFacts) -> Calibration:
         return _from_bundle(document, facts)
     if schema.startswith("fovea-calibration-record@"):
         raise InvalidInput(
-            "import: a single record holds one eye or the wide camera, a calibration needs all three; import "
-            "the device bundle (fovea-device-config@1) that holds them",
+            "import: a single record holds one eye or the wide camera, a calibration needs all three",
             found=schema,
-            remedy="import the device bundle",
+            remedy="import the device bundle (fovea-device-config@1) that holds them",
         )
     named = document.get("format", document.get("schema"))
     found = "the file names neither" if named is None else f"{named!r} was found"
     raise InvalidInput(
-        f"import: format {FORMAT!r} or schema 'fovea-device-config@1' is needed, {found}; give the file of a "
-        "calibration",
+        f"import: format {FORMAT!r} or schema 'fovea-device-config@1' is needed, {found}",
         asked="a calibration file",
-        remedy="give a file that this program or the authors' application exported",
+        remedy="give a calibration file that this program or the authors' application exported",
     )
 
 
@@ -91,9 +89,9 @@ def _from_bundle(document: Mapping[str, object], facts: ImportFacts) -> Calibrat
     bundle = bundle_from(document, what="the imported bundle")  # type: ignore[arg-type]  # it checks all of it
     if facts.distance_m is None or not math.isfinite(facts.distance_m):
         raise InvalidInput(
-            "import: the authors' files do not say how far away the markers stood; give distance_m as well",
+            "import: the authors' files do not say how far away the markers stood",
             asked="a calibration from a device bundle",
-            remedy="give distance_m, the distance from the wide camera to the markers",
+            remedy="give distance_m as well, the distance from the wide camera to the markers",
         )
     wide = intrinsics_of(record_of(bundle, Role.WIDE))
     _check_wide((wide.width, wide.height), facts.wide_size)
@@ -120,7 +118,7 @@ def _check_wide(found: tuple[int, int], here: tuple[int, int] | None) -> None:
         return
     words = f"its wide camera has {found[0]} × {found[1]} px, this rig's has {here[0]} × {here[1]} px"
     raise InvalidInput(
-        f"import: {words}; import the bundle of this rig",
+        f"import: {words}",
         asked="a calibration from a device bundle",
         found=words,
         remedy="import the bundle of this rig",
@@ -135,7 +133,7 @@ def _sweeps_of(calibration: Calibration, sessions: MeasuredSessions) -> tuple[Pa
             pass
     raise InvalidInput(
         f"calibration {calibration.id}: the authors' records hold the measured poses, and the session that "
-        "measured it is not kept here; export it in the format foveacam",
+        "measured it is not kept here",
         asked="the authors' format",
         found="no session with its poses",
         remedy="export it in the format foveacam",

@@ -82,7 +82,7 @@ def newest_calibration(session: CalibrationSession, registry: CalibrationRegistr
     fitted = session.head.calibrations
     if not fitted:
         raise NotCalibrated(
-            f"session {session.id} holds no fitted calibration yet; run the step fit first",
+            f"session {session.id} holds no fitted calibration yet",
             asked="a check",
             found="no fitted calibration",
             remedy="run the step fit first",

@@ -159,7 +159,7 @@ def measured_time(session: CalibrationSession) -> SettleTime:
     found = session.read(SETTLE)
     if found is None or found.settle_us is None:
         raise NotCalibrated(
-            f"session {session.id} has not measured how the mirrors settle; run the step settle first",
+            f"session {session.id} has not measured how the mirrors settle",
             asked="the measured settle time in use",
             found="no settle time was measured",
             remedy="run the step settle first",

@@ -145,7 +145,7 @@ def compute_fit(
     sweeps = [load_sweep(path) for path in sweep_paths(session.folder)]
     if not sweeps:
         raise NotCalibrated(
-            f"session {session.id} holds no sweep of the mirrors yet; run the step mirrors first",
+            f"session {session.id} holds no sweep of the mirrors yet",
             asked="a fit",
             found="no sweep",
             remedy="run the step mirrors first",

@@ -111,7 +111,7 @@ class CalibrationRuns:
         job_id = self.running(session_id)
         if job_id is not None:
             raise Busy(
-                f"asked to {asked}: job {job_id} works in session {session_id}; wait for it, or cancel it",
+                f"asked to {asked}: job {job_id} works in session {session_id}",
                 asked=asked,
                 found=f"job {job_id} works in it",
                 remedy="wait for it, or cancel it",
@@ -126,8 +126,7 @@ class CalibrationRuns:
             raise refusals.not_open(status)
         if session.head.rig_id != status.rig_id:
             raise InvalidInput(
-                f"session {session.id} belongs to rig {session.head.rig_id!r}, this is rig "
-                f"{status.rig_id!r}; begin a session of this rig",
+                f"session {session.id} belongs to rig {session.head.rig_id!r}, this is rig {status.rig_id!r}",
                 asked=f"a step in session {session.id}",
                 found=f"it belongs to rig {session.head.rig_id!r}",
                 remedy="begin a session of this rig",

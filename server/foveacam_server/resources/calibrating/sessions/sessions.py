@@ -134,7 +134,7 @@ class CalibrationSession:
         except (OSError, ValidationError) as error:
             found = _first_failure(error) if isinstance(error, ValidationError) else str(error)
             raise InvalidInput(
-                f"{path} cannot be read ({found}); {file.remedy}",
+                f"{path} cannot be read ({found})",
                 asked=str(path),
                 remedy=file.remedy,
             ) from error
@@ -163,8 +163,7 @@ class CalibrationSession:
                 lock = FolderLock(self.folder)
             except Busy as error:
                 raise Busy(
-                    f"calibration session {self.id}: another step is writing into it; wait until it ends, or "
-                    "begin another session",
+                    f"calibration session {self.id}: another step is writing into it",
                     asked=f"a step in session {self.id}",
                     found="another step writes into it",
                     remedy="wait until it ends, or begin another session",

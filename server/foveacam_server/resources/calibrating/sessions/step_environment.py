@@ -70,7 +70,7 @@ class StepEnvironment:
                 return station
         known = ", ".join(repr(station.name) for station in self.stations) or "none"
         raise InvalidInput(
-            f"there is no station {name!r}; this rig has {known}; choose one, or name them in the rig's file",
+            f"there is no station {name!r}; this rig has {known}",
             asked=f"station {name!r}",
             found=f"the stations are {known}",
             remedy="choose one, or name them in the rig's file",
@@ -81,12 +81,11 @@ class StepEnvironment:
         found = tuple(station for station in self.stations if station.target is target)
         if found:
             return found
-        remedy = "name one in the rig's file ([[pan_tilt.stations]]), or use the scene `calibration`"
         raise InvalidInput(
-            f"calibration: this rig has no station with {target.value}; {remedy}",
+            f"calibration: this rig has no station with {target.value}",
             asked=f"a station with {target.value}",
             found=f"the stations are {', '.join(repr(s.name) for s in self.stations) or 'none'}",
-            remedy=remedy,
+            remedy="name one in the rig's file ([[pan_tilt.stations]]), or use the scene `calibration`",
         )
 
     def sweep_stations(self, names: Sequence[str] | None) -> tuple[Station, ...]:
@@ -99,7 +98,7 @@ class StepEnvironment:
             if station.target is not StationTarget.MARKERS:
                 known = ", ".join(repr(other.name) for other in with_markers)
                 raise InvalidInput(
-                    f"station {station.name!r} has no markers, a sweep needs them; choose among {known}",
+                    f"station {station.name!r} has no markers, a sweep needs them",
                     asked=f"a sweep at {station.name!r}",
                     found="no markers",
                     remedy=f"choose among {known}",

@@ -67,7 +67,7 @@ def lens_of(session: CalibrationSession) -> Intrinsics:
     found = session.read(RESULT)
     if found is None or found.lens is None:
         raise NotCalibrated(
-            f"session {session.id}: the wide camera is not calibrated yet; run the step wide first",
+            f"session {session.id}: the wide camera is not calibrated yet",
             asked="a step that looks through the wide camera",
             found="no calibrated wide camera",
             remedy="run the step wide first",

@@ -70,9 +70,7 @@ class ArchiveService:
     ) -> Job:
         """Queue an upload; raise at once what it could not do now."""
         if self._url is None:
-            raise InvalidInput(
-                f"archive {item_id}: {NO_ARCHIVE}; {_REMEDY}", found=NO_ARCHIVE, remedy=_REMEDY
-            )
+            raise InvalidInput(f"archive {item_id}: {NO_ARCHIVE}", found=NO_ARCHIVE, remedy=_REMEDY)
         item = self._sources[kind].archive_item(item_id)
         order = ArchiveOrder(**request.model_dump(), kind=kind, item_id=item_id)
         note = f"{item.name} to the archive"
@@ -122,7 +120,7 @@ class ArchiveService:
         with self._lock:
             if key in self._busy:
                 raise Busy(
-                    f"{order.item_id} is being archived or fetched already; wait for that job, or cancel it",
+                    f"{order.item_id} is being archived or fetched already",
                     asked=f"archive or fetch {order.item_id}",
                     found="another job does so",
                     remedy="wait for that job, or cancel it",

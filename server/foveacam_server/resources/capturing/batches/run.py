@@ -70,7 +70,7 @@ def make_batch(order: BatchOrder, *, watch: ProgressWatcher) -> BatchResult:
         except WorkersLost as error:
             summary = write_summary(plan, into, plan.refused)
             raise type(error)(
-                f"{error}; {summary.done} of {summary.planned} products are in {order.out}; {error.remedy}",
+                f"{error.statement}; {summary.done} of {summary.planned} products are in {order.out}",
                 found=error.found,
                 remedy=error.remedy,
             ) from error

@@ -76,18 +76,17 @@ class BatchService:
             return jobs.submit(JOB, request, idempotency_key=idempotency_key)
         self._datasets(request)
         if request.cluster and self.cluster is None:
-            remedy = "start it with FOVEACAM_CLUSTER=tcp://HOST:8786"
             raise InvalidInput(
-                f"a batch on a cluster was asked for, and the server knows none; {remedy}",
+                "a batch on a cluster was asked for, and the server knows none",
                 asked="a batch on a cluster",
                 found="no FOVEACAM_CLUSTER",
-                remedy=remedy,
+                remedy="start it with FOVEACAM_CLUSTER=tcp://HOST:8786",
             )
         stored = self._stored(request)
         with self._lock:
             live = self._live_job()
             if live is not None:
-                raise Busy(f"a batch is being made (job {live.id}); {WAIT}", found=live.id, remedy=WAIT)
+                raise Busy(f"a batch is being made (job {live.id})", found=live.id, remedy=WAIT)
             document = {"format": FORM, "version": VERSION, "request": request.as_json()}
             write_document(stored.folder / REQUEST, document, what="a batch")
             job = jobs.submit(JOB, request, idempotency_key=idempotency_key)
@@ -185,7 +184,7 @@ class BatchService:
     def _check_idle(self, batch_id: str, asked: str) -> None:
         live = self._live_job()
         if live is not None and self._live is not None and self._live[0] == batch_id:
-            raise Busy(f"asked to {asked}: batch {batch_id} is being made; {WAIT}", asked=asked, remedy=WAIT)
+            raise Busy(f"asked to {asked}: batch {batch_id} is being made", asked=asked, remedy=WAIT)
 
     def _live_job(self) -> Job | None:
         if self._live is None:

@@ -84,7 +84,7 @@ def check_resumable(stored: StoredCapture) -> None:
         why = f" ({capture.why})" if capture.why else ""
         found = f"it is {capture.state}{why}"
         raise InvalidInput(
-            f"capture {stored.name} cannot go on: {found}; only partial ones do, begin another one",
+            f"capture {stored.name} cannot go on: {found}; only partial ones do",
             asked=f"capture {stored.name} to go on",
             found=found,
             remedy="begin another capture",

@@ -220,7 +220,7 @@ class CaptureService:
         if live is None or live.id != capture_id:
             kept = self.collection.get(capture_id)
             raise Busy(
-                f"asked to {asked} capture {kept.name}: it does not run; resume it, if it is partial",
+                f"asked to {asked} capture {kept.name}: it does not run",
                 asked=f"{asked} capture {kept.name}",
                 found="it does not run",
                 remedy="resume it, if it is partial",

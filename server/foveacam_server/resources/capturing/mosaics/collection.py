@@ -184,12 +184,11 @@ class MosaicCollection:
         """Return the complete mosaic or raise `NotFound`."""
         found = self.made(capture_id)
         if found is None:
-            remedy = f"make one: POST {mosaic_url(capture_id)}"
             raise NotFound(
-                f"capture {capture_id} has no mosaic; {remedy}",
+                f"capture {capture_id} has no mosaic",
                 asked=f"the mosaic of {capture_id}",
                 found="none was made",
-                remedy=remedy,
+                remedy=f"make one: POST {mosaic_url(capture_id)}",
             )
         return found
 

@@ -32,8 +32,7 @@ def needs_of(dataset: Dataset, request: MosaicRequest, folder: Path) -> MosaicNe
     name = dataset.folder.name
     if dataset.calibration is None:
         raise NotCalibrated(
-            f"dataset {name} has no calibration: its views cannot be laid side by side; capture it again "
-            "with a calibration in use",
+            f"dataset {name} has no calibration: its views cannot be laid side by side",
             asked=f"the mosaic of dataset {name}",
             found="it has no calibration",
             remedy="capture it again with a calibration in use",
@@ -65,12 +64,11 @@ def check_room(needs: MosaicNeedsDocument) -> None:
     wanted_bytes = needs.needed_bytes + RESERVE_BYTES
     if wanted_bytes > needs.free_bytes:
         raise free_space_error(
-            f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it"
-            f" is made, with the {RESERVE_TEXT};"
-            f" {needs.free_bytes / 1e6:.0f} MB are free on the disk; free some",
+            f"a mosaic of {needs.width} x {needs.height} px needs about {wanted_bytes / 1e6:.0f} MB while it "
+            f"is made, with the {RESERVE_TEXT}; {needs.free_bytes / 1e6:.0f} MB are free on the disk",
             needed_bytes=wanted_bytes,
             free_bytes=needs.free_bytes,
-            remedy="free some room on the disk",
+            remedy="free some space",
         )
 
 
@@ -83,8 +81,7 @@ def _scan(dataset: Dataset, number: int) -> Dataset:
 def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
     if len(views) == 1:
         raise InvalidInput(
-            f"dataset {name} has a single point with this eye's frame: there is nothing to lay beside it; "
-            "capture a raster of two points or more",
+            f"dataset {name} has a single point with this eye's frame: there is nothing to lay beside it",
             asked=f"the mosaic of dataset {name}",
             found="a single point",
             remedy="capture a raster of two points or more",
@@ -92,7 +89,7 @@ def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
     if not any(_overlap(a, b) for k, a in enumerate(views) for b in views[:k]):
         raise InvalidInput(
             f"no two of the {len(views)} views of dataset {name} overlap: nothing says how they lie side by "
-            "side; capture a raster with more points or a smaller field",
+            "side",
             asked=f"the mosaic of dataset {name}",
             found=f"{len(views)} views, no two of which overlap",
             remedy="capture a raster with more points or a smaller field",

@@ -117,7 +117,7 @@ class MosaicService:
         content = self.collection.file(capture_id, "mesh.glb").read_bytes()
         if self._viewer is None:
             raise NotConnected(
-                "there is no 3D scene: it is switched off, or could not be started; open mesh.glb elsewhere",
+                "there is no 3D scene: it is switched off, or could not be started",
                 asked="show a mosaic in 3D",
                 found="there is no 3D scene",
                 remedy="download mesh.glb and open it elsewhere",

@@ -39,9 +39,8 @@ def check_room(frames: Iterable[tuple[int, float]], *, duration_s: float | None,
     needed_bytes = RESERVE_BYTES + round(asked_s * sum(size * rate_hz for size, rate_hz in frames))
     if needed_bytes > free_bytes:
         raise free_space_error(
-            f"recording of {asked_s:g} s: about {needed_bytes / 1e6:.0f} MB are needed,"
-            f" with the {RESERVE_TEXT}; {free_bytes / 1e6:.0f} MB are free on the disk;"
-            " free some, or record fewer cameras or a shorter time",
+            f"recording of {asked_s:g} s: about {needed_bytes / 1e6:.0f} MB are needed, with the "
+            f"{RESERVE_TEXT}; {free_bytes / 1e6:.0f} MB are free on the disk",
             needed_bytes=needed_bytes,
             free_bytes=free_bytes,
             remedy="free some, or record fewer cameras or a shorter time",

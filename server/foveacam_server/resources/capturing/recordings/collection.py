@@ -86,7 +86,7 @@ class RecordingCollection:
         stem = dataset_name(_numbered(name, used) if numbered else name)
         if stem.casefold() in used:
             raise InvalidInput(
-                f"there is a recording {name!r} already; choose another name",
+                f"there is a recording {name!r} already",
                 asked=f"a recording named {name!r}",
                 found="there is one already",
                 remedy="choose another name",

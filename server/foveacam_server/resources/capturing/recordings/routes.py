@@ -159,7 +159,7 @@ def download(recording_id: RecordingId, recordings: Provided[RecordingService]) 
     path = recordings.readable(recording_id).path
     if not path.exists():
         found, remedy = "its bytes are in the archive alone", "fetch it first"
-        raise Busy(f"download {path.name}: {found}; {remedy}", found=found, remedy=remedy)
+        raise Busy(f"download {path.name}: {found}", found=found, remedy=remedy)
     return StoredFile(path, media_type="application/octet-stream", filename=path.name)
 
 

@@ -211,10 +211,10 @@ class RecordingService:
         live = self._current()
         if live is not None and live.id == recording_id:
             raise Busy(
-                f"recording {live.name} is still being made; stop it first",
+                f"recording {live.name} is still being made",
                 asked=f"recording {live.name}",
                 found="it is still being made",
-                remedy=f"stop it: POST {URL}/{live.id}/stop",
+                remedy=f"stop it first: POST {URL}/{live.id}/stop",
             )
         kept = self.collection.get(recording_id, but=None if live is None else live.path)
         if kept.contents is None:
@@ -346,10 +346,10 @@ class RecordingService:
         live = self._current()
         if live is not None:
             raise Busy(
-                f"asked to record: recording {live.name} is being made; stop it first",
+                f"asked to record: recording {live.name} is being made",
                 asked="record",
                 found=f"recording {live.name} is being made",
-                remedy=f"stop it: POST {URL}/{live.id}/stop",
+                remedy=f"stop it first: POST {URL}/{live.id}/stop",
             )
 
     def _check_room(self, roles: tuple[Role, ...], duration_s: float | None, rates: LiveRates) -> None:

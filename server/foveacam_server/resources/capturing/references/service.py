@@ -118,12 +118,11 @@ def reference_file(stored: StoredCapture, name: str) -> bytes:
     try:
         return (stored.folder / REFERENCE / name).read_bytes()  # whole: it may be removed at any moment
     except FileNotFoundError:
-        order = f"make one: POST {reference_url(stored.id)}"
         raise NotFound(
-            f"capture {stored.id} has no reference; {order}",
+            f"capture {stored.id} has no reference",
             asked=f"{name} of the reference of {stored.id}",
             found="none was made",
-            remedy=order,
+            remedy=f"make one: POST {reference_url(stored.id)}",
         ) from None
 
 

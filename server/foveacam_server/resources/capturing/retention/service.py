@@ -37,7 +37,7 @@ class RetentionService:
             found = self.preview()
             if found.digest != digest:
                 raise EditedMeanwhile(
-                    "what the rules would remove has changed since then; nothing was removed; look again",
+                    "what the rules would remove has changed since then; nothing was removed",
                     asked=digest,
                     found=found.digest,
                     remedy="look again: GET /api/v1/retention",

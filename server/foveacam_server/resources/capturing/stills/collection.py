@@ -94,7 +94,7 @@ class StillCollection:
         waiting = len(self.every(StillState.HELD))
         if waits and waiting >= MOST_HELD:
             raise Busy(
-                f"take a still: {waiting} wait to be kept or discarded; keep or discard some first",
+                f"take a still: {waiting} wait to be kept or discarded",
                 asked="take a still",
                 found=f"{waiting} that were neither kept nor discarded",
                 remedy="keep or discard some first",
@@ -109,7 +109,6 @@ class StillCollection:
         found = self.get(still_id)
         if found.state is StillState.KEPT:
             raise InvalidInput(
-                f"keep still {found.stored.name}: it is kept already",
                 asked=f"keep still {found.stored.name}",
                 found="it is kept already",
                 remedy="nothing is left to do",

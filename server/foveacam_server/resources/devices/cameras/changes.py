@@ -72,8 +72,8 @@ def refuse_own_exposure(camera: Camera, asked: CameraSettings) -> None:
     if asked.exposure_auto is AutoMode.OFF or not waits_for_pulses(camera.role, asked):
         return
     raise OutOfRange(
-        f"camera {camera.role}: asked to set its exposure itself ({asked.exposure_auto}), but one pulse"
-        ' exposes both foveae alike; ask for "once" with linked, which finds one exposure for both',
+        f"camera {camera.role}: asked to set its exposure itself ({asked.exposure_auto}), but one pulse "
+        "exposes both foveae alike",
         asked=f"an exposure of its own for camera {camera.role}",
         found="one pulse exposes both foveae alike",
         remedy='ask for "once" with linked, which finds one exposure for both',

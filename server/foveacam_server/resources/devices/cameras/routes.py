@@ -236,7 +236,7 @@ def _roles(role: Role, *, linked: bool) -> tuple[Role, ...]:
         return (role,)
     if role not in FOVEAE:
         raise InvalidInput(
-            "asked to change the wide camera linked, and only the foveae are a pair; leave linked out",
+            "asked to change the wide camera linked, and only the foveae are a pair",
             asked="linked settings of the wide camera",
             found="only the foveae are a pair",
             remedy="leave linked out",

@@ -97,10 +97,10 @@ class CameraSettingsService:
         """Change all cameras or none; raise `Busy` and `InvalidInput` at once, other errors by the future."""
         if not change.changes:
             raise InvalidInput(
-                "asked to change a camera, and no setting is named; send at least one",
+                "asked to change a camera, and no setting is named",
                 asked="a change of a camera",
                 found="no setting",
-                remedy=f"send one of {', '.join(REST_NAMES)}",
+                remedy=f"send at least one of {', '.join(REST_NAMES)}",
             )
         hardware.use.check_free("change a camera")
 
@@ -141,11 +141,10 @@ class CameraSettingsService:
         apart = [found.setting for found in self.divergence(status) if found.setting != "exposure_ms"]
         if apart:
             raise InvalidInput(
-                f"asked for one exposure of both foveae, and they differ in {', '.join(apart)}; give both the"
-                " same, then ask again",
+                f"asked for one exposure of both foveae, and they differ in {', '.join(apart)}",
                 asked="one exposure for both foveae",
                 found=f"they differ in {', '.join(apart)}",
-                remedy="give both the same settings",
+                remedy="give both the same settings, then ask again",
             )
 
     def reset(self, hardware: HardwareThread, role: Role) -> "Future[None]":

@@ -49,7 +49,7 @@ def print_pattern(pattern: ShownPattern, query: PrintQuery) -> PatternPrint:
     drawing = draw(pattern, dictionary=dictionary)
     if drawing.pattern is None:
         raise NotFound(
-            "no pattern is shown, so there is none to print; name its kind and its numbers in the query",
+            "no pattern is shown, so there is none to print",
             asked="the pattern as PDF",
             found="blank",
             remedy="name its kind and its numbers in the query",

@@ -59,7 +59,7 @@ class PatternDisplayService:
         svg = self._drawing.svg()
         if svg is None:
             raise NotFound(
-                "no pattern is shown, so there is none to draw; choose one by PUT /api/v1/displays/pattern",
+                "no pattern is shown, so there is none to draw",
                 asked="the pattern as SVG",
                 found="blank",
                 remedy="choose one by PUT /api/v1/displays/pattern",
@@ -95,7 +95,7 @@ class PatternDisplayService:
             known = self._screens.get(display_id)
             if known is None and len(self._screens) >= MOST:
                 raise Busy(
-                    f"{MOST} displays are connected already; close some of them",
+                    f"{MOST} displays are connected already",
                     asked="one more display",
                     found=f"{MOST} displays",
                     remedy="close some of them",

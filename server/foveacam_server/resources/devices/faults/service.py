@@ -82,7 +82,7 @@ class FaultService:
                 del self._rows[key]
         if not keys:
             raise NotFound(
-                f"there is no fault {fault_id} on the list; GET /api/v1/faults lists them",
+                f"there is no fault {fault_id} on the list",
                 asked=f"dismiss {fault_id}",
                 found="no such fault",
                 remedy="GET /api/v1/faults lists them",

@@ -79,7 +79,9 @@ class SteeringSession:
         async with asyncio.timeout(FIRST_MESSAGE_S):
             message = messages.parse(await self._wire.receive_text())
         if not isinstance(message, messages.Begin):
-            raise InvalidInput('the first message is {"type":"begin"}', remedy='send {"type":"begin"} first')
+            raise InvalidInput(
+                "asked to steer without a first message that begins", remedy='send {"type":"begin"} first'
+            )
         return message
 
     async def _begin_with(self, begin: messages.Begin) -> None:

@@ -55,7 +55,7 @@ def parse(text: str) -> Begin | Steer:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"]) or "message"
-        raise InvalidInput(f"{place}: {first['msg']}; send {EXAMPLE}", remedy=f"send {EXAMPLE}") from error
+        raise InvalidInput(f"{place}: {first['msg']}", remedy=f"send {EXAMPLE}") from error
 
 
 def hello(*, max_v: float, calibrated: bool) -> str:

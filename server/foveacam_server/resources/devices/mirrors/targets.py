@@ -26,7 +26,7 @@ def gaze_volts(gaze: SteerGaze, calibration: Calibration) -> StereoVolts:
     if abs(shift_deg) > SHIFT_LIMIT_DEG:
         allowed = f"±{SHIFT_LIMIT_DEG:g} degrees"
         raise OutOfRange(
-            f"vertical_shift_deg = {shift_deg:g} is outside {allowed}; choose a shift inside",
+            f"vertical_shift_deg = {shift_deg:g} is outside {allowed}",
             asked=f"vertical_shift_deg = {shift_deg:g}",
             found=f"the eyes are shifted by {allowed} at most",
             remedy="choose a shift inside",

@@ -43,7 +43,7 @@ class PanTiltService:
                 return station
         known = ", ".join(repr(station.name) for station in self.stations) or "none"
         raise InvalidInput(
-            f"there is no station {name!r}; this rig has {known}; choose one, or name them in the rig's file",
+            f"there is no station {name!r}; this rig has {known}",
             asked=f"station {name!r}",
             found=f"the stations are {known}",
             remedy="choose one, or name them in the rig's file",

@@ -127,9 +127,9 @@ def _pose(request: PanTiltMove, service: PanTiltService) -> PanTiltPose:
         case None, float(pan_deg), float(tilt_deg):
             return PanTiltPose(pan_rad=math.radians(pan_deg), tilt_rad=math.radians(tilt_deg))
     raise InvalidInput(
-        "a move of the pan-tilt needs a station, or pan_deg and tilt_deg, and not both; send one of them",
+        "a move of the pan-tilt needs a station, or pan_deg and tilt_deg, and not both",
         asked="a move of the pan-tilt",
-        remedy='send {"station": "board"} or {"pan_deg": 0, "tilt_deg": 0}',
+        remedy='send one of them, such as {"station": "board"} or {"pan_deg": 0, "tilt_deg": 0}',
     )
 
 

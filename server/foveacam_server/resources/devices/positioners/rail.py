@@ -85,8 +85,7 @@ class RailService:
             return position_m
         known = ", ".join(repr(place.name) for place in places) or "none"
         raise InvalidInput(
-            f"there is no place {name!r} on the rail; this rig has {known}; choose one, or name them in the"
-            " rig's file",
+            f"there is no place {name!r} on the rail; this rig has {known}",
             asked=f"place {name!r}",
             found=f"the places are {known}",
             remedy="choose one, or name them in the rig's file ([[rail.places]])",
@@ -107,12 +106,11 @@ class RailService:
     def _rail_of(self, rig: AssembledRig) -> Rail:
         self._known = rig.rail
         if rig.rail is None:
-            remedy = "name one in the rig's file ([rail], kind grbl or manual)"
             raise NotConnected(
-                f"asked to move the rig sideways: this rig has no rail; {remedy}",
+                "asked to move the rig sideways: this rig has no rail",
                 asked="move the rig sideways",
                 found="no rail",
-                remedy=remedy,
+                remedy="name one in the rig's file ([rail], kind grbl or manual)",
             )
         return rig.rail
 

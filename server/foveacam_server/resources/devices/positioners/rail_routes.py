@@ -130,9 +130,9 @@ async def _begin(request: RailMove, service: RailService) -> float:
             await asyncio.wrap_future(service.move(position_mm / MM_PER_M))
             return position_mm
     raise InvalidInput(
-        "a move of the rail needs a place or position_mm, and not both; send one of them",
+        "a move of the rail needs a place or position_mm, and not both",
         asked="a move of the rail",
-        remedy='send {"place": "centre"} or {"position_mm": 0}',
+        remedy='send one of them, such as {"place": "centre"} or {"position_mm": 0}',
     )
 
 

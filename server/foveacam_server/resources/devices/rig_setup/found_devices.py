@@ -59,8 +59,7 @@ class DeviceSearch:
         names = [camera.info.serial for camera in self._search(kind)] if kind in self.cameras else []
         if name not in names:
             raise NotFound(
-                f"{kind} camera {name} is not there; {kind} has {', '.join(names) or 'none'}. Plug it in, or"
-                " choose another one",
+                f"{kind} camera {name} is not there; {kind} has {', '.join(names) or 'none'}",
                 asked=f"{kind} camera {name}",
                 found=", ".join(names) or "none",
                 remedy="plug it in, or choose another one",

@@ -46,9 +46,9 @@ class RigFileFolder:
             if str(known) == path:
                 return known
         raise NotFound(
-            f"{path} is not one of the rig files of this server; see /api/v1/rig/setup/files",
+            f"{path} is not one of the rig files of this server",
             asked=path,
-            remedy="choose one of the list, or start with foveacam serve --rig FILE",
+            remedy="choose one of /api/v1/rig/setup/files, or start with foveacam serve --rig FILE",
         )
 
     def named(self, rig_id: str) -> Path:
@@ -99,8 +99,7 @@ class RigFileFolder:
         now = self.read(path)
         if hash_of(now) != seen:
             raise EditedMeanwhile(
-                f"{path.name} was changed by somebody else since it was shown here; nothing was written. Look"
-                " at the changes, then save again",
+                f"{path.name} was changed by somebody else since it was shown here; nothing was written",
                 asked=f"save {path.name}",
                 found="another content" if now is not None else "no file",
                 remedy="look at the changes, then save again",

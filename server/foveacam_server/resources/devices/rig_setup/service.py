@@ -176,8 +176,7 @@ class RigSetupService:
         """Close the rig and open the one of a file, or the simulated one; raise `Busy` while a job has it."""
         if self._replayed:
             raise Busy(
-                "asked to open a rig: this server plays a recording; start it again with foveacam serve --rig"
-                " FILE",
+                "asked to open a rig: this server plays a recording",
                 asked="open a rig",
                 found="this server plays a recording",
                 remedy="start it again with foveacam serve --rig FILE",
@@ -229,7 +228,7 @@ class RigSetupService:
             return text, merge_draft(text, stored.draft, before=draft_of(content_of(stored.text)))
         except ParseError as error:
             raise InvalidInput(
-                f"rig file {stored.path}: not valid TOML ({error}); correct that line",
+                f"rig file {stored.path}: not valid TOML ({error})",
                 asked=f"read {stored.path}",
                 found=str(error),
                 remedy="correct that line",

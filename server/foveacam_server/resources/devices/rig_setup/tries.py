@@ -98,8 +98,8 @@ def _tried(ask: Callable[[], DeviceInfo], what: str) -> TryResult:
     try:
         return _answered(ask(), what)
     except FoveaError as error:
-        sentence, _, remedy = str(error).rpartition("; ")
-        return TryResult(good=False, sentence=sentence or remedy, remedy=remedy if sentence else "")
+        sentence, remedy = error.parts
+        return TryResult(good=False, sentence=sentence, remedy=remedy)
 
 
 def _of_open_rig(status: RigStatus, device: str, info: DeviceInfo | None) -> TryResult:

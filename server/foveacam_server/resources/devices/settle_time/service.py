@@ -60,8 +60,7 @@ class SettleTimeService:
         )
         if time.rig_id != rig_id:
             raise InvalidInput(
-                f"the settle time was measured on rig {time.rig_id!r}, this is rig {rig_id!r}; measure "
-                "this rig's",
+                f"the settle time was measured on rig {time.rig_id!r}, this is rig {rig_id!r}",
                 asked="a measured settle time in use",
                 found=f"it was measured on rig {time.rig_id!r}",
                 remedy="run the step settle on this rig",

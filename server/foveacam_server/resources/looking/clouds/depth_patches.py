@@ -191,13 +191,13 @@ class DepthPatches:
                 return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
         if self.covering(x_px, y_px):
             raise NotFound(
-                f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure; try beside it",
+                f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure",
                 asked=f"depth at ({x_px:g}, {y_px:g})",
                 found="no texture there",
                 remedy="try a pixel beside it",
             )
         raise NotFound(
-            f"no fovea has looked there yet: wide pixel ({x_px:g}, {y_px:g}); fixate it first",
+            f"no fovea has looked there yet: wide pixel ({x_px:g}, {y_px:g})",
             asked=f"depth at ({x_px:g}, {y_px:g})",
             found="no depth map covers it",
             remedy="fixate it first: POST /api/v1/fixations",

@@ -63,14 +63,14 @@ class BackendComparisons:
         """
         if request.first == request.second:
             raise InvalidInput(
-                f"{request.first} is to be compared with itself; choose two different backends",
+                f"{request.first} is to be compared with itself",
                 asked=request.first,
                 remedy="choose two different backends",
             )
         pair = self._backends.last_pair
         if pair is None:
             raise InvalidInput(
-                "nothing was looked at since the server started; click something first",
+                "nothing was looked at since the server started",
                 found="no look",
                 remedy="click something, then compare",
             )
@@ -91,7 +91,7 @@ class BackendComparisons:
             found = self._kept.get(comparison_id)
         if found is None:
             raise NotFound(
-                f"there is no comparison {comparison_id}: the last {KEPT} are kept; compare again",
+                f"there is no comparison {comparison_id}: the last {KEPT} are kept",
                 asked=comparison_id,
                 remedy="compare again",
             )

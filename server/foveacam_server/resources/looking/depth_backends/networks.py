@@ -32,10 +32,10 @@ class NetworkFolder:
         target = self._folder / network.name
         if network.name in RESERVED or target.exists():
             raise InvalidInput(
-                f"there is a depth backend {network.name} already; give the card another name, or "
-                f"remove that one with `foveacam depth remove {network.name}`",
+                f"there is a depth backend {network.name} already",
                 asked=network.name,
-                remedy="give the card another name, or remove the other",
+                remedy="give the card another name, or remove that one with "
+                f"`foveacam depth remove {network.name}`",
             )
         partial = target.with_suffix(".part")
         with disk_errors(f"the network {network.name}", self._folder):

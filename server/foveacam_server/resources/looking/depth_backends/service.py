@@ -107,11 +107,10 @@ class DepthBackendService:
         network = self.networks.get(name)
         if network.card.research_only and not research_confirmed:
             raise InvalidInput(
-                f"{name} is for research only ({network.card.licence}); confirm that this is research with "
-                "research_confirmed: true, or choose another",
+                f"{name} is for research only ({network.card.licence})",
                 asked=name,
                 found=network.card.licence,
-                remedy="confirm with research_confirmed: true",
+                remedy="confirm that this is research with research_confirmed: true, or choose another",
             )
         return NetworkEstimator.open(network), network.card.sha256
 

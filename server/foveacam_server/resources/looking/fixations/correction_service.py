@@ -37,7 +37,7 @@ def choose(
             else "no alternatives, its answer is the only one"
         )
         raise InvalidInput(
-            f"alternative {alternative} was asked; this fixation has {has}; choose one that it lists",
+            f"alternative {alternative} was asked; this fixation has {has}",
             asked=f"alternative {alternative}",
             found=has,
             remedy="choose one that it lists",

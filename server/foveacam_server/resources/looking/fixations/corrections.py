@@ -45,11 +45,11 @@ def remaining_range(fixation: FixationDocument, direction: RangeSide) -> Distanc
         left = DistanceRange(nearest_m=max(before.nearest_m, farthest_m), farthest_m=before.farthest_m)
     if not left.nearest_m < left.farthest_m:
         raise InvalidInput(
-            f"nothing {direction} remains: {left.nearest_m:.2f} m to {left.farthest_m:.2f} m is empty "
-            "after the corrections before; click on the target again to begin anew",
+            f"nothing {direction} remains: {left.nearest_m:.2f} m to {left.farthest_m:.2f} m is empty after "
+            "the corrections before",
             asked=direction,
             found="an empty range of distances",
-            remedy="click on the target again",
+            remedy="click on the target again to begin anew",
         )
     return left
 
@@ -72,7 +72,7 @@ def _excluded(fixation: FixationDocument) -> tuple[float, float]:
     bound = fixation.bound
     if bound is None:
         raise InvalidInput(
-            "this fixation has neither a distance nor limits, so nothing is nearer or farther; click again",
+            "this fixation has neither a distance nor limits, so nothing is nearer or farther",
             asked="nearer or farther",
             found="no distance",
             remedy="click on the target again",

@@ -108,4 +108,4 @@ def point_of(fixation: FixationDocument, *, label: str = "") -> FixationDrawing:
 
 def _no_cloud(fixation_id: str, found: str, remedy: str) -> InvalidInput:
     asked = f"the cloud of {fixation_id} at full resolution"
-    return InvalidInput(f"asked for {asked}: {found}; {remedy}", asked=asked, found=found, remedy=remedy)
+    return InvalidInput(f"asked for {asked}: {found}", asked=asked, found=found, remedy=remedy)

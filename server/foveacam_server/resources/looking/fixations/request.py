@@ -30,7 +30,7 @@ def target_of(request: FixationRequest) -> Target:
     given = [kind for kind in ("pixel", "rectangle", "direction") if getattr(request, kind) is not None]
     found = " and ".join(given) or "none"
     raise InvalidInput(
-        f"a fixation needs exactly one of pixel, rectangle and direction, found {found}; send one of them",
+        f"a fixation needs exactly one of pixel, rectangle and direction, found {found}",
         asked="a fixation",
         found=found,
         remedy='send one of them, such as {"pixel": {"x_px": 720, "y_px": 540}}',
@@ -48,8 +48,7 @@ def depth_range_of(request: FixationRequest) -> DistanceRange | None:
     farthest_m = math.inf if request.within.farthest_m is None else request.within.farthest_m
     if not 0.0 <= nearest_m < farthest_m:
         raise InvalidInput(
-            f"within: nearest_m = {nearest_m:g} and farthest_m = {farthest_m:g} leave no distance; "
-            "send a nearest_m of 0 or more and a larger farthest_m, or none",
+            f"within: nearest_m = {nearest_m:g} and farthest_m = {farthest_m:g} leave no distance",
             asked=f"{nearest_m:g} to {farthest_m:g} m",
             found="an empty range",
             remedy="send a nearest_m of 0 or more and a larger farthest_m, or none",

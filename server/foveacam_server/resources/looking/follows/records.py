@@ -27,7 +27,7 @@ class FollowedRecords:
         with self._lock:
             if len(self._records) >= MOST_TARGETS:
                 raise Busy(
-                    f"{MOST_TARGETS} targets are followed already; let one of them go",
+                    f"{MOST_TARGETS} targets are followed already",
                     found=f"{MOST_TARGETS} targets",
                     remedy="let one of them go: DELETE /api/v1/follows/{id}",
                 )

@@ -45,9 +45,9 @@ class FollowService:
         tools.hardware.check_may_move()
         if tools.looping():
             raise Busy(
-                "the vergence loop has the eyes; end it first",
+                "the vergence loop has the eyes",
                 found="a running loop",
-                remedy="end it: DELETE /api/v1/loop",
+                remedy="end it first: DELETE /api/v1/loop",
             )
         record = FollowedRecord(
             id=new_id("fol"),
@@ -105,9 +105,9 @@ class FollowService:
             followed = any(record.report is not None for record in records.values())
         if not followed:
             raise Busy(
-                "no target is followed now; follow one first",
+                "no target is followed now",
                 found="no followed target",
-                remedy="follow one: POST /api/v1/follows",
+                remedy="follow one first: POST /api/v1/follows",
             )
 
     def take_round(self) -> "Future[list[SeenTarget]]":
@@ -160,7 +160,7 @@ class FollowService:
             return target_of(FixationRequest.model_validate(places))
         if any(one is not None for one in places.values()):
             raise InvalidInput(
-                "a followed target is named by target_id or by a place, found both; send one of them",
+                "a followed target is named by target_id or by a place, found both",
                 asked="a target to follow",
                 found="two targets",
                 remedy="send one of them",

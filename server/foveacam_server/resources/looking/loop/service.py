@@ -255,7 +255,7 @@ class LoopService:
             if run is not None and not run.stop_wanted.is_set():
                 return run
             if run is not None:
-                raise Busy("the loop is ending; try again", found="a loop that ends", remedy="try again")
+                raise Busy("the loop is ending", found="a loop that ends", remedy="try again")
             loop = VergenceLoop(calibration, clock=self._tools.clock, settings=self._settings)
             self._run = LoopRun(
                 loop, hardware=self._tools.hardware, clock=self._tools.clock, on_step=self._take
@@ -301,9 +301,9 @@ class LoopService:
         self._tools.hardware.check_may_move()
         if self._tools.following():
             raise Busy(
-                "the foveae follow targets; let them go first",
+                "the foveae follow targets",
                 found="followed targets",
-                remedy="let them go: DELETE /api/v1/follows",
+                remedy="let them go first: DELETE /api/v1/follows",
             )
 
     def _order(self, run: LoopRun, work: Order) -> None:
@@ -320,9 +320,9 @@ class LoopService:
         run = self._run
         if run is None:
             raise Busy(
-                "the vergence loop does not run; choose a target first",
+                "the vergence loop does not run",
                 found="no loop",
-                remedy='choose a target: POST /api/v1/loop {"pixel": {"x_px": 720, "y_px": 540}}',
+                remedy='choose a target first: POST /api/v1/loop {"pixel": {"x_px": 720, "y_px": 540}}',
             )
         return run
 

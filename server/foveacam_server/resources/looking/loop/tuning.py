@@ -46,9 +46,9 @@ class LoopTuning:
         check_not_tuned(run)
         if run.split is not None:
             raise Busy(
-                "each eye follows a place of its own; unite them first",
+                "each eye follows a place of its own",
                 found="eyes apart",
-                remedy="unite them: DELETE /api/v1/loop/eyes",
+                remedy="unite them first: DELETE /api/v1/loop/eyes",
             )
         return self._jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
@@ -77,7 +77,7 @@ def check_not_tuned(run: LoopRun) -> None:
     """Raise `Busy` while the loop is being tuned."""
     if run.tune_job_id is not None:
         raise Busy(
-            "the loop is being tuned; wait until that has ended, or cancel it",
+            "the loop is being tuned",
             found=f"job {run.tune_job_id}",
-            remedy="wait, or cancel that job",
+            remedy="wait until the tuning has ended, or cancel it",
         )

@@ -95,7 +95,7 @@ class LookReader:
         newest = self._clouds.newest(1)
         if not newest:
             raise NotFound(
-                "no fovea has looked anywhere yet; fixate something first, then measure",
+                "no fovea has looked anywhere yet",
                 asked="the newest look",
                 found="no look with depth",
                 remedy="fixate something first: POST /api/v1/fixations",
@@ -107,7 +107,7 @@ class LookReader:
         cloud = self._clouds.of_fixation(fixation_id)
         if cloud is None:
             raise NotFound(
-                f"fixation {fixation_id} has no depth to measure in; look at its target again",
+                f"fixation {fixation_id} has no depth to measure in",
                 asked=f"the depth of {fixation_id}",
                 found="no depth was kept of it",
                 remedy="look at its target again",

@@ -89,11 +89,10 @@ class PointFinder:
             t_ns = self._shown.picture_t_ns(place.view)
             if view not in WINDOWS or (t_ns is not None and t_ns != look.t_ns):
                 raise StaleView(
-                    f"the foveae have turned away since fixation {fixation_id}, or no depth is kept yet; "
-                    "look at its target again, or measure in the wide view",
+                    f"the foveae have turned away since fixation {fixation_id}, or no depth is kept yet",
                     asked=f"a point in the view {place.view}",
                     found="mirrors that stand elsewhere",
-                    remedy="look again, or measure in the wide view",
+                    remedy="look at its target again, or measure in the wide view",
                 )
         _check_inside(place, ViewMap(look=look, wide=wide).size_px(view))
         return fixation_id, look
@@ -165,7 +164,7 @@ def _check_inside(place: PlaceRequest, size_px: tuple[int, int]) -> None:
     )
     raise OutOfRange(
         f"pixel ({place.x_px:g}, {place.y_px:g}) is outside the view {place.view}{beside}: x from -0.5 to "
-        f"{width - 0.5:g}, y from -0.5 to {height - 0.5:g} px; choose a pixel inside",
+        f"{width - 0.5:g}, y from -0.5 to {height - 0.5:g} px",
         asked=f"({place.x_px:g}, {place.y_px:g})",
         found=f"a picture of {width} x {height} px",
         remedy="choose a pixel inside",
@@ -174,8 +173,8 @@ def _check_inside(place: PlaceRequest, size_px: tuple[int, int]) -> None:
 
 def _no_texture(place: PlaceRequest) -> NotFound:
     return NotFound(
-        f"there is no depth at ({place.x_px:g}, {place.y_px:g}) of the view {place.view} nor close by: "
-        "no texture there, or only one fovea sees it; choose a pixel on texture that both see",
+        f"there is no depth at ({place.x_px:g}, {place.y_px:g}) of the view {place.view} nor close by: no "
+        "texture there, or only one fovea sees it",
         asked=f"a point at ({place.x_px:g}, {place.y_px:g})",
         found="no texture there, or hidden from one fovea",
         remedy="choose a pixel on texture that both foveae see",

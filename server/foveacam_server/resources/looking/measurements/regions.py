@@ -40,7 +40,7 @@ def rectangle_of(
     (x0, x1), (y0, y1) = (sorted(values) for values in zip(*((e.x_px, e.y_px) for e in ends), strict=True))
     if x1 - x0 < LEAST_SIDE_PX or y1 - y0 < LEAST_SIDE_PX:
         raise InvalidInput(
-            f"a rectangle of {x1 - x0:g} x {y1 - y0:g} px is too small for a plane; drag a larger one",
+            f"a rectangle of {x1 - x0:g} x {y1 - y0:g} px is too small for a plane",
             asked=f"{x1 - x0:g} x {y1 - y0:g} px",
             remedy="drag a larger rectangle",
         )
@@ -66,7 +66,7 @@ def _region(
     first, second = ends
     if first.view != second.view or first.fixation_id != second.fixation_id:
         raise InvalidInput(
-            "a plane and a profile are taken in one view of one look; choose both points there",
+            "a plane and a profile are taken in one view of one look",
             asked=f"points in {first.view} and {second.view}",
             remedy="choose both points in one view",
         )

@@ -82,10 +82,10 @@ class MeasurementService:
         wanted = POINTS[request.kind]
         if len(request.points) != wanted:
             raise InvalidInput(
-                f"a {request.kind} takes {wanted} point{'s' if wanted > 1 else ''}, "
-                f"{len(request.points)} came; send `points` with {wanted}",
+                f"a {request.kind} takes {wanted} point{'s' if wanted > 1 else ''}, {len(request.points)} "
+                "came",
                 asked=f"{len(request.points)} points",
-                remedy=f"send {wanted}",
+                remedy=f"send `points` with {wanted}",
             )
         label = request.label or f"{request.kind.capitalize()} {self._table.next_number()}"
         document = self._measured(request, label)

@@ -52,8 +52,7 @@ def _newest_wide(hub: FrameHub) -> NDArray[np.uint8]:
     picture = hub.newest("wide")
     if picture is None:
         raise NotConnected(
-            "the wide camera has not delivered a picture yet, so there is nothing to suggest; "
-            "ask again in a moment",
+            "the wide camera has not delivered a picture yet, so there is nothing to suggest",
             asked="suggestions",
             found="no wide picture",
             remedy="ask again in a moment",

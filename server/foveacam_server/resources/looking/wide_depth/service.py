@@ -150,7 +150,7 @@ class WideDepthService:
         cloud = context_cloud(context.snapshot(), self._wide_picture(), context.wide)
         if len(cloud) == 0:
             raise NotFound(
-                "nothing is known of the wide view's depth; look around first",
+                "nothing is known of the wide view's depth",
                 asked="points of the wide depth",
                 found="no cell has a depth",
                 remedy="look around first: POST /api/v1/wide_depth/surveys",

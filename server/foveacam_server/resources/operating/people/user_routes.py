@@ -147,7 +147,7 @@ def sign_out(
             f"there is no sign-in {session_id} that you may end",
             asked=session_id,
             found="none of that id",
-            remedy="GET /api/v1/sessions",
+            remedy="GET /api/v1/sessions lists those",
         )
     note.detail = f"of {found.user}"
     accounts.sign_out(session_id)

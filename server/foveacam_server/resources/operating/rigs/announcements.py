@@ -102,11 +102,10 @@ def open_announcements(host: str) -> Announcements:
     try:
         from zeroconf import Zeroconf
     except ImportError as error:
-        command = install_command("rigs")
         raise InvalidInput(
-            f"finding rigs in the network needs zeroconf, which is not installed; {command}",
+            "finding rigs in the network needs zeroconf, which is not installed",
             found="no zeroconf",
-            remedy=command,
+            remedy=install_command("rigs"),
         ) from error
     addresses = _addresses(host)
     return Announcements(Zeroconf(interfaces=addresses), addresses)

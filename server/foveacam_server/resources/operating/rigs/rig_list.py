@@ -50,10 +50,9 @@ def read_rig_list(path: Path) -> tuple[NamedRig, ...]:
 
 
 def _refused(path: Path, reason: str) -> InvalidInput:
-    remedy = 'write for each rig [[rig]], name = "…", url = "http://…", and perhaps token_file = "…"'
     return InvalidInput(
-        f"the list of rigs {path} cannot be used: {reason}; {remedy}",
+        f"the list of rigs {path} cannot be used: {reason}",
         asked=str(path),
         found=reason,
-        remedy=remedy,
+        remedy='write for each rig [[rig]], name = "…", url = "http://…", and perhaps token_file = "…"',
     )

@@ -5,7 +5,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 
 from foveacam_hardware.contract import FoveaError
-from foveacam_server.foundation.errors import NotFound, problem_of
+from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.http.addresses import join_address, server_address
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.resources.operating.rigs.announcements import Announcements
@@ -51,7 +51,7 @@ class RigDirectory:
         rig = next((rig for rig in self._others() if rig.id == rig_id), None)
         if rig is None:
             raise NotFound(
-                f"there is no rig {rig_id} on the list; GET {URL} lists them",
+                f"there is no rig {rig_id} on the list",
                 asked=rig_id,
                 found="no such rig",
                 remedy=f"GET {URL} lists them",
@@ -100,8 +100,7 @@ async def _entry(rig: RemoteRig) -> RigEntry:
     try:
         found = await ask_state(rig)
     except FoveaError as error:
-        document = problem_of(error)
-        problem, remedy = document.detail, document.remedy
+        problem, remedy = error.statement, error.remedy
     return RigEntry(
         id=rig.id,
         name=rig.name,

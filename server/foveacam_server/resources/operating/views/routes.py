@@ -129,8 +129,8 @@ async def snapshot(
         raise refusals.not_open(hardware.status)
     if encoded is None:
         raise NotConnected(
-            f"view '{name}' has no picture yet; it comes with the first frame, "
-            "or, for computed views, with the first fixation or calibration",
+            f"view '{name}' has no picture yet: it comes with the first frame, or, for computed views, with "
+            "the first fixation or calibration",
             asked=f"a snapshot of '{name}'",
             found="no picture yet",
             remedy="wait for the camera, foveate something, or calibrate",
@@ -177,7 +177,7 @@ async def views_socket(websocket: WebSocket, streams: Provided[LiveStreams]) -> 
 def _known(streams: LiveStreams, name: str) -> str:
     if name not in streams.hub.names:
         raise NotFound(
-            f"there is no view '{name}'; the views are {', '.join(streams.hub.names)}",
+            f"there is no view '{name}'",
             asked=f"view '{name}'",
             remedy=f"use one of {', '.join(streams.hub.names)}",
         )

@@ -80,7 +80,7 @@ def make_pairs(
                     break
     except WorkersLost as error:
         kept = len(writer.flush().pairs)
-        raise WorkersLost(f"{error}; {kept} pairs are kept; {error.remedy}", remedy=error.remedy) from error
+        raise WorkersLost(f"{error.statement}; {kept} pairs are kept", remedy=error.remedy) from error
     return MadePairs(document=writer.flush(), made=writer.count - began, pairs_per_s=rate)
 
 

@@ -192,8 +192,7 @@ def _against_truth(found: "TruthFigures | None") -> str:
 def _check_split(order: TrainingOrder) -> None:
     if not order.held_out:
         raise InvalidInput(
-            "no --held-out dataset: a network is judged by a scene that it was not trained on; capture a "
-            "second scene, and name it with --held-out",
+            "no --held-out dataset: a network is judged by a scene that it was not trained on",
             remedy="capture a second scene, and name it with --held-out",
         )
     both = {path.resolve() for path in order.datasets} & {path.resolve() for path in order.held_out}
@@ -228,8 +227,8 @@ def _schedule(order: TrainingOrder) -> "PriorSchedule":
     if (found == "none") != (order.prior_network is None):
         beside = "with" if found == "none" else "without"
         raise InvalidInput(
-            f"--prior {found} {beside} --prior-network: give both, or none (see `foveacam learn prior`)",
-            remedy="give both --prior and --prior-network",
+            f"--prior {found} {beside} --prior-network",
+            remedy="give both, or none (see `foveacam learn prior`)",
         )
     return found
 
@@ -261,8 +260,7 @@ def commit_of_program() -> str:
 def check_torch() -> None:
     """Raise InvalidInput, which says how to get it, where torch is missing."""
     if find_spec("torch") is None or find_spec("safetensors") is None:
-        command = install_command("learn")
-        raise InvalidInput(f"learning needs torch, which is not installed; {command}", remedy=command)
+        raise InvalidInput("learning needs torch, which is not installed", remedy=install_command("learn"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -81,7 +81,7 @@ def _pairs_key() -> str:
 
 def _check_torch() -> None:
     if find_spec("torch") is None or find_spec("safetensors") is None:
-        command = install_command("learn")
         raise InvalidInput(
-            f"the study learned trains networks with torch, which is not installed; {command}", remedy=command
+            "the study learned trains networks with torch, which is not installed",
+            remedy=install_command("learn"),
         )

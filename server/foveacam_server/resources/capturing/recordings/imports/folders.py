@@ -63,15 +63,14 @@ class RecordingFolders:
         if not inside:
             allowed = ", ".join(map(str, self._folders))
             raise InvalidInput(
-                f"open: {text} is in none of the folders that recordings are opened from; move it to one of"
-                f" {allowed}, or name its folder in FOVEACAM_RECORDING_FOLDERS",
+                f"open: {text} is in none of the folders that recordings are opened from",
                 asked=text,
                 found=f"recordings are opened from {allowed}",
-                remedy="move it there, or name its folder in FOVEACAM_RECORDING_FOLDERS",
+                remedy=f"move it to one of {allowed}, or name its folder in FOVEACAM_RECORDING_FOLDERS",
             )
         if not there or path.suffix.lower() not in (SUFFIX, OLD_SUFFIX):
             raise InvalidInput(
-                f"open: {text} is no file that ends in {SUFFIX} or {OLD_SUFFIX}; choose one of the list",
+                f"open: {text} is no file that ends in {SUFFIX} or {OLD_SUFFIX}",
                 asked=text,
                 found="no such file" if not there else f"a file that ends in {path.suffix or 'nothing'}",
                 remedy="choose one of the list",

@@ -142,26 +142,26 @@ class UploadService:
     def _check_size(self, request: UploadRequest) -> None:
         if request.size_bytes > LARGEST_BYTES:
             raise OutOfRange(
-                f"upload: {request.size_bytes / GIB:.1f} GiB are more than the {LARGEST_BYTES / GIB:g} GiB"
-                " that are received; copy it to a folder of the server's machine and open it there",
+                f"upload: {request.size_bytes / GIB:.1f} GiB are more than the {LARGEST_BYTES / GIB:g} GiB "
+                "that are received",
                 asked=f"{request.size_bytes} bytes",
                 found=f"a limit of {LARGEST_BYTES} bytes",
                 remedy="copy it to a folder of the server's machine and open it there",
             )
         if request.size_bytes < len(MAGIC):
             raise InvalidInput(
-                f"upload: {request.size_bytes} bytes are no recording; choose a .fcap file",
+                f"upload: {request.size_bytes} bytes are no recording",
                 found=f"{request.size_bytes} bytes",
                 remedy="choose a .fcap file",
             )
         free, needed = self._free_bytes(self._collection.folder), request.size_bytes + RESERVE_BYTES
         if needed > free:
             raise StorageFull(
-                f"upload: {needed / 1e6:.0f} MB are needed, with the {RESERVE_TEXT}; {free / 1e6:.0f} MB are"
-                " free on the server's disk; free some",
+                f"upload: {needed / 1e6:.0f} MB are needed, with the {RESERVE_TEXT}; {free / 1e6:.0f} MB are "
+                "free on the server's disk",
                 asked=f"{needed} bytes",
                 found=f"{free} bytes",
-                remedy="free some space on the server's disk",
+                remedy="free some space",
             )
 
     def _check_head(self, upload: Upload) -> None:
@@ -173,7 +173,7 @@ class UploadService:
         self._drop(upload)
         found = f"it begins with {_words(head)}"
         raise InvalidInput(
-            f"upload {upload.name}: this is no recording, {found}; choose a .fcap or .fovea file",
+            f"upload {upload.name}: this is no recording, {found}",
             asked="a recording (MCAP)",
             found=found,
             remedy="choose a .fcap or .fovea file",

@@ -1,5 +1,6 @@
 // Keeps the rig page's state equal to the server's: once a second while it is open, and at each event.
 
+import { remedyOf } from "../../elements/format.js";
 import { request } from "../../transport/api.js";
 import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { QuietReads } from "../../transport/quiet.js";
@@ -59,8 +60,8 @@ export class RigReader {
     this.#store.set({ running_test: over ? null : job });
     if (!over) return;
     if (state === "failed") {
-      const { detail = "", remedy } = problem ?? {};
-      this.#commands.say({ tone: "bad", title: "The trigger test failed", detail, remedy: remedy ?? undefined });
+      const detail = problem?.detail ?? "";
+      this.#commands.say({ tone: "bad", title: "The trigger test failed", detail, remedy: remedyOf(problem) });
     }
     void this.readTest();
     void this.readRig();
