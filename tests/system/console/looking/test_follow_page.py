@@ -2,14 +2,15 @@
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Download, Locator, Page, Request, Response, expect
 
-from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
 from tests.support.pages.calibration_documents import Document
-from tests.support.pages.console_page import PHONE, Console, OpenConsole, OpenShared, posted
+from tests.support.pages.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared, posted
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.server_process import Server
 
@@ -218,7 +219,7 @@ def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsol
     page.get_by_role("link", name="Followed targets").click()
     cards = page.locator("#follow-page .follow-card")
     expect(cards).to_have_count(8)
-    expect(page.locator("#follow-page .band-plot")).to_have_count(8)
+    expect(plots(page)).to_have_count(8)
     expect(page.locator("#follow-page .pane-wide .follow.followed")).to_have_count(2)
     with page.expect_download() as saved:
         cards.first.get_by_role("button", name="CSV").click()
@@ -246,8 +247,69 @@ def test_the_page_shows_eight_targets_with_their_trails(open_console: OpenConsol
 def test_the_page_fits_a_phone(open_console: OpenConsole, stub: StubServer, theme: str) -> None:
     put(stub, [followed(number + 1, STATES[number % 4]) for number in range(8)])
     console = open_console(f"{stub.url}#/follow", settings={"theme": theme}, options={"viewport": PHONE})
-    expect(console.page.locator("#follow-page .band-plot")).to_have_count(8)
+    expect(plots(console.page)).to_have_count(8)
     expect_to_fit(console.page)
+
+
+def plots(page: Page) -> Locator:
+    return page.locator("#follow-page").get_by_role("img", name="Distance over 40 hits")
+
+
+@pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])
+def test_a_plot_reads_values_and_zooms(open_console: OpenConsole, stub: StubServer, finger: bool) -> None:
+    put(stub, [followed(1)])
+    page = open_console(f"{stub.url}#/follow", options=TOUCH if finger else None).page
+    surface = page.locator("#follow-page .u-over")
+    surface.scroll_into_view_if_needed()
+    box = settled(page, lambda: box_of(surface))
+    y = box["y"] + box["height"] / 2
+    at, start, end = (box["x"] + share * box["width"] for share in (0.1, 0.4, 0.6))
+    move, sweep = finger_of(page) if finger else mouse_of(page)  # read at a place; from a place to another
+    values = page.locator("#follow-page .u-value")
+
+    def expect_s(time_s: float) -> None:  # hits are 0.3 s apart
+        move(at, y)
+        wait_for(page, lambda: number_of(values.first.text_content()) == pytest.approx(time_s, abs=0.2))
+
+    expect_s(0.9 * -11.7)
+    expect(values.nth(1)).to_have_text(re.compile(r"^1\d\.\d{3} ± 0\.050$"))
+    sweep((start, y), (end, y))
+    expect_s((0.6 - 0.1 * 0.2) * -11.7)
+    surface.dblclick()
+    expect_s(0.9 * -11.7)
+
+
+def number_of(text: str | None) -> float:
+    return float((text or "").replace("−", "-").replace("–", "nan"))
+
+
+Place = tuple[float, float]
+
+
+def mouse_of(page: Page) -> tuple[Callable[[float, float], None], Callable[[Place, Place], None]]:
+    def sweep(start: Place, end: Place) -> None:
+        page.mouse.move(*start)
+        page.mouse.down()
+        page.mouse.move(*end, steps=3)
+        page.mouse.up()
+
+    return page.mouse.move, sweep
+
+
+def finger_of(page: Page) -> tuple[Callable[[float, float], None], Callable[[Place, Place], None]]:
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *places: Place) -> None:
+        points = [{"x": x, "y": y} for x, y in places]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def sweep(start: Place, end: Place) -> None:
+        touch("touchStart", start)
+        for share in (0.5, 1.0):
+            touch("touchMove", (start[0] + share * (end[0] - start[0]), start[1]))
+        touch("touchEnd")
+
+    return page.touchscreen.tap, sweep
 
 
 def watching(console: Console, stub: StubServer) -> Console:
