@@ -2,13 +2,12 @@
 
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Download, Locator, Page, Request, Response, expect
+from playwright.sync_api import Download, FloatRect, Locator, Page, Request, Response, expect
 
-from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, wait_for
 from tests.support.pages.calibration_documents import Document
 from tests.support.pages.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared, posted
 from tests.support.pages.stub_server import StubServer, problem
@@ -258,58 +257,48 @@ def plots(page: Page) -> Locator:
 @pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])
 def test_a_plot_reads_values_and_zooms(open_console: OpenConsole, stub: StubServer, finger: bool) -> None:
     put(stub, [followed(1)])
-    page = open_console(f"{stub.url}#/follow", options=TOUCH if finger else None).page
+    console = open_console(f"{stub.url}#/follow", options=TOUCH if finger else None)
+    page = console.page
+    console.wait_for_frames("wide")
     surface = page.locator("#follow-page .u-over")
-    surface.scroll_into_view_if_needed()
-    box = settled(page, lambda: box_of(surface))
-    y = box["y"] + box["height"] / 2
-    at, start, end = (box["x"] + share * box["width"] for share in (0.1, 0.4, 0.6))
-    move, sweep = finger_of(page) if finger else mouse_of(page)  # read at a place; from a place to another
     values = page.locator("#follow-page .u-value")
 
     def expect_s(time_s: float) -> None:  # hits are 0.3 s apart
-        move(at, y)
-        wait_for(page, lambda: number_of(values.first.text_content()) == pytest.approx(time_s, abs=0.2))
+        box = box_of(surface)
+        (surface.tap if finger else surface.hover)(position={"x": 0.1 * box["width"], "y": 20})
+        wait_for(page, lambda: number_of(values.first) == pytest.approx(time_s, abs=0.2))
 
     expect_s(0.9 * -11.7)
     expect(values.nth(1)).to_have_text(re.compile(r"^1\d\.\d{3} ± 0\.050$"))
-    sweep((start, y), (end, y))
+    (sweep_by_finger if finger else sweep_by_mouse)(page, box_of(surface))
     expect_s((0.6 - 0.1 * 0.2) * -11.7)
     surface.dblclick()
     expect_s(0.9 * -11.7)
 
 
-def number_of(text: str | None) -> float:
-    return float((text or "").replace("−", "-").replace("–", "nan"))
+def number_of(value: Locator) -> float:
+    return float((value.text_content() or "").replace("−", "-").replace("–", "nan"))
 
 
-Place = tuple[float, float]
+def sweep_places(box: FloatRect) -> list[tuple[float, float]]:
+    return [(box["x"] + share * box["width"], box["y"] + 20) for share in (0.4, 0.5, 0.6)]
 
 
-def mouse_of(page: Page) -> tuple[Callable[[float, float], None], Callable[[Place, Place], None]]:
-    def sweep(start: Place, end: Place) -> None:
-        page.mouse.move(*start)
-        page.mouse.down()
-        page.mouse.move(*end, steps=3)
-        page.mouse.up()
+def sweep_by_mouse(page: Page, box: FloatRect) -> None:
+    start, *rest = sweep_places(box)
+    page.mouse.move(*start)
+    page.mouse.down()
+    for place in rest:
+        page.mouse.move(*place)
+    page.mouse.up()
 
-    return page.mouse.move, sweep
 
-
-def finger_of(page: Page) -> tuple[Callable[[float, float], None], Callable[[Place, Place], None]]:
+def sweep_by_finger(page: Page, box: FloatRect) -> None:
     session = page.context.new_cdp_session(page)
-
-    def touch(kind: str, *places: Place) -> None:
-        points = [{"x": x, "y": y} for x, y in places]
-        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-
-    def sweep(start: Place, end: Place) -> None:
-        touch("touchStart", start)
-        for share in (0.5, 1.0):
-            touch("touchMove", (start[0] + share * (end[0] - start[0]), start[1]))
-        touch("touchEnd")
-
-    return page.touchscreen.tap, sweep
+    kinds = ["touchStart", "touchMove", "touchMove"]
+    for kind, (x, y) in zip(kinds, sweep_places(box), strict=True):
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
 
 def watching(console: Console, stub: StubServer) -> Console:

@@ -147,7 +147,10 @@ function optionsOf(element) {
     width: element.clientWidth || 320,
     height,
     padding: [8, 10, 0, 0],
-    cursor: { y: false },
+    cursor: {
+      y: false,
+      bind: { mouseleave: (_, __, leave) => (event) => (matchMedia("(hover: none)").matches ? null : leave(event)) }, // a tap's reading stays
+    },
     legend: { markers: { stroke: (_, series) => `var(${curves[Math.floor((series - 1) / 3)]?.colour})` } },
     scales: {
       x: { time: false, range: ({ data: [places] }, low, high) => rangeOfX(element.spec.x, places, { low, high }) },
