@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from tests.support.scenes.marker_room import make_grey
 
-from foveacam_bench.judging import bin_cameras
 from foveacam_bench.verge.field_clicks import LOOKED_AT_PX, judge
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
@@ -18,6 +17,7 @@ from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
 WHITEBOARD = ((660.0, 300.0), (640.0, 213.0))

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { LatestOrder } from "../foveacam_web/static/js/transport/latest_order.js";
-import { distanceRuns, errorCurves, recent } from "../foveacam_web/static/js/looking/loop/plots.js";
+import { distancePlot, errorPlot, recent } from "../foveacam_web/static/js/looking/loop/plots.js";
 import { GROUPS, modeOf, MODES, numberOf, patchOf } from "../foveacam_web/static/js/looking/loop/settings.js";
 import {
   detailOf,
@@ -192,11 +192,19 @@ test("an end on request is told to nobody, one by a fault is", () => {
 test("the curves are of the last 30 s, an axis each, and open where nothing was measured", () => {
   const looks = recent(Array.from({ length: 400 }, (_, look) => sample(look, look > 200 && look < 250 ? null : 0.01)));
   assert.equal(looks[0]?.look, 99);
-  const { runs, kinds } = errorCurves(looks);
-  assert.deepEqual(kinds, ["pan_x", "pan_x", "pan_y", "pan_y", "verge", "verge", "shift_y", "shift_y"]);
-  assert.equal(runs.at(5)?.at(-1)?.y, 0.02);
-  assert.ok(runs.every((run) => run.length <= 150));
-  assert.deepEqual(distanceRuns([sample(1, 0.1)]), [[{ x: 0, y: 8, sigma: 0.01 }]]);
+  const { curves } = errorPlot(looks);
+  assert.deepEqual(
+    curves.map(({ name, colour, runs }) => [name, colour, runs.length]),
+    [
+      ["Pan x", "--plan-0", 2],
+      ["Pan y", "--plan-1", 2],
+      ["Vergence", "--plan-2", 2],
+      ["Vertical shift", "--plan-3", 2],
+    ],
+  );
+  assert.equal(curves[2]?.runs[1]?.at(-1)?.y, 0.02);
+  assert.ok(curves.every(({ runs }) => runs.every((run) => run.length <= 150)));
+  assert.deepEqual(distancePlot([sample(1, 0.1)]).curves[0]?.runs, [[{ x: 0, y: 8, sigma: 0.01 }]]);
 });
 
 test("of orders that come while one is obeyed, the newest alone is sent, and none after a refusal", async () => {

@@ -55,7 +55,10 @@ def test_click_ends_with_a_distance_and_its_error(console: Console, page_server:
     assert float(match[1]) == pytest.approx(kept["distance_m"], abs=float(match[2]))
     assert float(match[2]) == pytest.approx(kept["distance_sigma_m"], rel=0.06)
     expect(console.page.locator("#fixation .state.good")).to_have_text("Measured by both foveae")
-    expect(console.page.locator(".stepplot circle.along")).to_have_count(len(kept["steps"]))
+    steps = len(kept["steps"])
+    plot = console.page.locator("#fixation").get_by_role("img", name=f"Residual per step: {steps} steps")
+    expect(plot).to_be_visible()
+    expect(console.page.locator("#fixation .steps tbody tr")).to_have_count(steps)
 
 
 def test_escape_cancels_the_fixation_that_runs(console: Console, page_server: Server) -> None:

@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Download, Locator, Page, Request, Response, expect
+from playwright.sync_api import Download, FloatRect, Locator, Page, Request, Response, expect
 
-from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, wait_for
 from tests.support.pages.calibration_documents import Document
-from tests.support.pages.console_page import DESKTOP, PHONE, Console, OpenConsole, OpenShared, posted
+from tests.support.pages.console_page import DESKTOP, PHONE, TOUCH, Console, OpenConsole, OpenShared, posted
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.server_process import Server
 
@@ -220,7 +220,7 @@ def test_the_page_shows_eight_targets_with_their_trails_also_on_a_phone(
     page.get_by_role("link", name="Followed targets").click()
     cards = page.locator("#follow-page .follow-card")
     expect(cards).to_have_count(8)
-    expect(page.locator("#follow-page .band-plot")).to_have_count(8)
+    expect(plots(page)).to_have_count(8)
     expect(page.locator("#follow-page .pane-wide .follow.followed")).to_have_count(2)
     page.set_viewport_size(PHONE)
     expect_to_fit(page)
@@ -245,6 +245,57 @@ def test_the_page_shows_eight_targets_with_their_trails_also_on_a_phone(
     told.get_by_role("button", name="Show it in the gallery").click()
     expect(page).to_have_url(re.compile(r"#/gallery/datasets/cap-9$"))
     assert ("DELETE", "/follows", None) in stub.requests
+
+
+def plots(page: Page) -> Locator:
+    return page.locator("#follow-page").get_by_role("img", name="Distance over 40 hits")
+
+
+@pytest.mark.parametrize("finger", [False, True], ids=["mouse", "finger"])
+def test_a_plot_reads_values_and_zooms(open_console: OpenConsole, stub: StubServer, finger: bool) -> None:
+    put(stub, [followed(1)])
+    console = open_console(f"{stub.url}#/follow", options=TOUCH if finger else None)
+    page = console.page
+    console.wait_for_frames("wide")
+    surface = page.locator("#follow-page .u-over")
+    values = page.locator("#follow-page .u-value")
+
+    def expect_s(time_s: float) -> None:  # hits are 0.3 s apart
+        box = box_of(surface)
+        (surface.tap if finger else surface.hover)(position={"x": 0.1 * box["width"], "y": 20})
+        wait_for(page, lambda: number_of(values.first) == pytest.approx(time_s, abs=0.2))
+
+    expect_s(0.9 * -11.7)
+    expect(values.nth(1)).to_have_text(re.compile(r"^1\d\.\d{3} ± 0\.050$"))
+    (sweep_by_finger if finger else sweep_by_mouse)(page, box_of(surface))
+    expect_s((0.6 - 0.1 * 0.2) * -11.7)
+    surface.dblclick()
+    expect_s(0.9 * -11.7)
+
+
+def number_of(value: Locator) -> float:
+    return float((value.text_content() or "").replace("−", "-").replace("–", "nan"))
+
+
+def sweep_places(box: FloatRect) -> list[tuple[float, float]]:
+    return [(box["x"] + share * box["width"], box["y"] + 20) for share in (0.4, 0.5, 0.6)]
+
+
+def sweep_by_mouse(page: Page, box: FloatRect) -> None:
+    start, *rest = sweep_places(box)
+    page.mouse.move(*start)
+    page.mouse.down()
+    for place in rest:
+        page.mouse.move(*place)
+    page.mouse.up()
+
+
+def sweep_by_finger(page: Page, box: FloatRect) -> None:
+    session = page.context.new_cdp_session(page)
+    kinds = ["touchStart", "touchMove", "touchMove"]
+    for kind, (x, y) in zip(kinds, sweep_places(box), strict=True):
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
 
 def watching(console: Console, stub: StubServer) -> Console:

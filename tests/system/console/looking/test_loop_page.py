@@ -92,7 +92,9 @@ def test_a_click_starts_the_loop_which_shows_its_match_is_paused_goes_on_and_end
     assert body["pixel"]["x_px"] == pytest.approx(CLICKED_PX[0], abs=0.6)
     assert body["frame_seq"] > 0
     expect(status(page).locator(".distance")).to_have_text(re.compile(r"^\d+(\.\d+)? ± \d+(\.\d+)? m$"))
-    expect(page.locator("#loop-page .band-plot")).to_have_count(2)
+    expect(
+        page.locator("#loop-page").get_by_role("img", name=re.compile("^(Errors of|Distance with)"))
+    ).to_have_count(2)
     check_match(loop_page)
     page.keyboard.press("p")
     expect(status(page)).to_have_attribute("data-status", "held")

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.support.pages import engine_documents as documents
-from tests.support.pages.awaited import expect_to_fit, let_run, settled
+from tests.support.pages.awaited import expect_to_fit, let_run
 from tests.support.pages.console_page import PHONE, OpenShared
 from tests.support.pages.stub_server import StubServer
 
@@ -56,36 +56,22 @@ def test_engine_is_told_in_a_sentence_and_in_figures_saved_and_reads_only_while_
     assert reads(stub) <= before + 1  # one may be under way
 
 
-def test_who_feeds_whom_is_drawn_reached_by_keyboard_and_kept_up_to_date(
+def test_who_feeds_whom_is_a_table_that_is_reached_by_keyboard_and_kept_up_to_date(
     stub: StubServer, open_stub: OpenShared
 ) -> None:
     page = open_stub("#/engine").page
-    graph = page.get_by_role("region", name="Who feeds whom").locator("svg")
-    expect(graph.get_by_role("button")).to_have_count(10)
-    expect(graph.locator("path.line")).to_have_count(10)
-    expect(graph.locator("path.line.idle")).to_have_count(1)
-    hardware = graph.get_by_role("button", name="Hardware thread, 41 % busy, 2 waiting")
-    expect(hardware).to_have_accessible_name(
-        "Hardware thread, 41 % busy, 2 waiting, fed by Camera left and Camera wide and Jobs, "
-        "feeds Mirrors and View left and View wide"
+    flow = table(page, "Who feeds whom")
+    rows = flow.locator("tbody tr")
+    expect(rows).to_have_count(10)
+    expect(flow.locator("tr.idle")).to_have_count(1)
+    expect(rows.first).to_have_text(
+        re.compile(r"Camera left\s*Hardware thread, 41 % busy, 2 waiting\s*12\.0 frames/s\s*1\u202f200")
     )
-    details = page.locator(".flow-part")
-    expect(details).to_have_text("Choose a part to see what it takes and gives.")
-    page.get_by_role("group", name="Who feeds whom, graph").focus()
-    page.keyboard.press("Tab")
-    focused = graph.locator("[data-part]:focus")
-    first = settled(page, lambda: focused.get_attribute("data-part"))
-    expect(details.locator("h4")).not_to_be_empty()
-    hardware.focus()
-    expect(details).to_contain_text("12.0 frames/s, 1\u202f200 in all")
-    page.keyboard.press("Tab")
-    expect(focused).not_to_have_attribute(
-        "data-part", re.compile(f"^({re.escape(first)}|foveacam-hardware)$")
-    )
-    hardware.focus()
+    scrolled = page.get_by_role("group", name="Who feeds whom, table")
+    scrolled.focus()
+    expect(scrolled).to_be_focused()
 
     stub.answers["/engine"]["edges"][0] |= {"rate_hz": 11.0, "dropped_hz": 0.5, "dropped": 5, "flagged": True}
-    expect(graph.locator("path.line.flagged")).to_have_count(1)
-    expect(graph.locator(".rate .lost.flagged")).to_have_text(" −0.5/s")
-    expect(details).to_contain_text("5 dropped (0.50/s)")
-    expect(focused).to_have_attribute("data-part", "foveacam-hardware")
+    expect(flow.locator("tr.flagged")).to_have_count(1)
+    expect(flow.locator("tr.flagged")).to_contain_text("0.50/s, 5 in all")
+    expect(scrolled).to_be_focused()

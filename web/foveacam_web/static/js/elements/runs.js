@@ -1,6 +1,6 @@
 // Splits a curve over time where nothing was measured for long. Pure functions.
 
-/** @import { BandPoint } from "./band_plot.js" */
+/** @import { BandPoint } from "./plot.js" */
 
 const GAP_S = 2; // a longer time without a point leaves a gap, unless points are that rare
 const GAP_INTERVALS = 4;

@@ -11,7 +11,7 @@ import { computedBy } from "../video/depth_words.js";
 import { ofLook, sizeText } from "../video/resolution.js";
 import { alternatives, nearerOrFarther } from "./corrections.js";
 import { largerLook } from "./full_resolution.js";
-import { drawSteps } from "./stepplot.js";
+import { showSteps } from "./stepplot.js";
 import { API } from "../root.js";
 import { textButton } from "../elements/parts.js";
 
@@ -36,7 +36,7 @@ const RUNNING = Object.freeze(
 /** @param {HTMLElement} place @param {HTMLElement} announcer @param {{store: Store} & Orders} context */
 export function mountFixation(place, announcer, { store, ...orders }) {
   const head = h("div", { class: "outcome" });
-  const plot = h("div", { class: "plot" });
+  const plot = h("div", { class: "step-plot" });
   const full = h("div", { class: "outcome" });
   fill(place, head, full, plot);
   const showOutcome = outcomes(head, orders);
@@ -51,7 +51,7 @@ export function mountFixation(place, announcer, { store, ...orders }) {
     place.dataset["job"] = current?.job_id ?? "";
     place.dataset["fixation"] = current?.fixation?.id ?? "";
     showOutcome(current);
-    if (!plot.contains(document.activeElement)) redrawSteps(plot, current);
+    showSteps(plot, current?.steps ?? []);
     say(announcer, announcement(current));
   });
 }
@@ -89,14 +89,6 @@ function fullResolution({ fixation_id, size, look }, full) {
       })}
     </p>`,
   ];
-}
-
-/** @param {HTMLElement} plot @param {CurrentFixation | null} current */
-function redrawSteps(plot, current) {
-  const open = plot.querySelector("details")?.open ?? false;
-  drawSteps(plot, current?.steps ?? []);
-  const details = plot.querySelector("details");
-  if (details) details.open = open;
 }
 
 /**

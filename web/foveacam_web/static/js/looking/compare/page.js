@@ -1,7 +1,7 @@
 // The page that compares two depth backends on the newest look: split slider, difference, and histogram of differences.
 
 import { request } from "../../transport/api.js";
-import { bandPlot } from "../../elements/band_plot.js";
+import "../../elements/plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
 import { figures, nothing, panel, textButton } from "../../elements/parts.js";
@@ -11,6 +11,7 @@ import { differenceRows, firstPair, histogramCurves, researchOnly, sideRows } fr
 /**
  * @import { BackendComparisonDocument, DepthBackendsDocument } from "#api"
  * @import { Commands, Store } from "#console"
+ * @import { PlotSpec } from "../../elements/plot.js"
  * @typedef {{first: string, second: string}} Chosen
  */
 
@@ -104,7 +105,17 @@ export function mountComparePage(place, { store, commands }) {
 /** @param {BackendComparisonDocument} found */
 function resultOf(found) {
   const { measured, expected } = histogramCurves(found);
-  const [from, to] = [found.edges[0] ?? -1, found.edges.at(-1) ?? 1];
+  /** @type {PlotSpec} */
+  const spec = {
+    words: "Histogram of the differences, in stated standard errors, and the normal distribution",
+    height: 190,
+    x: { name: "difference, in its stated standard errors", from: found.edges[0] ?? -1, to: found.edges.at(-1) ?? 1 },
+    y: { name: "share of pixels" },
+    curves: [
+      { name: "measured", colour: "--accent", runs: [measured] },
+      { name: "expected", colour: "--text-soft", dash: [4, 3], runs: [expected] },
+    ],
+  };
   return html`<div class="compare-result">
     ${panel("Depth", slider(found))}
     ${panel(
@@ -118,15 +129,7 @@ function resultOf(found) {
     )}
     ${panel(
       "Difference against the stated errors",
-      bandPlot([measured, expected], {
-        from,
-        to,
-        x_name: "difference, in its stated standard errors",
-        y_name: "share of pixels",
-        words: "Histogram of the differences, in stated standard errors, and the normal distribution",
-        kinds: ["compare-measured", "compare-expected"],
-        height: 190,
-      }),
+      html`<value-plot .spec=${spec}></value-plot>`,
       html`<p class="note">
         Dashed: what two independent, rightly stated errors would give. Narrower: they share noise, or state too much; wider:
         at least one states too little. The outermost bins hold what is beyond.

@@ -4,7 +4,7 @@ import { MISSING, number } from "../../elements/format.js";
 
 /**
  * @import { BackendComparisonDocument, ComparedBackend, DepthBackendsDocument } from "#api"
- * @import { BandPoint } from "../../elements/band_plot.js"
+ * @import { BandPoint } from "../../elements/plot.js"
  */
 
 /** Return the pair that is offered first: what is in use, and another one. @param {DepthBackendsDocument} found */

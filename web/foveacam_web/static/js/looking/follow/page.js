@@ -1,8 +1,8 @@
 // Builds the page of followed targets: the wide view with their marks, both foveae, a card with the trail of each.
 
-import { bandPlot } from "../../elements/band_plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { hand } from "../../elements/download.js";
+import "../../elements/plot.js";
 import { pageHead } from "../../pages.js";
 import { allButtons, cards } from "./panel.js";
 import { trailCsv, trailFile, trailRuns } from "./words.js";
@@ -12,6 +12,7 @@ import { textButton } from "../../elements/parts.js";
  * @import { FollowedDocument, TrailPoint } from "#api"
  * @import { Role } from "#page"
  * @import { Slots } from "../../pages.js"
+ * @import { PlotSpec } from "../../elements/plot.js"
  * @import { FollowContext } from "./panel.js"
  */
 
@@ -60,12 +61,13 @@ function trailParts(label, trail) {
 /** @param {TrailPoint[]} trail */
 function trailPlot(trail) {
   const runs = trailRuns(trail);
-  return bandPlot(runs, {
-    from: Math.min(-LEAST_SPAN_S, runs[0]?.[0]?.x ?? 0),
-    to: 0,
-    x_name: "before the last hit, s",
-    y_name: "distance, m",
+  /** @type {PlotSpec} */
+  const spec = {
     words: `Distance over ${trail.length} hits`,
-    height: 130,
-  });
+    height: 150,
+    x: { name: "before the last hit, s", from: Math.min(-LEAST_SPAN_S, runs[0]?.[0]?.x ?? 0), to: 0 },
+    y: { name: "distance, m" },
+    curves: [{ name: "distance, m", colour: "--accent", runs }],
+  };
+  return html`<value-plot .spec=${spec}></value-plot>`;
 }

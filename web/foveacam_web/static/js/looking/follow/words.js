@@ -6,7 +6,7 @@ import { runsOf } from "../../elements/runs.js";
 /**
  * @import { FollowedDocument, TrailPoint } from "#api"
  * @import { ConsoleState, FollowEnded, FollowMark, Point } from "#page"
- * @import { BandPoint } from "../../elements/band_plot.js"
+ * @import { BandPoint } from "../../elements/plot.js"
  * @typedef {{kind: string, x: number, y: number, label: string, label_y: number}} RingMark CSS px
  */
 

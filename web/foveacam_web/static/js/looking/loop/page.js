@@ -1,13 +1,13 @@
 // Builds the page of the vergence loop: panes, status, axes, plots, settings, tuning, trigger, match.
 
-import { bandPlot } from "../../elements/band_plot.js";
+import "../../elements/plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { pageHead } from "../../pages.js";
 import { badge, figures, panel, textButton } from "../../elements/parts.js";
 import { AxisControl } from "./axis.js";
 import { matchPicture } from "./match.js";
-import { distanceRuns, errorCurves, SPAN_S } from "./plots.js";
+import { distancePlot, errorPlot, SPAN_S } from "./plots.js";
 import { mountSettings } from "./settings_panel.js";
 import { tuningParts } from "./tuning.js";
 import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from "./words.js";
@@ -18,8 +18,6 @@ import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from 
  * @import { Slots } from "../../pages.js"
  * @import { LoopOrders } from "./orders.js"
  */
-
-const LEAST_DEG = 0.001; // errors far below a pixel of a fovea must not fill the plot
 
 /** @param {HTMLElement} place @param {{store: Store, orders: LoopOrders}} context @returns {Slots} */
 export function mountLoopPage(place, { store, orders }) {
@@ -126,15 +124,9 @@ function triggerParts(trigger, orders) {
 
 /** @param {LoopSample[]} samples */
 function plotParts(samples) {
-  const axis = { from: -SPAN_S, to: 0, x_name: "before the last look, s" };
-  const { runs, kinds } = errorCurves(samples);
-  const distances = distanceRuns(samples);
-  if (runs.length === 0) return html`<p class="empty">Errors and distance over time appear here.</p>`;
-  return html`<div class="loop-plots">
-    <div>
-      ${bandPlot(runs, { ...axis, kinds, least: LEAST_DEG, y_name: "error, °", words: `Errors of ${samples.length} looks`, height: 170 })}
-      <p class="legend">${AXES.map(({ axis: kind, name }) => html`<span class="key ${kind}">${name}</span>`)}</p>
-    </div>
-    ${distances.length > 0 && bandPlot(distances, { ...axis, y_name: "distance, m", words: "Distance with its error", height: 170 })}
-  </div>`;
+  const plots = [errorPlot(samples), distancePlot(samples)].filter(({ curves }) =>
+    curves.some(({ runs }) => runs.length),
+  );
+  if (plots.length === 0) return html`<p class="empty">Errors and distance over time appear here.</p>`;
+  return html`<div class="loop-plots">${plots.map((spec) => html`<value-plot .spec=${spec}></value-plot>`)}</div>`;
 }

@@ -1,15 +1,17 @@
-// The curves of the loop's last looks: which looks are kept, and the parts of each curve. Pure functions.
+// The plots of the loop's last looks: which looks are kept, and the parts of each curve. Pure functions.
 
 import { runsOf } from "../../elements/runs.js";
 import { AXES } from "./words.js";
 
 /**
  * @import { LoopSample } from "#api"
- * @import { BandPoint } from "../../elements/band_plot.js"
+ * @import { BandPoint, PlotSpec } from "../../elements/plot.js"
  */
 
 export const SPAN_S = 30;
 const MOST_POINTS = 150; // a curve; the plot is 320 px wide
+const LEAST_DEG = 0.001; // errors far below a pixel of a fovea must not fill the plot
+const AXIS_X = { name: "before the last look, s", from: -SPAN_S, to: 0 };
 
 /** Return the looks of the last 30 s. @param {LoopSample[]} samples oldest first */
 export function recent(samples) {
@@ -17,32 +19,30 @@ export function recent(samples) {
   return samples.filter(({ t_s }) => t_s >= first_s);
 }
 
-/**
- * Return the errors of all axes over the time before the last look, each part of a curve with its axis.
- * @param {LoopSample[]} samples
- * @returns {{runs: BandPoint[][], kinds: string[]}}
- */
-export function errorCurves(samples) {
+/** Return the errors of all axes over the time before the last look. @param {LoopSample[]} samples @returns {PlotSpec} */
+export function errorPlot(samples) {
   const shown = thinned(samples);
-  const curves = AXES.map(({ axis }, index) => ({
-    axis,
+  const curves = AXES.map(({ name }, index) => ({
+    name,
+    colour: `--plan-${index}`,
     runs: runsOf(points(shown, ({ error_deg }) => error_deg?.[index] ?? null)),
   }));
-  return {
-    runs: curves.flatMap(({ runs }) => runs),
-    kinds: curves.flatMap(({ axis, runs }) => runs.map(() => axis)),
-  };
+  const y = { name: "error, °", least: LEAST_DEG };
+  return { words: `Errors of ${samples.length} looks`, height: 190, x: AXIS_X, y, curves };
 }
 
-/** Return the distance over the time before the last look. @param {LoopSample[]} samples */
-export function distanceRuns(samples) {
-  return runsOf(
+/** Return the distance over the time before the last look. @param {LoopSample[]} samples @returns {PlotSpec} */
+export function distancePlot(samples) {
+  const runs = runsOf(
     points(
       thinned(samples),
       ({ distance_m }) => distance_m,
       ({ distance_sigma_m }) => distance_sigma_m ?? 0,
     ),
   );
+  const name = "distance, m";
+  const curves = [{ name, colour: "--accent", runs }];
+  return { words: "Distance with its error", height: 190, x: AXIS_X, y: { name }, curves };
 }
 
 /** @param {LoopSample[]} samples */

@@ -1,11 +1,12 @@
 // Plots a profile: depth over length; unknown samples leave gaps.
 
-import { bandPlot } from "../../elements/band_plot.js";
+import { html } from "../../elements/dom.js";
 import { number } from "../../elements/format.js";
+import "../../elements/plot.js";
 
 /**
  * @import { ProfileDocument } from "#api"
- * @import { BandPoint } from "../../elements/band_plot.js"
+ * @import { BandPoint, PlotSpec } from "../../elements/plot.js"
  */
 
 /** @param {ProfileDocument} profile */
@@ -15,13 +16,14 @@ export function profilePlot(profile) {
   const long_m = profile.samples.at(-1)?.along_m || 1;
   const low_m = Math.min(...known.map(({ y, sigma }) => y - sigma));
   const high_m = Math.max(...known.map(({ y, sigma }) => y + sigma));
-  return bandPlot(runs, {
-    from: 0,
-    to: long_m,
-    x_name: "along the line, m",
-    y_name: "Z, m",
+  /** @type {PlotSpec} */
+  const spec = {
     words: `Depth along ${number(long_m, 3)} m: from ${number(low_m, 3)} to ${number(high_m, 3)} m`,
-  });
+    x: { name: "along the line, m", from: 0, to: long_m },
+    y: { name: "Z, m" },
+    curves: [{ name: "Z, m", colour: "--accent", runs }],
+  };
+  return html`<value-plot .spec=${spec}></value-plot>`;
 }
 
 /** Split the samples into runs without a gap. @param {ProfileDocument} profile */

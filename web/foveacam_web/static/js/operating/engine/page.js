@@ -9,7 +9,7 @@ import { pageHead } from "../../pages.js";
 import { badge, bar, figures, nothing, panel } from "../../elements/parts.js";
 import { QuietReads } from "../../transport/quiet.js";
 import { lineOf } from "../../devices/rig/controller.js";
-import { graphOf } from "./graph.js";
+import { flowRows } from "./flow_words.js";
 import {
   percent,
   processRows,
@@ -26,9 +26,8 @@ import {
 /**
  * @import { EngineDocument, MirrorsDocument } from "#api"
  * @import { Store } from "../../store.js"
- * @import { Choice } from "./graph.js"
  * @typedef {{engine: EngineDocument, mirrors: MirrorsDocument}} Load
- * @typedef {{flagged?: boolean, cells: unknown[]}} Row the first cell names the row
+ * @typedef {{flagged?: boolean, idle?: boolean, cells: unknown[]}} Row the first cell names the row
  */
 
 const READ_MS = 1000;
@@ -40,12 +39,6 @@ export function mountEnginePage(place, { store }) {
   const reads = new QuietReads();
   /** @type {Load | null} */
   let load = null;
-  let chosen = "";
-  const show = () => load && update(body, partsOf(load, { chosen, choose }));
-  const choose = (/** @type {string} */ name) => {
-    chosen = name;
-    show();
-  };
   const read = async () => {
     if (!store.state.engine_page || document.hidden) return;
     await reads.read("engine", async () => {
@@ -56,7 +49,7 @@ export function mountEnginePage(place, { store }) {
       load = { engine, mirrors };
       save.disabled = false;
       update(told, toldOf(engine));
-      show();
+      update(body, partsOf(load));
     });
   };
   save.addEventListener("click", () => {
@@ -77,10 +70,10 @@ function toldOf(engine) {
   return sentences.map((text) => html`<p class="state ${tone}">${icon(tone === "good" ? "check" : "warn")}${text}</p>`);
 }
 
-/** @param {Load} load @param {Choice} choice */
-function partsOf({ engine, mirrors }, choice) {
+/** @param {Load} load */
+function partsOf({ engine, mirrors }) {
   return [
-    html`<div class="whole-row">${panel("Who feeds whom", graphOf(engine, choice))}</div>`,
+    html`<div class="whole-row">${panel("Who feeds whom", flowOf(engine))}</div>`,
     panel("Threads", threadsOf(engine)),
     html`<div class="column">
       ${panel("Queues", figures(queueRows(engine)))} ${panel("Process", figures(processRows(engine)))}
@@ -96,6 +89,12 @@ function partsOf({ engine, mirrors }, choice) {
         : nothing("The controller does not answer."),
     ),
   ];
+}
+
+/** @param {EngineDocument} engine */
+function flowOf(engine) {
+  if (engine.edges.length === 0) return nothing("Nothing has been handed over yet.");
+  return tableOf("Who feeds whom", ["From", "To", "Rate", "Data", "In all", "Dropped"], flowRows(engine));
 }
 
 /** @param {EngineDocument} engine */
@@ -189,8 +188,8 @@ function tableOf(label, titles, rows) {
       <thead><tr>${titles.map((title) => html`<th scope="col">${title}</th>`)}</tr></thead>
       <tbody>
         ${rows.map(
-          ({ flagged, cells: [name, ...cells] }) =>
-            html`<tr class=${flagged ? "flagged" : ""}>
+          ({ flagged, idle, cells: [name, ...cells] }) =>
+            html`<tr class=${flagged ? "flagged" : idle ? "idle" : ""}>
             <th scope="row">${name}</th>
             ${cells.map((cell) => html`<td>${cell}</td>`)}
           </tr>`,

@@ -84,12 +84,3 @@ export function niceLength(length) {
   const best = NICE.filter((each) => each * power <= length * (1 + 1e-9)).pop() ?? 1;
   return Number((best * power).toPrecision(3));
 }
-
-/** Return about four round ticks from 0 to a value. @param {number} last */
-export function ticksTo(last) {
-  if (!(last > 0)) return [0];
-  const step = niceLength(last / 3);
-  return Array.from({ length: Math.floor(last / step + 1e-9) + 1 }, (_, index) =>
-    Number((index * step).toPrecision(6)),
-  );
-}
