@@ -193,7 +193,7 @@ class ClosedLoop:
             with span("match"):
                 measurement = self._measure(observation, found, tracker.motion)
             doubt = verdict.doubt(measurement, self._limits)
-            settled = doubt is None and self._settled(observation, measurement, tracker.motion)
+            settled = doubt is None and self._settled(observation, measurement, tracker)
             if settled and abs(measurement.fine.residual_y_px) > self._rows_apart_px(
                 moving=tracker.motion.moves
             ):
@@ -281,23 +281,23 @@ class ClosedLoop:
                 self._lag_px += LAG_GAIN * measurement.fine.residual_px
             lag = self._lag_px / (2.0 * self._f_px)
             lines = self._measured(observation, measurement)
-            gazes: Gazes | None = self._search.centred(lines, tracker.motion).moved(lag, -lag)
+            gazes: Gazes | None = self._search.centred(lines, tracker).moved(lag, -lag)
         else:
-            gazes = self._search.recover(observation, found, tracker.motion)
+            gazes = self._search.recover(observation, found, tracker)
         doubtful = measurement.quality(self._limits) < 0.0
         if gazes is not None and (tracker.motion.moves or doubtful):  # else it is for the wide view to say
             tracker.sees((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
         return gazes
 
-    def _settled(self, observation: Observation, measurement: Measurement, motion: TargetMotion) -> bool:
-        moving = motion.moves
+    def _settled(self, observation: Observation, measurement: Measurement, tracker: TargetTracker) -> bool:
+        moving = tracker.motion.moves
         apart_px = abs(measurement.fine.residual_x_px)
         if (
             measurement.fine.sigma_y_px <= self._limits.fine_sigma_px
         ):  # else the texture cannot tell the rows apart
             apart_px = max(apart_px, abs(measurement.fine.residual_y_px))
         centred_px = self._centred_wide_px(moving=moving)
-        there = self._search.centred(self._measured(observation, measurement), motion)
+        there = self._search.centred(self._measured(observation, measurement), tracker)
         aside = (there.left + there.right - observation.gazes.left - observation.gazes.right) / 2.0
         off_wide_px = float(np.abs(aside).max()) * self._calibration.wide.fx_px
         converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px

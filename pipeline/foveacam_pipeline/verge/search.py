@@ -96,7 +96,7 @@ class TargetSearch:
                 raise verdict.blank_patch()
             if outcome is None:
                 continue
-            found = self._found(observation, outcome, templates, tracker.motion)
+            found = self._found(observation, outcome, templates, tracker)
             if outcome.fine is not None:
                 self._tell(found.gazes, outcome.fine)
                 return found
@@ -111,12 +111,12 @@ class TargetSearch:
         sigma_px = point_sigma_px(fine, self._calibration, self._limits)
         self._fixation_head.tell(Basis.BOTH_FOVEAE, triangulate(self._calibration, lines, sigma_px=sigma_px))
 
-    def recover(self, observation: Observation, found: FoundTarget, motion: TargetMotion) -> Gazes | None:
+    def recover(self, observation: Observation, found: FoundTarget, tracker: TargetTracker) -> Gazes | None:
         """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""
-        outcome = self._examine(observation, found.templates, motion, slack_px=ASTRAY_SLACK_PX)
+        outcome = self._examine(observation, found.templates, tracker.motion, slack_px=ASTRAY_SLACK_PX)
         if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.offset_score:
             return None
-        return self._found(observation, outcome, found.templates, motion).gazes
+        return self._found(observation, outcome, found.templates, tracker).gazes
 
     def target_offset(self, templates: tuple[WidePatch, ...], motion: TargetMotion) -> TargetOffset | None:
         """Return how far from its place the looks of a search in vain show a target that stands still."""
@@ -211,12 +211,12 @@ class TargetSearch:
             and candidate.rows_apart_px <= limits.rows_apart_survey_px
         )
 
-    def centred(self, lines: Gazes, motion: TargetMotion) -> Gazes:
+    def centred(self, lines: Gazes, tracker: TargetTracker) -> Gazes:
         """Return the lines of sight to a target, on its ray where it stands still and they pass it."""
-        if motion.moves:
+        if not tracker.stands:
             return lines
         within_tan = self._limits.centred_wide_px / self._calibration.wide.fx_px
-        target = motion.at(motion.seen_ns)
+        target = tracker.motion.at(tracker.motion.seen_ns)
         return centred_on_ray(self._calibration, lines, target, within_tan=within_tan)
 
     def _found(
@@ -224,7 +224,7 @@ class TargetSearch:
         observation: Observation,
         outcome: _Sure,
         templates: tuple[WidePatch, ...],
-        motion: TargetMotion,
+        tracker: TargetTracker,
     ) -> FoundTarget:
         left, right = outcome.candidate.left, outcome.candidate.right
         if outcome.fine is not None:
@@ -233,7 +233,7 @@ class TargetSearch:
             left, right = centre + half, centre - half
         others = tuple(other for other in templates if other is not outcome.template)
         return FoundTarget(
-            gazes=self.centred(observation.gazes.moved(left, right), motion),
+            gazes=self.centred(observation.gazes.moved(left, right), tracker),
             templates=(outcome.template, *others),
             joint=outcome.candidate.joint,
         )

@@ -76,6 +76,7 @@ class TargetTracker:
         self._template = template
         self._wide = wide
         self._cut = self._newest = frame
+        self._changed = frame.seq, False
         self._place = PassingDetector(wide, template.target, half_px=template.half_px)
         self.motion = TargetMotion(template.target, frame.t_ns)
 
@@ -104,7 +105,14 @@ class TargetTracker:
         if self.motion.moves or (self.motion.left_by(target) and self._place_changed()):
             self.motion.sees(target, t_ns)
 
+    @property
+    def stands(self) -> bool:
+        """Whether the target stands still: it was not seen to move, and its place shows what it showed."""
+        return not self.motion.moves and not self._place_changed()
+
     def _place_changed(self) -> bool:
         """Return whether the newest wide frame shows something else at the target's first place."""
-        unlike = self._newest.binning != self._cut.binning  # which cannot be compared
-        return unlike or self._place.differ(self._cut, self._newest)
+        if self._changed[0] != self._newest.seq:
+            unlike = self._newest.binning != self._cut.binning  # which cannot be compared
+            self._changed = self._newest.seq, unlike or self._place.differ(self._cut, self._newest)
+        return self._changed[1]
