@@ -80,7 +80,7 @@ def soon() -> Iterator[Soon]:
 
 
 @pytest.fixture
-def press_ctrl_c(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+def press_ctrl_c(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], None]]:
     """Press it once a capture runs and the command waits for it."""
     waits, wait = threading.Event(), Rig.wait
 
@@ -93,7 +93,9 @@ def press_ctrl_c(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> Callab
         os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(Rig, "wait", noticed)
-    return press
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
+    yield press
+    signal.signal(signal.SIGINT, before)
 
 
 def test_a_capture_is_taken_by_the_server_and_printed(api_server: Running, run: Run) -> None:
