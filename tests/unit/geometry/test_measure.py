@@ -139,7 +139,7 @@ def test_planes_scatter_as_far_as_they_say() -> None:
 def test_plane_of_too_few_pixels_is_refused_in_words() -> None:
     few = np.zeros((HEIGHT, WIDTH), dtype=np.bool_)
     few[3, 4:9] = True
-    with pytest.raises(InvalidInput, match="the region has 5; drag a larger one"):
+    with pytest.raises(InvalidInput, match="the region has 5; drag a larger rectangle, or one on texture"):
         fit_plane(look_of(plane_disparity_px()), few, outline_px=OUTLINE)
 
 
