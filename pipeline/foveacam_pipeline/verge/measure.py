@@ -19,6 +19,10 @@ from foveacam_pipeline.verge.matching.survey import ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.settings import VergeSettings
 
+ROWS_SHARE = 0.2
+"""Least change of a patch from row to row, as a share of that along them, squared: pure lines have 0.11 by
+noise, paint has 1.2."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measurement:
@@ -88,19 +92,28 @@ def _guesses(
 ) -> Iterator[tuple[WidePatch, MatchGuess]]:
     """Yield what to try: the first patch where each eye sees it, the middle, other patches, a long reach."""
     first = templates[0]
-    left, right = _in_a_row(*vicinity(look, first, expected).peaks()[:2])
+    left, right = _peaks(look, first, expected)
     centre = (left + right) / 2.0
     yield first, MatchGuess(left=left, right=right)
     yield first, MatchGuess(left=centre, right=centre)
     for other in templates[1:]:
-        left, right = _in_a_row(*vicinity(look, other, expected).peaks()[:2])
+        left, right = _peaks(look, other, expected)
         yield other, MatchGuess(left=left, right=right)
     yield first, MatchGuess(left=centre, right=centre, reach_px=FAR_REACH_PX)
 
 
-def _in_a_row(
-    left: NDArray[np.float64], right: NDArray[np.float64]
+def _peaks(
+    look: ReducedLook, patch: WidePatch, expected: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two places, (2,) each, in the middle between their rows: along lines each is anywhere."""
+    """Return where each eye shows a patch, (2,) tangents from its gaze; lines across the rows in one row."""
+    left, right, _ = vicinity(look, patch, expected).peaks()
+    if _tells_rows(patch.patch):
+        return left, right
     row = (left[1] + right[1]) / 2.0
     return np.array([left[0], row]), np.array([right[0], row])
+
+
+def _tells_rows(patch: NDArray[np.float32]) -> bool:
+    """Return whether a patch changes from row to row; lines across the rows fit anywhere along themselves."""
+    down, along = np.gradient(patch)
+    return float((down**2).sum()) >= ROWS_SHARE * float((along**2).sum())
