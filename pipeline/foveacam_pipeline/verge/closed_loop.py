@@ -147,7 +147,7 @@ class ClosedLoop:
             return None
 
     def _attempt(self, templates: tuple[WidePatch, ...], frame: Frame) -> VergedTarget:
-        tracker = TargetTracker(templates[0], frame, self._calibration.wide)
+        tracker = TargetTracker(templates[0], frame, self._calibration.wide, plain=not self.textured)
         tracker.follow(self._fixation_head.wide())  # newer than the frame that was clicked
         self._tracker = tracker
         self._lag_px = np.zeros(2)

@@ -49,7 +49,7 @@ def follow(first: Frame, *later: Frame, half_px: int) -> TargetTracker:
     """Return the tracker of what is at the target's place in a frame after it has seen the others."""
     target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
     template = cut_template(gray(to_uint8(first)), WIDE, target, half_px=(half_px, half_px), noise=NOISE)
-    tracker = TargetTracker(template, first, WIDE)
+    tracker = TargetTracker(template, first, WIDE, plain=True)
     for frame in later:
         tracker.follow(frame)
     return tracker

@@ -66,13 +66,15 @@ class TargetMotion:
 class TargetTracker:
     """Follows the patch through newer wide frames and keeps the target's track.
 
-    A target moves only where its place in the wide view has changed: a patch without much texture also fits
-    elsewhere, as chance or an edge through it has it.
+    `plain`: whether the patch had to grow until it held some texture. Such a target moves only where its place
+    in the wide view has changed: its patch also fits elsewhere, as chance or an edge through it has it.
     `far`: whether one that moves is looked for about its track, however far from where it was clicked.
     """
 
-    def __init__(self, template: WidePatch, frame: Frame, wide: Intrinsics, *, far: bool = False) -> None:
-        self._far = far
+    def __init__(
+        self, template: WidePatch, frame: Frame, wide: Intrinsics, *, far: bool = False, plain: bool = False
+    ) -> None:
+        self._far, self._plain = far, plain
         self._template = template
         self._wide = wide
         self._cut = self._newest = frame
@@ -102,7 +104,8 @@ class TargetTracker:
 
     def sees(self, target: NDArray[np.float64], t_ns: int) -> None:
         """Take the direction of the target at `t_ns`, (2,) tangents, if it may have moved there."""
-        if self.motion.moves or (self.motion.left_by(target) and self._place_changed()):
+        known = self.motion.moves or not self._plain
+        if known or (self.motion.left_by(target) and self._place_changed()):
             self.motion.sees(target, t_ns)
 
     @property
