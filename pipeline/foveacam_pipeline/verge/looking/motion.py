@@ -66,8 +66,8 @@ class TargetMotion:
 class TargetTracker:
     """Follows the patch through newer wide frames and keeps the target's track.
 
-    `plain`: whether the patch had to grow until it held some texture. Such a target moves only where its place
-    in the wide view has changed: its patch also fits elsewhere, as chance or an edge through it has it.
+    `plain`: whether the patch had to grow until it held some texture. Such a target moves only where its
+    place in the wide view has changed: its patch also fits elsewhere, as chance or an edge through it has it.
     `far`: whether one that moves is looked for about its track, however far from where it was clicked.
     """
 
