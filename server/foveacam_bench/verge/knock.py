@@ -21,13 +21,13 @@ from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import FixationState, PixelTarget
 from foveacam_server.resources.studying.studies.click_truth import Click, ClickKind, classify_click, truth_of
+from foveacam_server.resources.studying.studies.judged_clicks import FARTHEST_M, NEAREST_M
 
 KNOCKS, QUICK_KNOCKS = 3, 1
 """Knocks in each scene."""
 CLICKS = 12
 SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 BORDER_PX = 200.0
-NEAREST_M, FARTHEST_M = 1.5, 30.0
 SEED = 7
 
 
