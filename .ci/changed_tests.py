@@ -165,12 +165,12 @@ def changed_files(base: str) -> list[str]:
     """Return the files that differ from a commit, or that git does not know."""
     listed = []
     for command in (["diff", "--name-only", base], ["ls-files", "--others", "--exclude-standard"]):
-        told = subprocess.run(["git", *command], cwd=ROOT, capture_output=True, text=True, check=False)
-        if told.returncode != 0:
+        result = subprocess.run(["git", *command], cwd=ROOT, capture_output=True, text=True, check=False)
+        if result.returncode != 0:
             sys.exit(
-                f"git cannot compare with {base}: {told.stderr.strip()}; name a commit or branch: BASE=main"
+                f"git cannot compare with {base}: {result.stderr.strip()}; name a commit or branch: BASE=main"
             )
-        listed += told.stdout.splitlines()
+        listed += result.stdout.splitlines()
     return listed
 
 

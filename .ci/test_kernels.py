@@ -109,8 +109,8 @@ def passes(kernel: Kernel, arguments: list[str]) -> bool:
         check=False,
     )
     last = done.stdout.rstrip().rpartition("\n")[2]
-    told = ", ".join(re.findall(r"\d+ (?:failed|passed|errors?)\b", last)) or f"pytest: {done.returncode}"
-    print(f"{kernel}: {told} ({time.monotonic() - start_s:.0f} s)", flush=True)
+    counts = ", ".join(re.findall(r"\d+ (?:failed|passed|errors?)\b", last)) or f"pytest: {done.returncode}"
+    print(f"{kernel}: {counts} ({time.monotonic() - start_s:.0f} s)", flush=True)
     if done.returncode != 0:
         print(done.stdout, flush=True)
     return done.returncode == 0

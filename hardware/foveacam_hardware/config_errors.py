@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 MAX_REPORTED = 5
-"""Errors listed in full; the rest often follow from the same mistake and show after these are corrected."""
+"""Largest number of errors listed; further ones often have the same cause and vanish with these."""
 _MESSAGES = {
     "extra_forbidden": "not permitted here; correct its spelling, or take it out",
     "missing": "is missing; add it",
@@ -23,7 +23,7 @@ class ConfigFault:
 
 
 class KeysConflict(ValueError):
-    """Keys of one table that do not go together; `keys`: those to correct, relative to the table."""
+    """Keys of one table that contradict each other; `keys`: those to correct, relative to the table."""
 
     def __init__(self, message: str, *, keys: Sequence[str]) -> None:
         super().__init__(message)

@@ -1,7 +1,7 @@
-"""Tries one device that no rig has open: the picture of a camera, what answers on a serial port.
+"""Trial of one device that no rig has open: an image of a camera, or the identity of what answers on a port.
 
-A person then sees which camera it is, or whether a mirror controller or pan-tilt is there; nothing moves or
-is switched on.
+It shows a person which camera it is, or whether a mirror controller or pan-tilt is there; nothing moves or is
+switched on.
 """
 
 from contextlib import closing, suppress
@@ -34,7 +34,7 @@ from foveacam_hardware.wire.controller import USB_PRODUCT_ID, USB_VENDOR_ID
 from foveacam_hardware.wire.link import usb_link
 
 FRAMES = 8
-"""Frames that automatic exposure gets; the last is the picture."""
+"""Frames in which the automatic exposure settles; the last one is returned."""
 TIMEOUT_MS = 2000.0
 _ANY_CAMERA: TypeAdapter[PresentCameraConfig] = TypeAdapter(
     Annotated[PresentCameraConfig, Field(discriminator="kind")]
@@ -45,7 +45,7 @@ ANSWER_S = 1.0
 def named_camera(kind: str, name: str) -> PresentCameraConfig:
     """Return the configuration of a camera by its driver's kind and its serial number or source.
 
-    Raise `InvalidInput` for a serial number that no rig file may have.
+    Raise `InvalidInput` for a serial number that a rig file would not accept.
     """
     content = {"kind": kind, "source" if kind == "opencv" else "serial": name}
     try:
@@ -55,7 +55,7 @@ def named_camera(kind: str, name: str) -> PresentCameraConfig:
 
 
 def take_picture(given: PresentCameraConfig, *, clock: Clock) -> tuple[Image, int]:
-    """Open a camera, take one picture as bright as it can be, and close it; return it and its bits.
+    """Open a camera, take one picture with automatic exposure, and close it; return the picture and its bits.
 
     Raise `NotConnected` for a camera that is absent or held by another program, `Timeout` without a frame.
     """
@@ -70,7 +70,7 @@ def take_picture(given: PresentCameraConfig, *, clock: Clock) -> tuple[Image, in
 def _configure(device: CameraDevice, settings: CameraSettings) -> None:
     """Let the camera run freely, with automatic exposure where it has one."""
     if AutoMode.CONTINUOUS in device.ranges().exposure_autos:
-        with suppress(FoveaError):  # a picture with the plain settings does as well
+        with suppress(FoveaError):  # without automatic exposure a picture serves as well
             device.configure(replace(settings, exposure_auto=AutoMode.CONTINUOUS))
             return
     device.configure(settings)
@@ -84,7 +84,7 @@ def _last_picture(device: CameraDevice, *, name: str) -> tuple[Image, int]:
             found = grab.image, grab.bits
     if found is None:
         raise Timeout(
-            f"camera {name}: it opens and sends no picture; check its cable, its power and its trigger"
+            f"camera {name}: it opens but sends no picture; check its cable, its power and its trigger"
         )
     return found
 

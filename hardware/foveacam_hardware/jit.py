@@ -22,7 +22,7 @@ _log = logging.getLogger(__name__)
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 _PART_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
-"""Any: numba's stubs do not know the options about wrappers."""
+"""Any: numba's stubs do not declare the options that omit wrappers."""
 
 
 @lru_cache(maxsize=8)
@@ -38,8 +38,8 @@ class _KernelCache(FunctionCache):
     """Numba's cache of a function, except for two things.
 
     It is invalid when any module of the function's folder changes: numba checks the function's own file,
-    although code of other modules is linked into it. And a compiled function that cannot be stored is used
-    all the same; `trouble` then says why.
+    although code of other modules is linked into it. A compiled function that cannot be stored is still used;
+    `trouble` then holds the reason.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -63,7 +63,7 @@ def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no
 
 
 def part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
-    """Compile a function that kernels alone call, without what calls from Python need.
+    """Compile a function that only kernels call, without the wrapper for calls from Python.
 
     It becomes part of the kernels that call it, and is cached with them.
     """
@@ -71,7 +71,7 @@ def part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no t
 
 
 def cached_part(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (numba ships no types)
-    """Compile a function as `part`, and cache it by itself, so that several processes can share the work."""
+    """Compile a function as `part` does, and cache it separately, so that processes can share the work."""
     return _cached(part(function))
 
 
@@ -82,7 +82,7 @@ def _cached(dispatcher: Any) -> Any:  # noqa: ANN401 (numba ships no types)
 
 
 def is_cached(dispatcher: Any) -> bool:  # noqa: ANN401 (numba ships no types)
-    """Return whether compiled code of a kernel is stored, for whichever processor."""
+    """Return whether compiled code of a kernel is in the cache, for any processor."""
     try:
         return bool(dispatcher._cache._cache_file._load_index())  # noqa: SLF001 (numba offers no other way)
     except (AttributeError, OSError):

@@ -135,7 +135,7 @@ class GrblPanTiltConfig(_Motors):
     def _know_its_zero(self) -> "GrblPanTiltConfig":
         if self.has_switches and (self.zero_pan_deg is None or self.zero_tilt_deg is None):
             raise ValueError(
-                "zero_pan_deg and zero_tilt_deg are missing: say where the base points at the reference"
+                "zero_pan_deg and zero_tilt_deg are missing: give the base's angles at the reference"
                 " switches, or `has_switches = false`"
             )
         return self

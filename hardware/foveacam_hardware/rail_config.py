@@ -83,7 +83,7 @@ class GrblRailConfig(_Rail):
     def _know_its_zero(self) -> "GrblRailConfig":
         if self.has_switches and self.zero_mm is None:
             raise ValueError(
-                "zero_mm is missing: say where the rig stands at the reference switch, or"
+                "zero_mm is missing: give the rig's position at the reference switch, or"
                 " `has_switches = false`"
             )
         return self

@@ -77,14 +77,14 @@ class Closeable(Protocol):
 
 
 class OpeningWatch(Protocol):
-    """Follows the opening of a rig, device by device."""
+    """Observer that is notified as each device of a rig is opened."""
 
     def begins(self, device: str) -> None:
-        """Take note that a device is being opened."""
+        """Record that a device is being opened."""
         ...
 
     def ends(self, device: str, problem: OpeningProblem | None) -> None:
-        """Take note that a device is open, or why it is not."""
+        """Record that a device is open, or why it is not."""
         ...
 
 
@@ -102,18 +102,18 @@ class Rig:
 
     def __init__(
         self,
-        who: RigName,
+        identity: RigName,
         *,
         clock: Clock,
         mirrors: Mirrors,
         cameras: tuple[Camera, Camera, Camera],
         head: SettlingHead,
     ) -> None:
-        self.rig_id = who.rig_id
-        self.name = who.name
-        self.simulated = who.simulated
-        self.scene = who.scene
-        self.baseline_m = who.baseline_m
+        self.rig_id = identity.rig_id
+        self.name = identity.name
+        self.simulated = identity.simulated
+        self.scene = identity.scene
+        self.baseline_m = identity.baseline_m
         self.clock = clock
         self.mirrors = mirrors
         self.wide, self.left, self.right = cameras
@@ -134,13 +134,13 @@ class Rig:
         self.replayed = False
         """Whether it plays a recording: nothing moves, and looks return what was recorded."""
         self.working_binning: Binning = 1
-        """Binning of all three cameras for looks, following and live views; whoever takes those sets it."""
+        """Binning of all three cameras for looks, following and live views; set by the code that needs it."""
         self.problems: tuple[OpeningProblem, ...] = ()
         self._owned: list[Closeable] = []
 
     @property
     def settle_us(self) -> int:
-        """Default time that a look waits between its move and its exposure."""
+        """Default wait of a look between its move and its exposure."""
         return self.head.settle_us
 
     @settle_us.setter
@@ -177,7 +177,7 @@ class Rig:
         return self.problems
 
     def _connections(self) -> list[tuple[str, Callable[[], None]]]:
-        """Return how each device is opened, in their order."""
+        """Return the name and the opening call of each device, in the order of opening."""
         cameras = [(str(camera.role), partial(_start, camera)) for camera in self.cameras]
         return [
             ("mirrors", self.mirrors.connect),
@@ -259,8 +259,8 @@ def _serial_rig(config: SerialRigConfig, clock: Clock, supervision: LinkSupervis
     head = TriggeredHead(
         mirrors, left, right, wide, clock=clock, settle_us=given.settle_us, pulse_us=given.pulse_us
     )
-    who = RigName(rig_id=config.rig_id, name=config.name, simulated=False, baseline_m=config.baseline_m)
-    rig = Rig(who, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
+    identity = RigName(rig_id=config.rig_id, name=config.name, simulated=False, baseline_m=config.baseline_m)
+    rig = Rig(identity, clock=clock, mirrors=mirrors, cameras=(wide, left, right), head=head)
     base = build_base(config, clock)
     rig.pan_tilt, rig.stations = base.pan_tilt, base.stations
     rig.rail, rig.rail_places = base.rail, base.places

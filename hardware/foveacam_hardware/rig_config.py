@@ -43,10 +43,10 @@ class _Table(BaseModel):
 
 
 class AccessConfig(_Table):
-    """What people may do with this rig beyond their role."""
+    """Permissions on this rig beyond those of a user's role."""
 
     viewers_may_stop: bool = False
-    """Whether whoever may only look may stop the mirrors."""
+    """Whether users with read-only access may stop the mirrors."""
 
 
 class SimulatedRigConfig(_Table):
@@ -180,7 +180,7 @@ def load_rig_config(path: str | Path) -> SimulatedRigConfig | SerialRigConfig:
     return parse_rig_config(read_rig_content(file), file=file)
 
 
-def read_rig_content(file: Path) -> dict[str, Any]:  # Any: nothing of the file is checked yet
+def read_rig_content(file: Path) -> dict[str, Any]:  # Any: the file is not validated yet
     """Return what is in a rig file; raise `InvalidInput` for one that cannot be read or is no TOML."""
     try:
         return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -203,7 +203,7 @@ def parse_rig_config(content: dict[str, Any], *, file: Path) -> SimulatedRigConf
     return _resolve_paths(config, file.parent)
 
 
-def rig_faults(content: dict[str, Any]) -> tuple[ConfigFault, ...]:  # Any: nothing of it is checked yet
+def rig_faults(content: dict[str, Any]) -> tuple[ConfigFault, ...]:  # Any: not validated yet
     """Return what is wrong with each key of a rig file's content; nothing when the file can be used."""
     if (why := _wrong_header(content)) is not None:
         return (ConfigFault(key="version", message=why),)
@@ -220,7 +220,7 @@ def _toml_remedy(error: Exception) -> str:
     return "correct that line"
 
 
-def _wrong_header(content: dict[str, Any]) -> str | None:  # Any: nothing of the file is checked yet
+def _wrong_header(content: dict[str, Any]) -> str | None:  # Any: the file is not validated yet
     """Return why a file's format or version is not supported; None when it is."""
     found, version = content.get("format", FORMAT), content.get("version", VERSION)
     if found != FORMAT:

@@ -99,10 +99,12 @@ def replay_rig(recorded: RecordedRig, *, playback: Playback | None = None, clock
         role: ReplayCamera(role, camera, timeline, clock=clock) for role, camera in recorded.cameras.items()
     }
     wide, left, right = (_camera(role, playing) for role in (Role.WIDE, Role.LEFT, Role.RIGHT))
-    who = RigName(rig_id=recorded.rig_id, name=recorded.name, simulated=False, baseline_m=recorded.baseline_m)
+    identity = RigName(
+        rig_id=recorded.rig_id, name=recorded.name, simulated=False, baseline_m=recorded.baseline_m
+    )
     eyes = playing.get(Role.LEFT), playing.get(Role.RIGHT)
     rig = Rig(
-        who,
+        identity,
         clock=clock,
         mirrors=ReplayMirrors(eyes, clock=clock, name=recorded.name),
         cameras=(wide, left, right),

@@ -1,4 +1,4 @@
-"""The kernels of the simulated rig for who prepares them: stored or not, and the steps that compile them.
+"""Compilation of the simulated rig's kernels: whether they are cached, and the steps that compile them.
 
 Importing this module loads numba, which a hardware rig does not need.
 """

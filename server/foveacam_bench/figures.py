@@ -1,4 +1,4 @@
-"""Types of what every bench returns, and of how a long one reports its progress."""
+"""Types of the results of every bench, and of the reports of a long one."""
 
 from collections.abc import Callable
 from typing import TypeAlias
@@ -7,4 +7,7 @@ Figures: TypeAlias = dict[str, object]
 """The figures of a bench by name, as JSON: numbers, text, lists; null where nothing was measured."""
 
 Report: TypeAlias = Callable[[str], None]
-"""Is told how far a bench is, in words."""
+"""Receives the progress of a bench, in words."""
+
+Keep: TypeAlias = Callable[[Figures], None]
+"""Receives the figures of a part of a bench as soon as they are measured."""

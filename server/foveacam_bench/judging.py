@@ -1,4 +1,4 @@
-"""What several benches share: statistics and the peak memory of a process."""
+"""Statistics and the peak memory of a process, for several benches."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -12,7 +12,7 @@ AnswerT = TypeVar("AnswerT")
 
 
 def read_answer(answer: httpx.Response, kind: type[AnswerT]) -> AnswerT:
-    """Return the document of an answer; fields that a newer server has besides are left out."""
+    """Return the document of an answer; additional fields of a newer server are ignored."""
     try:
         adapter = _adapter(kind)  # type: ignore[arg-type]  # mypy finds no hash of a type variable's class
         found: AnswerT = adapter.validate_json(answer.content, extra="ignore")

@@ -1,4 +1,4 @@
-"""Holds the control lease for a block: takes it, renews it beside the block, gives it back.
+"""Holds the control lease for a block: takes it, renews it in the background, releases it.
 
 `generated/lease.py` is this module without `await`.
 """
@@ -13,10 +13,10 @@ from foveacam_client.call import Call
 from foveacam_client.generated import models
 from foveacam_client.problems import ClientError, LeaseLost, RigBusy
 
-_RENEW = Call("PUT", "/api/v1/lease", idempotent=True)  # a second one changes nothing
+_RENEW = Call("PUT", "/api/v1/lease", idempotent=True)  # idempotent: releasing twice has no effect
 _RELEASE = Call("DELETE", "/api/v1/lease")
 RENEWALS = 3
-"""In the time that a lease lasts; two of them may fail."""
+"""Renewals within a lease's lifetime; two of them may fail."""
 
 
 @asynccontextmanager
@@ -25,7 +25,7 @@ async def held_lease(
 ) -> AsyncIterator[None]:
     """Send a lease's token with every call of `transport` in the block; `own` renews it.
 
-    Raise `LeaseLost` in the calls that follow a loss, and at the end of the block.
+    Raise `LeaseLost` in the calls after a loss, and at the end of the block.
     """
     grant = await transport.answer(Call("POST", "/api/v1/lease", body=request), models.LeaseGrant)
     before = transport.lease_token
@@ -47,7 +47,7 @@ async def held_lease(
 
 
 class AsyncLeaseKeeper:
-    """Renews a lease, and tells the transport of the block when it is lost."""
+    """Renews a lease, and marks the block's transport when it is lost."""
 
     def __init__(self, transport: AsyncTransport, own: AsyncTransport, grant: models.LeaseGrant) -> None:
         self._transport = transport
@@ -57,7 +57,7 @@ class AsyncLeaseKeeper:
         self._released = False
 
     async def renew(self, pause: AsyncPause) -> None:
-        """Renew until the block ends or the lease is lost: refused, or past its end without an answer."""
+        """Renew until the block ends or the lease is lost: refused, or expired without an answer."""
         while self._transport.lease_lost is None and await pause(self._pause_s):
             asked_s = time.monotonic()
             try:
@@ -68,7 +68,7 @@ class AsyncLeaseKeeper:
                     self._transport.lease_lost = error
 
     async def release(self) -> None:
-        """Give the lease back, once; raise `LeaseLost` where another has it, or nobody."""
+        """Release the lease, once; raise `LeaseLost` where another has it, or nobody."""
         if self._released:
             return
         self._released = True

@@ -1,4 +1,4 @@
-"""A rig behind a server: every operation, and the few things that most programs do.
+"""A rig behind a server: all operations, and shortcuts for the most common tasks.
 
 `generated/rig.py` is this module without `await`.
 """
@@ -30,17 +30,17 @@ from foveacam_client.waiting import CloudWatch, Deadline, EstimateWatch, JobWatc
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_STOP = Call("POST", "/api/v1/stop", idempotent=True)  # a second one changes nothing
+_STOP = Call("POST", "/api/v1/stop", idempotent=True)  # idempotent: a second stop has no effect
 POLL_S = 1.0
-"""Pause between two questions for the same thing."""
+"""Polling interval."""
 RECENT_EVENTS = 200
-"""Events among which the earlier estimates of a fixation are looked for."""
+"""Number of past events searched for earlier estimates of a fixation."""
 RENEWAL_S = 4.0
-"""The longest wait for the answer to one renewal of a lease, which lasts 15 s."""
+"""Timeout of one renewal of a lease, which lasts 15 s."""
 
 
 class AsyncRig:
-    """A rig; `api`: every operation of the server, by noun. To be closed, or used as a context."""
+    """A rig; `api`: all operations of the server, by noun. Close it, or use it as a context."""
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class AsyncRig:
     async def stop(self) -> models.StopAnswer:
         """Park the mirrors, cancel all jobs, and refuse all moves until `api.stop.release()`.
 
-        It goes over a connection of its own, which the server answers however busy it is.
+        It uses a separate connection, which the server answers however busy it is.
         """
         own = self._connect(self._connection)
         try:
@@ -83,11 +83,11 @@ class AsyncRig:
     async def hold_lease(
         self, holder: str, *, take_over: bool = False, reason: str | None = None
     ) -> AsyncIterator[None]:
-        """Take the control lease, keep it for the block, and give it back: nobody else moves the rig.
+        """Hold the control lease during the block, in which nobody else can move the rig.
 
-        `holder`: what others read. `take_over`: also from another holder; from another person for a `reason`.
-        Raise `RigBusy` where another holds it; `LeaseLost` in the block's calls, and at its end, once it was
-        taken over or has ended, as it does when nothing moved for ten minutes.
+        `holder`: name shown to others. `take_over`: also from another holder; from another person with a
+        `reason`. Raise `RigBusy` where another holds it; `LeaseLost` in the block's calls, and at its end,
+        once it was taken over or has ended, as it does when nothing moved for ten minutes.
         """
         request = models.LeaseRequest(holder=holder, take_over=take_over, reason=reason)
         own = self._connect(replace(self._connection, timeout_s=min(RENEWAL_S, self._connection.timeout_s)))
@@ -98,9 +98,9 @@ class AsyncRig:
             await own.close()
 
     def use_lease(self, token: str | None) -> None:
-        """Send the token of a lease that `api.lease.take` gave with every call; None: no longer.
+        """Send the token of a lease from `api.lease.take` with every call; None: no longer.
 
-        It ends 15 s after `api.lease.renew`; `hold_lease` does all of that.
+        The lease expires 15 s after `api.lease.renew`; `hold_lease` does all of this.
         """
         self._transport.lease_token = token
 
@@ -128,23 +128,23 @@ class AsyncRig:
     async def estimates(
         self, started: StartedJob[models.FixationDocument]
     ) -> AsyncGenerator[models.FixationEstimate, None]:
-        """Yield what is known of the distance of a fixation while it runs: at most once a look.
+        """Yield the estimates of a fixation's distance while it runs, at most one per look.
 
-        The first one may come before the first look. It ends with the fixation; `wait` gives the answer.
+        The first one may come before the first look. It ends with the fixation; `wait` returns the answer.
         """
         watch = EstimateWatch(started.id)
-        told = await self.api.events.recent(limit=RECENT_EVENTS)
-        for event in told:
-            if estimate := watch.hear(event):
+        recent = await self.api.events.recent(limit=RECENT_EVENTS)
+        for event in recent:
+            if estimate := watch.process(event):
                 yield estimate
         if not watch.has_ended():
             watch.update(await self.api.jobs.get(started.id))
         if watch.has_ended():
             return
-        last_id = told[-1].id if told else 0
+        last_id = recent[-1].id if recent else 0
         async with aclosing(self._transport.events(last_event_id=last_id)) as events:
             async for event in events:
-                if estimate := watch.hear(event):
+                if estimate := watch.process(event):
                     yield estimate
                 if watch.has_ended():
                     return
@@ -163,7 +163,7 @@ class AsyncRig:
 
     async def frame(
         self, view: str = "wide", *, scale: Literal["1", "2", "4"] = "1"
-    ) -> "NDArray[Any]":  # Any: as the view has it
+    ) -> "NDArray[Any]":  # Any: dtype of the view
         """Return the newest picture of a live view: (h, w) or (h, w, 3) uint8, RGB; by OpenCV."""
         return decode_picture(await self.api.views.snapshot(view, scale=scale).read())
 
@@ -188,7 +188,7 @@ class AsyncRig:
         )
 
     async def datasets(self, text: str | None = None) -> list[models.CaptureDocument]:
-        """Return the captured datasets, those alone that have `text` in their name or label."""
+        """Return the captured datasets whose name or label contains `text`."""
         return await self.api.captures.list(text=text)
 
     async def download_dataset(self, capture_id: str, path: Path | str) -> Path:
@@ -198,9 +198,9 @@ class AsyncRig:
     async def events(
         self, *, kinds: Collection[str] | None = None, last_event_id: int | None = None
     ) -> AsyncGenerator[models.EventDocument, None]:
-        """Yield events as they come, without end; `last_event_id`: first those that followed it.
+        """Yield events endlessly; `last_event_id`: first those after it.
 
-        A connection that breaks is opened anew, and no event is left out.
+        A broken connection is opened again, without a loss of events.
         """
         async with aclosing(self._transport.events(last_event_id=last_event_id)) as events:
             async for event in events:
@@ -217,7 +217,7 @@ class AsyncRig:
     ) -> ResultT:
         """Wait for a job and return its result, or raise its problem.
 
-        `cancel_on_interrupt`: an interrupt cancels the job too; else it goes on at the server.
+        `cancel_on_interrupt`: an interrupt also cancels the job; otherwise it continues on the server.
         """
         watch = JobWatch(started.id, on_progress=on_progress)
 
@@ -234,14 +234,14 @@ class AsyncRig:
         return await self._transport.answer(Call("GET", watch.result_url()), started.result)
 
     async def _follow(self, watch: Watch, ask: Callable[[], Awaitable[None]], deadline: Deadline) -> None:
-        """Wait for something by events; where those fail, by asking once a second."""
+        """Wait for something by events; where those fail, by polling once a second."""
         try:
             reader = EventReader(await self._transport.newest_event_id())
             await ask()
             if not watch.ended:
-                await self._hear(watch, reader, deadline)
+                await self._process_events(watch, reader, deadline)
         except (Unreachable, ProblemError):
-            pass  # asking finds out whether that lasts
+            pass  # polling finds out whether that lasts
         absence = Absence(self._reconnect_s)
         while not watch.ended:
             await self._pause(deadline.left_s(POLL_S))
@@ -252,12 +252,12 @@ class AsyncRig:
                 if absence.over:
                     raise
 
-    async def _hear(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
-        """Take events until the wait is over or the connection ends."""
+    async def _process_events(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
+        """Process events until the wait is over or the connection ends."""
         listening = self._transport.listen(reader, silence_s=deadline.left_s(SILENCE_S))
         async with aclosing(listening) as events:
             async for event in events:
-                watch.hear(event)
+                watch.process(event)
                 if watch.ended:
                     return
                 deadline.left_s(SILENCE_S)

@@ -1,4 +1,4 @@
-"""Sends calls, repeats those that may be, and reads answers, files and events.
+"""Sends calls, with retries where allowed, and reads answers, files and events.
 
 `generated/transport.py` is this module without `await`.
 """
@@ -31,7 +31,7 @@ from foveacam_client.server_sent import EventReader
 STREAM = Call("GET", "/api/v1/events")
 _NEWEST = Call("GET", "/api/v1/events/recent", query={"limit": 1})
 SILENCE_S = 25.0
-"""The server sends something into a stream of events every 10 s."""
+"""Read timeout of a stream of events, in which the server sends something every 10 s."""
 BLOCK_BYTES = 1 << 16
 
 
@@ -57,7 +57,7 @@ class AsyncTransport:
             transport=http_transport,
         )
         self.lease_token: str | None = None
-        """Sent with every call; of the control lease."""
+        """Token of the control lease, sent with every call."""
         self.lease_lost: ClientError | None = None
         """Why the lease is lost, which every call then raises."""
 
@@ -71,12 +71,12 @@ class AsyncTransport:
             raise LeaseLost(str(self.lease_lost)) from self.lease_lost
 
     async def answer(self, call: Call, kind: type[AnswerT]) -> AnswerT:
-        """Return the document that a call is answered with."""
+        """Send a call and return the document of its answer."""
         answer = await self._send(call)
         return read_answer(answer, kind)
 
     async def start(self, call: Call, kind: type[ResultT]) -> StartedJob[ResultT]:
-        """Return the job that a call starts."""
+        """Send a call and return the job that it starts."""
         return StartedJob(await self.answer(call, models.JobDocument), kind)
 
     async def order(self, call: Call) -> None:
@@ -84,15 +84,15 @@ class AsyncTransport:
         await self._send(call)
 
     def download(self, call: Call) -> "AsyncDownload":
-        """Return the file of a call, which is asked for when it is read."""
+        """Return the file of a call, which is requested when it is read."""
         return AsyncDownload(self, call)
 
     async def content(self, call: Call) -> bytes:
-        """Return the bytes that a call is answered with."""
+        """Send a call and return the bytes of its answer."""
         return (await self._send(call)).content
 
     async def chunks(self, call: Call) -> AsyncGenerator[bytes, None]:
-        """Yield the bytes that a call is answered with as they come."""
+        """Send a call and yield the bytes of its answer as they arrive."""
         async with self._opened(call) as answer:
             try:
                 async for block in answer.aiter_bytes(BLOCK_BYTES):
@@ -101,7 +101,7 @@ class AsyncTransport:
                 raise self._unreachable(error) from error
 
     async def save(self, call: Call, path: Path) -> None:
-        """Write a call's answer into a file that appears whole; begin anew where the connection breaks."""
+        """Write a call's answer to a file, renamed when complete; start again if the connection breaks."""
         for attempt in count(1):
             try:
                 with PartFile(path) as file:
@@ -118,15 +118,15 @@ class AsyncTransport:
     async def events(
         self, call: Call = STREAM, *, last_event_id: int | None
     ) -> AsyncGenerator[models.EventDocument, None]:
-        """Yield events without end, first those after `last_event_id`; a broken stream is opened anew."""
+        """Yield events endlessly, first those after `last_event_id`; a broken stream is opened again."""
         if last_event_id is None:
             last_event_id = await self.newest_event_id()
         reader = EventReader(last_event_id)
         attempt, absence = 0, Absence(self._retries.reconnect_s)
         while True:
             try:
-                async with aclosing(self.listen(reader, call)) as heard:
-                    async for event in heard:
+                async with aclosing(self.listen(reader, call)) as stream:
+                    async for event in stream:
                         attempt = 0
                         absence.end()
                         if event is not None:
@@ -138,14 +138,14 @@ class AsyncTransport:
             await self._pause(self._retries.back_off_s(attempt))
 
     async def newest_event_id(self) -> int:
-        """Return the id of the newest event; 0 where there is none."""
+        """Return the id of the newest event; 0 without one."""
         newest = await self.answer(_NEWEST, list[models.EventDocument])
         return newest[-1].id if newest else 0
 
     async def listen(
         self, reader: EventReader, call: Call = STREAM, *, silence_s: float = SILENCE_S
     ) -> AsyncGenerator[models.EventDocument | None, None]:
-        """Yield events from one connection, and None for whatever else it brings, until it ends."""
+        """Yield events from one connection, and None for anything else received, until it ends."""
         reader.forget_line()
         async with self._opened(call, headers=reader.headers, silence_s=silence_s) as answer:
             try:
@@ -214,12 +214,12 @@ class AsyncTransport:
     def _unreachable(self, error: Exception) -> ClientError:
         why = str(error) or type(error).__name__
         return Unreachable(
-            f"{self._url}: nobody answers ({why}); is the server running, and is the address right?"
+            f"{self._url}: no server answers ({why}); is the server running, and is the address right?"
         )
 
 
 class AsyncDownload:
-    """A file of the server; nothing is asked for until it is read."""
+    """A file of the server, which is requested when it is read."""
 
     def __init__(self, transport: AsyncTransport, call: Call) -> None:
         self._transport = transport
@@ -234,7 +234,7 @@ class AsyncDownload:
         return (await self.read()).decode("utf-8")
 
     def chunks(self) -> AsyncGenerator[bytes, None]:
-        """Yield its bytes as they come."""
+        """Yield its bytes as they arrive."""
         return self._transport.chunks(self._call)
 
     async def save(self, path: Path | str) -> Path:

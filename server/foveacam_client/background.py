@@ -1,4 +1,4 @@
-"""Work that goes on beside a block, in a thread or as a task of asyncio; `pause` ends when the block does."""
+"""Background work during a block, in a thread or as an asyncio task; `pause` returns when the block ends."""
 
 import asyncio
 import threading
@@ -7,12 +7,12 @@ from concurrent.futures import Future
 from types import TracebackType
 
 Pause = Callable[[float], bool]
-"""Waits for so many seconds; false when the block has ended."""
+"""Waits for a number of seconds; returns false when the block has ended."""
 AsyncPause = Callable[[float], Awaitable[bool]]
 
 
 class Background:
-    """A thread, from the begin of a block to its end, which raises what the work has raised."""
+    """Runs work in a thread during a block; the block's end raises the work's error."""
 
     def __init__(self, work: Callable[[Pause], None]) -> None:
         self._work = work
@@ -39,7 +39,7 @@ class Background:
 
 
 class AsyncBackground:
-    """A task, from the begin of a block to its end, which raises what the work has raised."""
+    """Runs work in an asyncio task during a block; the block's end raises the work's error."""
 
     def __init__(self, work: Callable[[AsyncPause], Awaitable[None]]) -> None:
         self._work = work

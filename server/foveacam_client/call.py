@@ -1,4 +1,4 @@
-"""One call of an operation, before it is sent, and the job that a call has started."""
+"""A call of an operation before it is sent, and the job that a call has started."""
 
 import uuid
 from collections.abc import Mapping
@@ -52,19 +52,19 @@ class Call:
         return self.body.model_dump(mode="json") if isinstance(self.body, BaseModel) else self.body
 
     def headers(self) -> dict[str, str]:
-        """Return the headers of this call alone."""
+        """Return the headers specific to this call."""
         headers = {} if self.content is None else {"Content-Type": "application/octet-stream"}
         return {**headers, _KEY: self.idempotency_key or uuid.uuid4().hex} if self.idempotent else headers
 
     @property
     def repeatable(self) -> bool:
-        """Whether sending it twice does no more than sending it once."""
+        """Whether the call is idempotent, so that it may be retried."""
         return self.method in _SAFE or self.idempotent
 
 
 @dataclass(frozen=True, slots=True)
 class StartedJob(Generic[ResultT]):
-    """A job that the server has taken, and the kind of document that it results in."""
+    """A job accepted by the server, with the type of its result."""
 
     job: models.JobDocument
     result: type[ResultT]

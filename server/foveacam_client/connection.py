@@ -1,4 +1,4 @@
-"""Where the server is and how it is spoken to: address, token, certificate, time-outs, retries."""
+"""Settings of the connection to a server: address, token, certificate, timeouts, retries."""
 
 import os
 import ssl
@@ -17,7 +17,7 @@ DEFAULT_URL = "http://127.0.0.1:8000"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """How the server is reached; `ca_file`: PEM of the authority that signed its certificate.
+    """Address and credentials of a server; `ca_file`: PEM of the authority that signed its certificate.
 
     `timeout_s`: for connecting, and for each wait for more bytes. Proxies of the environment are not used.
     """
@@ -35,7 +35,7 @@ class Connection:
 
     @property
     def verify(self) -> ssl.SSLContext | bool:
-        """What httpx checks certificates by."""
+        """The TLS context by which httpx verifies certificates."""
         if self.base_url.scheme == "http":
             return False  # reading the system's authorities takes 50 ms
         if self.ca_file is None:
@@ -62,7 +62,7 @@ class Connection:
 
 
 def token_of(token: str | None, token_file: Path | str | None) -> str | None:
-    """Return the token that was given, else that of the file, else that of the environment."""
+    """Return the given token, else that of the file, else that of the environment."""
     if token is not None:
         return token
     if token_file is None:

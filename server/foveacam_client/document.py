@@ -1,4 +1,4 @@
-"""The base class of the documents that the API takes and answers."""
+"""Base class of the documents of requests and answers."""
 
 from typing import Any, TypeAlias
 
@@ -9,7 +9,7 @@ JsonObject: TypeAlias = dict[str, Any]
 
 
 class Document(BaseModel):
-    """A document; what was never set and has no value is left out where it is sent."""
+    """A document; fields that were never set and have no value are not sent."""
 
     model_config = ConfigDict(protected_namespaces=())
 

@@ -1,4 +1,4 @@
-"""A file that appears whole: written beside its place, renamed when it is complete."""
+"""A file written atomically: to a temporary file beside it, renamed when complete."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Self
 
 
 class PartFile:
-    """Writes `PATH.part`; leaving the context without an error renames it to PATH, else it is removed."""
+    """Writes `PATH.part`; on exit renames it to PATH, or removes it after an error."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

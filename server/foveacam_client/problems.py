@@ -1,11 +1,11 @@
 """What can go wrong, as exceptions by whose move is next.
 
     ClientError
-    ├── Unreachable          nobody answers at the address
-    ├── UnexpectedAnswer     what answers is no server of this API, or one of another version
-    ├── WaitTimeout          it has not come in the time that was given
+    ├── Unreachable          no server answers at the address
+    ├── UnexpectedAnswer     not a server of this API, or one of another version
+    ├── WaitTimeout          no result within the timeout
     ├── LeaseLost            the control lease was taken over, has ended, or cannot be renewed
-    └── ProblemError         the server said no (RFC 9457)
+    └── ProblemError         the server refused or failed (RFC 9457)
         ├── NotSignedIn      401: no token, or a wrong one
         ├── NotAllowed       403: the token lacks a right
         ├── NotFound         404
@@ -14,7 +14,7 @@
         │   └── JobCancelled
         ├── InvalidRequest   400, 413, 422
         │   └── TargetOutOfRange
-        ├── TooManyRequests  429, or 503 where all places are taken; `retry_after_s`
+        ├── TooManyRequests  429, or 503 where the server's limit is reached; `retry_after_s`
         ├── ServerFault      500
         ├── DeviceFailed     502
         ├── DeviceMissing    503
@@ -36,15 +36,15 @@ class ClientError(Exception):
 
 
 class Unreachable(ClientError):
-    """Nobody answers at the address."""
+    """No server answers at the address."""
 
 
 class UnexpectedAnswer(ClientError):
-    """An answer that the API does not describe."""
+    """An answer that does not conform to the API."""
 
 
 class WaitTimeout(ClientError):
-    """A job that has not ended in time and goes on, or a point cloud that has not come."""
+    """A timeout: a job that has not ended and continues, or a point cloud that was not computed."""
 
 
 class LeaseLost(ClientError):
@@ -57,8 +57,7 @@ class LeaseLost(ClientError):
 class ProblemError(ClientError):
     """A refusal or failure in the server's own words.
 
-    `request_id`: what a proxy or the server wrote into X-Request-Id, if it did. `retry_after_s`: how long the
-    server asks to wait.
+    `request_id`: X-Request-Id of the answer, if any. `retry_after_s`: time to wait that the server requests.
     """
 
     def __init__(
@@ -68,12 +67,12 @@ class ProblemError(ClientError):
         self.request_id = request_id
         self.retry_after_s = retry_after_s
         remedy = problem.remedy or ""
-        told = () if remedy in problem.detail else (remedy,)
-        super().__init__(" ".join((f"{problem.title}:", problem.detail, *told)))
+        advice = () if remedy in problem.detail else (remedy,)
+        super().__init__(" ".join((f"{problem.title}:", problem.detail, *advice)))
 
     @property
     def title(self) -> str:
-        """What kind of problem it is."""
+        """Title of the kind of problem."""
         return self.problem.title
 
     @property
@@ -106,15 +105,15 @@ class NotAllowed(ProblemError):
 
 
 class NotFound(ProblemError):
-    """There is nothing of that name."""
+    """The resource does not exist."""
 
 
 class Conflict(ProblemError):
-    """It cannot be done now."""
+    """The present state does not allow the request."""
 
 
 class RigBusy(Conflict):
-    """Somebody else is using it."""
+    """Somebody else is using the resource."""
 
 
 class RigStopped(Conflict):
@@ -130,7 +129,7 @@ class JobCancelled(Conflict):
 
 
 class InvalidRequest(ProblemError):
-    """The request cannot be used as it stands."""
+    """The request is invalid."""
 
 
 class TargetOutOfRange(InvalidRequest):
@@ -138,11 +137,11 @@ class TargetOutOfRange(InvalidRequest):
 
 
 class TooManyRequests(ProblemError):
-    """Too many wrong tokens came from here, or no place is free for one more of what was asked for."""
+    """Too many wrong tokens from this address, or a limit is reached."""
 
 
 class ServerFault(ProblemError):
-    """The server made a mistake."""
+    """Internal server error."""
 
 
 class DeviceFailed(ProblemError):
@@ -154,7 +153,7 @@ class DeviceMissing(ProblemError):
 
 
 class JobInterrupted(ProblemError):
-    """The server was restarted while the job ran; nobody goes on with it."""
+    """The server was restarted while the job ran; the job is not continued."""
 
 
 class DeviceTimeout(ProblemError):
@@ -162,7 +161,7 @@ class DeviceTimeout(ProblemError):
 
 
 class DiskFull(ProblemError):
-    """The server's disk takes no more."""
+    """The server's disk is full."""
 
 
 _BY_SLUG: dict[str, type[ProblemError]] = {
@@ -201,7 +200,7 @@ def error_of_problem(
 
 
 def error_of_answer(answer: httpx.Response) -> ClientError:
-    """Return the exception of an answer that is no success and has been read."""
+    """Return the exception of an unsuccessful answer whose body has been read."""
     try:
         problem = Problem.model_validate_json(answer.content, extra="ignore")
     except ValidationError:
@@ -212,7 +211,7 @@ def error_of_answer(answer: httpx.Response) -> ClientError:
 
 
 def retry_after_s(answer: httpx.Response) -> float | None:
-    """Return how long an answer asks to wait; None where it does not say so in seconds."""
+    """Return the seconds of an answer's Retry-After; None without it or in another form."""
     try:
         return max(0.0, float(answer.headers["Retry-After"]))
     except (KeyError, ValueError):
@@ -220,7 +219,7 @@ def retry_after_s(answer: httpx.Response) -> float | None:
 
 
 def _problem_of_status(answer: httpx.Response) -> Problem:
-    """Return the problem of an answer without one, as a proxy gives it."""
+    """Return a problem for an answer without a problem document, as from a proxy."""
     return Problem(
         type="about:blank",
         title=answer.reason_phrase or "Refused",

@@ -1,4 +1,4 @@
-"""When a call is sent again, and after which pause."""
+"""Retry policy: which calls are sent again, and after which pause."""
 
 import random
 import time
@@ -10,18 +10,18 @@ from foveacam_client.call import Call
 from foveacam_client.problems import ClientError, DeviceMissing, retry_after_s
 
 _PASSING = (429, 502, 503)
-"""Statuses that may be gone a moment later."""
+"""HTTP statuses that may be temporary."""
 OPENING_SLUG = "not-connected"
-"""Kind of a refusal that, with Retry-After, says that the rig opens."""
+"""Kind of problem that, with Retry-After, means that the rig is still opening."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RetryPolicy:
-    """Calls that may be repeated are sent at most `attempts` times; pauses double up to `longest_s`.
+    """Idempotent calls are sent at most `attempts` times; pauses double up to `longest_s`.
 
-    A server that asks for a longer pause than `longest_s` is not asked again. `reconnect_s`: how long events
-    and the end of a job are asked for without any answer, as while the server restarts. `opening_s`: how long
-    a rig that opens is waited for, which changes nothing before it is open, so that any call is sent again.
+    There is no retry when the server requests a longer pause than `longest_s`. `reconnect_s`: how long events
+    and the end of a job are requested without any answer, as while the server restarts. `opening_s`: how long
+    to wait for a rig that is opening; any call is retried then, as it has no effect before the rig is open.
     """
 
     attempts: int = 4
@@ -31,7 +31,7 @@ class RetryPolicy:
     opening_s: float = 120.0
 
     def pause_s(self, call: Call, *, attempt: int, answer: httpx.Response | None) -> float | None:
-        """Return the pause before the next attempt; None: this one counts.
+        """Return the pause before the next attempt; None: no further one.
 
         `attempt`: from 1. `answer`: None where the connection failed.
         """
@@ -47,9 +47,9 @@ class RetryPolicy:
         return asked_s if asked_s <= self.longest_s else None
 
     def opening_pause_s(self, refusal: ClientError, *, waited_s: float) -> float | None:
-        """Return the pause that a server asks for while its rig opens; None for other refusals, or too long.
+        """Return the pause that a server requests while its rig opens; None for other problems, or too long.
 
-        `waited_s`: all such pauses of this call before.
+        `waited_s`: sum of this call's earlier pauses of this kind.
         """
         if not isinstance(refusal, DeviceMissing) or refusal.slug != OPENING_SLUG:
             return None
@@ -57,23 +57,23 @@ class RetryPolicy:
         return asked_s if asked_s is not None and waited_s + asked_s <= self.opening_s else None
 
     def back_off_s(self, attempt: int) -> float:
-        """Return the pause after so many attempts: doubled each time, by chance up to a half shorter."""
+        """Return the pause after so many attempts: doubled each time, with jitter down to a half."""
         whole_s = min(self.longest_s, self.first_s * 2.0 ** min(attempt - 1, 30))
         return whole_s * random.uniform(0.5, 1.0)  # noqa: S311 - spreads clients, keeps no secret
 
 
 class Absence:
-    """The time since a server's last answer, which may last `longest_s`."""
+    """Timeout since a server's last answer, of `longest_s`."""
 
     def __init__(self, longest_s: float) -> None:
         self._longest_s = longest_s
         self._answered_s = time.monotonic()
 
     def end(self) -> None:
-        """Begin anew, since the server has answered."""
+        """Restart the timeout, as the server has answered."""
         self._answered_s = time.monotonic()
 
     @property
     def over(self) -> bool:
-        """Whether it has lasted too long."""
+        """Whether the timeout has expired."""
         return time.monotonic() - self._answered_s > self._longest_s

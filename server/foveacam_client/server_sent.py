@@ -1,4 +1,4 @@
-"""Reads server-sent events line by line; knows no connection."""
+"""Parses server-sent events line by line, independent of a connection."""
 
 from pydantic import ValidationError
 
@@ -7,14 +7,14 @@ from foveacam_client.problems import UnexpectedAnswer
 
 
 class EventReader:
-    """Collects the lines of a stream into events and knows the last id."""
+    """Assembles the lines of a stream into events, and holds the last id."""
 
     def __init__(self, last_id: int | None) -> None:
         self.last_id = last_id
         self._data: list[str] = []
 
     def read(self, line: str) -> EventDocument | None:
-        """Take one line; return the event that it ends, None while there is none."""
+        """Process one line; return the event that it completes, else None."""
         if line.startswith("data:"):
             self._data.append(line.removeprefix("data:").removeprefix(" "))
         if line or not self._data:
@@ -28,10 +28,10 @@ class EventReader:
         return event
 
     def forget_line(self) -> None:
-        """Forget an event that a lost connection has cut."""
+        """Drop an incomplete event after a lost connection."""
         self._data = []
 
     @property
     def headers(self) -> dict[str, str]:
-        """The headers that ask for what followed the last event."""
+        """The headers that request the events after the last one."""
         return {} if self.last_id is None else {"Last-Event-ID": str(self.last_id)}

@@ -1,4 +1,4 @@
-"""What is known of a job or a point cloud while it is waited for; knows no connection."""
+"""State of a wait for a job or a point cloud, independent of a connection."""
 
 import time
 from collections.abc import Callable
@@ -8,26 +8,26 @@ from foveacam_client.generated import models
 from foveacam_client.problems import UnexpectedAnswer, WaitTimeout, error_of_problem
 
 OnProgress = Callable[[models.JobProgress], None]
-"""Takes how far a job has come; `eta_s`: the time left, None where it is not known."""
+"""Callback of a job's progress; `eta_s`: the time left, None where unknown."""
 
 _ENDED = ("succeeded", "failed", "cancelled")
 
 
 class Watch(Protocol):
-    """Something that is waited for."""
+    """Something to wait for."""
 
     @property
     def ended(self) -> bool:
         """Whether the wait is over."""
         ...
 
-    def hear(self, event: models.EventDocument | None) -> None:
-        """Take an event; those of other things change nothing."""
+    def process(self, event: models.EventDocument | None) -> None:
+        """Process an event; one about something else has no effect."""
         ...
 
 
 class Deadline:
-    """The time that a wait may take; None: any."""
+    """Timeout of a wait; None: unlimited."""
 
     def __init__(
         self, timeout_s: float | None, *, late: str, clock_s: Callable[[], float] = time.monotonic
@@ -38,7 +38,7 @@ class Deadline:
         self._began_s = clock_s()
 
     def left_s(self, at_most_s: float) -> float:
-        """Return how long may still be waited, at most `at_most_s`; raise `WaitTimeout` when time is over."""
+        """Return the remaining time, at most `at_most_s`; raise `WaitTimeout` when it is over."""
         if self._timeout_s is None:
             return at_most_s
         left_s = self._timeout_s - (self._clock_s() - self._began_s)
@@ -61,14 +61,14 @@ class JobWatch:
         return self.job is not None and self.job.state in _ENDED
 
     def update(self, job: models.JobDocument) -> None:
-        """Take a newer state of the job."""
-        told = self.job is None or job.progress != self.job.progress
+        """Store a newer state of the job."""
+        changed = self.job is None or job.progress != self.job.progress
         self.job = job
-        if told and self._on_progress is not None:
+        if changed and self._on_progress is not None:
             self._on_progress(job.progress)
 
-    def hear(self, event: models.EventDocument | None) -> None:
-        """Take an event; those of other things change nothing."""
+    def process(self, event: models.EventDocument | None) -> None:
+        """Process an event; one about something else has no effect."""
         if event is not None and event.kind == "job.updated" and event.data.get("id") == self.job_id:
             self.update(models.JobDocument.model_validate(event.data, extra="ignore"))
 
@@ -82,7 +82,7 @@ class JobWatch:
 
 
 class EstimateWatch:
-    """What is told of the distance of one fixation until it ends."""
+    """Estimates of the distance of one fixation until it ends."""
 
     def __init__(self, job_id: str) -> None:
         self._job = JobWatch(job_id)
@@ -92,12 +92,12 @@ class EstimateWatch:
         return self._job.ended
 
     def update(self, job: models.JobDocument) -> None:
-        """Take a newer state of the job."""
+        """Store a newer state of the job."""
         self._job.update(job)
 
-    def hear(self, event: models.EventDocument) -> models.FixationEstimate | None:
-        """Take an event; return the estimate of this fixation that it tells, if it tells one."""
-        self._job.hear(event)
+    def process(self, event: models.EventDocument) -> models.FixationEstimate | None:
+        """Process an event; return its estimate of this fixation, if any."""
+        self._job.process(event)
         if event.kind != "fixation.estimate" or event.data.get("job_id") != self._job.job_id:
             return None
         return models.FixationEstimate.model_validate(event.data, extra="ignore")
@@ -115,8 +115,8 @@ class CloudWatch:
         """Whether there is a cloud."""
         return self.cloud_id is not None
 
-    def hear(self, event: models.EventDocument | None) -> None:
-        """Take an event; those of other things change nothing."""
+    def process(self, event: models.EventDocument | None) -> None:
+        """Process an event; one about something else has no effect."""
         if (
             event is not None
             and event.kind == "cloud.created"

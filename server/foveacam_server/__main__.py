@@ -1,8 +1,8 @@
-"""Entry point of `foveacam`, also `python -m foveacam_server`: sets the environment before numpy is loaded.
+"""Entry point of `foveacam`, also `python -m foveacam_server`: sets the environment before numpy is imported.
 
 It limits linear algebra to one thread: the matrices of a calibration are small, and threads that share small
-matrices wait for each other most of the time. A variable that the user has set is not changed. File names
-and texts are UTF-8 in every locale: names of users become file names.
+matrices wait for each other most of the time. A variable that the user has set is not changed. File names and
+texts are UTF-8 in every locale: names of users become file names.
 """
 
 import io
@@ -30,7 +30,7 @@ def main() -> None:
 
 
 def ensure_utf8() -> None:
-    """Return where file names and texts are UTF-8; else run this program anew, in place of this process.
+    """Return if file names and texts are UTF-8; else replace this process by a new run of the program.
 
     Python's UTF-8 mode cannot be turned on later.
     """

@@ -1,4 +1,4 @@
-"""The application: opens the services, includes one router a resource, closes in the reverse order."""
+"""The application: opens the services, includes one router per resource, closes in the reverse order."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -40,7 +40,7 @@ from foveacam_server.rig.hardware_thread.kernel_preparation import Preparation, 
 
 API = "/api/v1"
 OUTSIDE = (health_routes, viser_relay)
-"""Modules whose routes are not of the interface below `API`."""
+"""Modules whose routes are outside of `API`."""
 
 
 def create_app(
@@ -48,18 +48,18 @@ def create_app(
 ) -> FastAPI:
     """Return the application; nothing is opened before its lifespan starts.
 
-    `clock`: the one of the rig and of all timestamps; None: the system's monotonic clock. `kernels`: makes
-    those of a simulated rig ready.
+    `clock`: of the rig and of all timestamps; None: the system's monotonic clock. `kernels`: prepares those
+    of a simulated rig.
     """
     app = FastAPI(
         title="FoveaCam Duo",
         version=__version__,
         summary="Foveated stereo: point somewhere, both foveae verge on it, distance and shape come back.",
         lifespan=partial(_lifespan, settings=settings, clock=clock or MonotonicClock(), kernels=kernels),
-        openapi_url=None,  # ours is built beside the event loop
-        docs_url=None,  # ours need nothing from other servers
+        openapi_url=None,  # our document is built on a thread
+        docs_url=None,  # our pages need nothing from other servers
         redoc_url=None,
-        redirect_slashes=False,  # a path is served as it is written, or not at all
+        redirect_slashes=False,  # no redirects between paths with and without a slash
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},  # ours alone
     )
     app.state.places = ServerPlaces()
@@ -107,7 +107,7 @@ async def _lifespan(
 
 
 def _add_middleware(app: FastAPI, settings: Settings) -> None:
-    """Add what every request passes, the innermost first."""
+    """Add the middleware, innermost first."""
     app.add_middleware(UncollectedStreams)
     app.add_middleware(FrameworkProblems)
     app.add_middleware(HeaderLimit)
@@ -124,7 +124,7 @@ def _add_middleware(app: FastAPI, settings: Settings) -> None:
 
 
 def prepare_routes(app: FastAPI) -> None:
-    """Let every included router complete itself, which the first request would have to wait for otherwise.
+    """Complete every included router now, so that the first request need not wait for it.
 
     FastAPI does so for a router when it first matches a path. The routes of resources are `DeferredRoute`s.
     """

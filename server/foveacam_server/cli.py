@@ -79,24 +79,24 @@ CertificateOption = Annotated[
 KeyOption = Annotated[Path | None, typer.Option(help="private key of the certificate (PEM)")]
 InsecureOption = Annotated[
     bool | None,
-    typer.Option("--insecure", help="let whoever reaches the server do everything, without signing in"),
+    typer.Option("--insecure", help="allow everything to everybody who reaches the server, without sign-in"),
 ]
 PortOption = Annotated[int | None, typer.Option(help="port to listen on; 0 takes a free one", max=65535)]
 TokenOption = Annotated[
     str | None,
-    typer.Option(help="auto makes up what callers must show; one of your own: --token-file, FOVEACAM_TOKEN"),
+    typer.Option(help="auto generates the token of clients; to choose one: --token-file, FOVEACAM_TOKEN"),
 ]
-TokenFileOption = Annotated[Path | None, typer.Option(help="file with what callers must show")]
+TokenFileOption = Annotated[Path | None, typer.Option(help="file with the token that clients must send")]
 ProxyOption = Annotated[
     list[str] | None,
     typer.Option(
-        help="address or network of a proxy whose X-Forwarded-For and -Proto are believed; may be repeated"
+        help="address or network of a proxy whose X-Forwarded-For and -Proto are trusted; may be repeated"
     ),
 ]
 RigsOption = Annotated[Path | None, typer.Option(help="file (.toml) that names other rigs of the lab")]
 AnnounceOption = Annotated[
     bool | None,
-    typer.Option("--announce", help="announce this rig in the local network, and list those that do"),
+    typer.Option("--announce", help="announce this rig in the local network, and list announced rigs"),
 ]
 RootPathOption = Annotated[
     str | None, typer.Option(help="path below which a proxy serves this server, such as /foveacam")
@@ -196,9 +196,9 @@ def serve(
 
 @app.command()
 def bench(
-    name: Annotated[str | None, typer.Argument(help="which figures; without a name they are listed")] = None,
+    name: Annotated[str | None, typer.Argument(help="which figures; lists them without a name")] = None,
     as_json: JsonOption = False,
-    quick: Annotated[bool, typer.Option("--quick", help="fewer repetitions")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="the same figures of less, in 90 s")] = False,
     data: Annotated[
         Path | None,
         typer.Option("--data", help="folder of real pairs (aloe/, tsukuba/), where a bench has them"),
@@ -211,22 +211,24 @@ def bench(
         int | None,
         typer.Option(
             "--binning",
-            help="of the simulated cameras: calibration, clicks, depth, track, verge",
+            help="of the simulated cameras: calibration, clicks, context, depth, loop, track, verge",
             min=1,
             max=2,
         ),
     ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="of the clicks, in place of the usual ones: clicks", min=0)
+    ] = None,
 ) -> None:
-    """Measure and print the project's figures; the benches come with a checkout of the sources."""
+    """Measure and print the project's figures; needs a checkout of the sources."""
     from foveacam_pipeline.capture.mosaic.folder import finite
     from foveacam_server.foundation.bench_package import bench_module
 
     catalogue = bench_module("catalogue")
     if name is None:
-        names = ", ".join(catalogue.bench_names())
-        typer.echo(f"foveacam bench NAME [--json] [--quick], where NAME is one of: {names}")
+        Console().print(catalogue.list_table())
         return
-    figures = catalogue.run_bench(name, quick=quick, silent=as_json, data=data, pairs=pairs, binning=binning)
+    figures = catalogue.run_bench(name, quick=quick, data=data, pairs=pairs, binning=binning, seed=seed)
     if as_json:
         typer.echo(json.dumps(finite(figures), allow_nan=False))
     else:
@@ -249,7 +251,7 @@ def doctor(
         typer.Option(metavar="URL", help="check a server that runs instead; FOVEACAM_TOKEN is sent to it"),
     ] = None,
 ) -> None:
-    """Check what rig and server need here, or a server that runs, and say what to do about each."""
+    """Check the requirements of rig and server on this machine, or a running server; print remedies."""
     from foveacam_server.checks.findings import findings_document, findings_table, healthy
     from foveacam_server.doctor.examination import examine
 
@@ -289,7 +291,7 @@ def main() -> None:
         if (known := translate_error(error)) is not None:
             _fail(str(known), _USAGE_ERROR if isinstance(known, InvalidInput) else _FAILURE)
         _fail(
-            f"an error that nobody foresaw ({type(error).__name__}: {error}); "
+            f"an unexpected error ({type(error).__name__}: {error}); "
             "run again with FOVEACAM_LOG=debug and report what it prints",
             _FAILURE,
         )

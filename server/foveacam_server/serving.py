@@ -40,11 +40,12 @@ LOCALHOST = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - compared with,
 TOKEN_FILE = "token"  # noqa: S105 - a file's name, no token
 """File in the data directory with the token that this start generated."""
 RIG_PATIENCE_S = 15.0
-"""Longest time that the greeting waits for the rig; the server answers requests meanwhile."""
+"""Timeout after which the greeting is printed before the rig is open; the server answers requests
+meanwhile."""
 
 
 class _GreetingServer(WatchedServer):
-    """A server that prints its address once the rig is open, and the problems of the rig.
+    """A server that prints its address and the rig's problems once the rig is open.
 
     Until it has started, the `StartDoor` answers.
     """
@@ -147,7 +148,7 @@ class _GreetingServer(WatchedServer):
             services.rigs.announce(port=port, tls=self._tls is not None, path=settings.root_path)
 
     def _access_lines(self) -> list[str]:
-        """Return what the terminal says of who may come: the first admin's link, a warning, or nothing."""
+        """Return the terminal's lines about access: the first admin's link, a warning, or nothing."""
         gate, accounts = self._services.gate(), self._services().accounts
         if gate.mode is Mode.FIRST_ADMIN:
             return self._first_admin_lines(accounts)
@@ -156,7 +157,7 @@ class _GreetingServer(WatchedServer):
         return []
 
     def _first_admin_lines(self, accounts: Accounts) -> list[str]:
-        """Write the link of the first admin to its file; return where that is, without the link itself."""
+        """Write the first admin's link to its file; return lines with the file's path, not the link."""
         try:
             path = accounts.first_admin.write(self._address)
         except FoveaError as error:
@@ -169,7 +170,7 @@ class _GreetingServer(WatchedServer):
 
 
 class _StartedServices:
-    """Returns the services of an application that has started."""
+    """Provides the services of a started application."""
 
     def __init__(self, state: object) -> None:
         self._state = state
@@ -198,17 +199,17 @@ def run_server(
     door: StartDoor | None = None,
     kernels: Preparation = prepare_kernels,
 ) -> None:
-    """Serve until interrupted; raise the error of what cannot be opened, a `FoveaError` as a rule.
+    """Serve until interrupted; raise the error of a failed opening, usually a `FoveaError`.
 
-    `clock`, `kernels`: as for `create_app`; `door`: what has listened until now, closed by its owner. The
-    process ends within `process_end.END_S` of a signal, with status 0, or 1 where something did not end by
-    itself.
+    `clock`, `kernels`: as for `create_app`; `door`: the `StartDoor` listening until now, closed by its owner.
+    The process ends within `process_end.END_S` of a signal, with status 0, or 1 where something did not end
+    by itself.
     """
     if door is None:
         with StartDoor(settings) as opened:
             run_server(settings, console=console, clock=clock, door=opened, kernels=kernels)
         return
-    os.umask(PRIVATE_UMASK)  # what a server keeps is for its owner
+    os.umask(PRIVATE_UMASK)  # files of a server are private to its owner
     _check_rig(settings)
     token_path = None
     if settings.wants_token_made:
@@ -263,7 +264,7 @@ def _address(settings: Settings, *, port: int) -> str:
 
 
 def _token_lines(settings: Settings, *, token_path: Path | None) -> list[str]:
-    """Return where the token is found, without the token itself."""
+    """Return the line that names the token's source, without the token itself."""
     if settings.token is None:
         return []
     where = f"the one in {token_path}" if token_path is not None else "the one that you chose"
@@ -271,7 +272,7 @@ def _token_lines(settings: Settings, *, token_path: Path | None) -> list[str]:
 
 
 def keep_token(settings: Settings) -> Path:
-    """Write a generated token to a file that only its owner can read; logs and terminals are read by others.
+    """Write a generated token to a file that only its owner can read, as others may read logs and terminals.
 
     Raise `InvalidInput` for a folder that cannot be written.
     """

@@ -33,7 +33,7 @@ HALF_STROKE_CODES = 27_853
 """±85 V about the bias."""
 ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v=-10.0, y_v=5.0))
 AFAR = StereoVolts(left=MirrorVolts(x_v=-60.0, y_v=31.0), right=MirrorVolts(x_v=47.5, y_v=-150.0))
-TOLD = (Timeout, NotConnected, DeviceFault)
+REPORTED_ERRORS = (Timeout, NotConnected, DeviceFault)
 BEYOND = 10**9
 
 
@@ -111,14 +111,14 @@ def damaged_session(built: Bench) -> str:
     try:
         built.session()
         outcome = "absorbed"
-    except TOLD as told:
-        outcome = reported(built, told)
+    except REPORTED_ERRORS as error:
+        outcome = reported(built, error)
     if built.controller.far_end.dead:
         built.controller.power_cycle()
     return outcome
 
 
-def reported(built: Bench, told: FoveaError) -> str:
+def reported(built: Bench, error: FoveaError) -> str:
     """Check what must hold when the host has been told; return what became of the link."""
     state, far_end = built.mirrors.state, built.controller.far_end
     if state.connected:
@@ -127,7 +127,7 @@ def reported(built: Bench, told: FoveaError) -> str:
         assert state.volts == PARKED
         assert not state.enabled or built.cables.codes == REST
         return "recovered"
-    assert str(told)
+    assert str(error)
     assert not state.enabled
     if far_end.dead:
         assert "power cycle" in (state.fault or "")

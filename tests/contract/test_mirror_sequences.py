@@ -37,7 +37,7 @@ class MirrorSequence(RuleBasedStateMachine):
         self.trial.wait(wait_s)
 
     @invariant()
-    def says_what_is_true(self) -> None:
+    def state_is_true(self) -> None:
         self.trial.check()
 
     def teardown(self) -> None:

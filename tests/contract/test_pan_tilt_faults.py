@@ -153,7 +153,7 @@ def test_a_port_where_nobody_answers_is_named(kind: Kind) -> None:
     bench = kind.make()
     bench.board.set_faults(silent=True)
 
-    with pytest.raises(NotConnected, match=kind.nobody):
+    with pytest.raises(NotConnected, match=kind.no_reply):
         bench.driver.connect()
 
     assert not bench.driver.state.connected

@@ -47,7 +47,7 @@ class PositionerSequence(RuleBasedStateMachine):
         self.trial.look_away(wait_s)
 
     @invariant()
-    def says_what_is_true(self) -> None:
+    def state_is_true(self) -> None:
         self.trial.check()
 
     def teardown(self) -> None:

@@ -39,7 +39,7 @@ def test_a_modem_at_the_port_is_quoted() -> None:
     clock = VirtualClock(1_000_000_000)
     driver = PtuPanTilt(lambda: Modem(clock), clock, limits=reach())
 
-    with pytest.raises(NotConnected, match=r"it said 'ERROR'.*check port"):
+    with pytest.raises(NotConnected, match=r"it sent 'ERROR'.*check port"):
         driver.connect()
 
 

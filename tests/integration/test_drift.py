@@ -26,6 +26,7 @@ from foveacam_pipeline.models import Calibration, eye_volts, load_calibration
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import PixelTarget
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 CERTIFICATE = load_calibration(SHIPPED / "sim-rig120.json")
 RELOCATED = {
@@ -59,6 +60,7 @@ def relocated(scene: str) -> Iterator[Rig]:
         assert rig.truth is not None
         rig.truth.world.faults.drift_step_rad = dict(RELOCATED)
         make_grey(rig)
+        bin_cameras(rig, 2)
         yield rig
 
 
@@ -161,6 +163,7 @@ def test_ordinary_fixations_notice_that_an_eye_has_moved(tmp_path: Path) -> None
     with open_simulated(bench_with(tmp_path, "back wall"), inline=True) as rig:
         assert rig.truth is not None
         make_grey(rig)
+        bin_cameras(rig, 2)
         rig.truth.world.faults.drift_step_rad = {Role.LEFT: (math.radians(0.02), 0.0, 0.0)}
         for x_px, y_px in CLICKS:
             monitor.add(fixate(rig.head, CERTIFICATE, PixelTarget(x_px=x_px, y_px=y_px), clock=rig.clock))

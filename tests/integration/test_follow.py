@@ -7,14 +7,16 @@ from tests.support.scenes.marker_room import expose_briefly, make_grey
 
 from foveacam_bench.track.following import FAST, follow_walkers
 from foveacam_hardware.rig import Rig
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 CLICKED_STANDING = (replace(FAST[0], start_s=0.7),)
 """It walks from before the first look on; a place that rests while it is verged on is drawn once a look."""
 
 
 def plainly(rig: Rig) -> None:
-    """Take grey pictures of short exposures, in which a walker is drawn fewer times."""
+    """Take grey, binned pictures of short exposures, in which a walker is drawn fewer times."""
     make_grey(rig)
+    bin_cameras(rig, 2)
     expose_briefly(rig)
 
 

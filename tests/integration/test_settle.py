@@ -16,6 +16,7 @@ from foveacam_pipeline.calibrate.settle.settle import characterise_settling
 from foveacam_pipeline.calibrate.settle.settle_resonance import settle_wait_us
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, SettleSettings
 from foveacam_pipeline.verge.aim import EYES
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -43,8 +44,9 @@ TOLERANCE_US = 100.0
 
 
 def plainly(rig: Rig) -> CameraSettings:
-    """Make all pictures grey, which are drawn faster; return what the foveae are exposed with."""
+    """Make all pictures grey and binned, which are drawn faster; return what the foveae are exposed with."""
     make_grey(rig)
+    bin_cameras(rig, 2)
     return rig.left.settings
 
 

@@ -48,7 +48,7 @@ def truth_of(rig: Rig) -> Truth:
 def session(seed: int, *, looks: int = 2) -> list[Sighting]:
     with open_simulated("street", inline=True, seed=seed) as rig:
         for camera in rig.cameras:
-            camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8))
+            camera.configure(replace(camera.settings, pixel_format=PixelFormat.MONO8, binning=2))
         return [rig.head.look(volts) for volts in (PARKED, VOLTS)[:looks]]
 
 

@@ -15,6 +15,7 @@ from foveacam_pipeline.continuous_loop.split_eyes import MOST_STEP_V, EyeState, 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 GAINS = Gains(kp=0.5, ki=0.02, kd=0.0)
 MIDDLE_PX = (719.5, 539.5)
@@ -29,6 +30,7 @@ def calibration() -> Calibration:
 def rig() -> Iterator[Rig]:
     with open_simulated(scene="bench", inline=True) as rig:
         make_grey(rig)
+        bin_cameras(rig, 2)
         yield rig
 
 

@@ -25,6 +25,7 @@ from foveacam_pipeline.calibrate.sweep.marker_target import locate_target
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, save_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import base_pose
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 F_PX = 28_760.0
 KNOCKED_AT = 5
@@ -57,9 +58,10 @@ class Swept:
 
 @pytest.fixture(scope="module")
 def near(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
-    """The near station, among textured walls and in colour, swept in one go."""
+    """The near station, among textured walls, in colour and binned, swept in one go."""
     folder, watch, at = tmp_path_factory.mktemp("near"), RecordingWatcher(), "markers near"
     with open_simulated("calibration", inline=True) as rig:
+        bin_cameras(rig, 2)
         start_ns = rig.clock.now_ns()
         whole = sweep(rig, folder, watch, at=at)
         elapsed_s = 1e-9 * (rig.clock.now_ns() - start_ns)
@@ -68,7 +70,7 @@ def near(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
 
 @pytest.fixture(scope="module")
 def far(plain_room: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Swept]:
-    """The far station, cancelled after three poses and gone on with."""
+    """The far station, at full size, cancelled after three poses and gone on with."""
     folder, watch, at = tmp_path_factory.mktemp("far"), RecordingWatcher(), "markers"
     with open_simulated(plain_room, inline=True) as rig:
         make_grey(rig)
@@ -131,6 +133,7 @@ def test_a_cancelled_sweep_keeps_what_it_has_and_goes_on_from_there(far: Swept) 
 def test_a_rig_that_is_knocked_amid_a_sweep_is_swept_to_the_end(rig: Rig, tmp_path: Path) -> None:
     """Both mounts turn by 0.3 deg: from the second pose after it on all is expected where it is."""
     assert rig.truth is not None
+    bin_cameras(rig, 2)
     faults = rig.truth.world.faults
 
     def knock(notes: RecordingWatcher) -> bool:

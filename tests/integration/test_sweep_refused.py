@@ -26,6 +26,7 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 LEFT_FAR = 'name = "far left"\nshape = "quad"\nmaterial = "marker_left"'
 RIGHT_FAR = 'name = "far right"\nshape = "quad"\nmaterial = "marker_right"'
@@ -36,10 +37,16 @@ def plain_room(tmp_path_factory: pytest.TempPathFactory) -> str:
     return changed_room(tmp_path_factory.mktemp("plain"), plain=True)
 
 
+def draw_quickly(rig: Rig) -> None:
+    """Let all cameras deliver grey, binned frames."""
+    make_grey(rig)
+    bin_cameras(rig, 2)
+
+
 @pytest.fixture
 def rig(plain_room: str) -> Iterator[Rig]:
     with open_simulated(plain_room, inline=True) as opened:
-        make_grey(opened)
+        draw_quickly(opened)
         yield opened
 
 
@@ -55,6 +62,7 @@ def test_swapped_markers_end_the_sweep_before_it_begins(tmp_path: Path) -> None:
         open_simulated(scene, inline=True) as rig,
         pytest.raises(InvalidInput, match=r"from the left its markers are 2, 0, 1.* swapped"),
     ):
+        draw_quickly(rig)
         sweep(rig, tmp_path)
 
     assert not (tmp_path / "sweep-markers.jsonl").exists()
@@ -69,6 +77,7 @@ def test_a_marker_that_is_hidden_throughout_ends_the_sweep_early(tmp_path: Path)
             InvalidInput, match=r"left eye was refused at 3 poses.* marker 1 is not in the wide view"
         ),
     ):
+        draw_quickly(rig)
         sweep(rig, tmp_path, watch, settings=replace(SETTINGS, give_up_after=3))
 
     kept = load_sweep(tmp_path / "sweep-markers.jsonl")

@@ -1,6 +1,7 @@
 """The rig that turns on its pan-tilt: a world that stands still, and what is to be seen from the stations."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -190,14 +191,17 @@ def test_at_the_board_stations_a_whole_board_is_shown_all_over_the_view(room: Ri
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     detector = cv2.aruco.CharucoDetector(cv2.aruco.CharucoBoard((10, 7), 0.036, 0.027, dictionary))
     seen = []
+    full_size = room.wide.settings
+    room.wide.configure(replace(full_size, binning=2))
     for _ in range(40):
         room.clock.sleep_until_ns(room.clock.now_ns() + 2_000_000_000)
         corners = detector.detectBoard(grey(room.head.wide(max_age_ms=40.0).image))[0]
         if corners is not None and len(corners) == 54:
             seen.append(np.asarray(corners).reshape(-1, 2))
+    room.wide.configure(full_size)
 
     assert len(seen) >= 35
-    tiles = np.unique(np.floor(np.concatenate(seen) / 120.0), axis=0)
+    tiles = np.unique(np.floor(np.concatenate(seen) / 60.0), axis=0)
     assert len(tiles) >= 0.9 * 12 * 9
 
 

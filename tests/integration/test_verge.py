@@ -26,6 +26,12 @@ BESIDE_A_FRAME = (710.4, 402.0)
 """On the whiteboard, so near to its frame that a binned patch shows just the frame's edge."""
 HIDDEN_FROM_THE_LEFT = (602.0, 561.0)
 """On the notice, behind the marble figure for the left eye, which sees another letter in its place."""
+BESIDE_A_BOOK = (820.8, 805.7)
+"""On the plain card, where a book in front of it is nearer than its own edges."""
+SEEN_BEHIND = ((565.8, 613.6), (1058.1, 770.2))
+"""On the notice, which the left eye cannot see, and on an apple: both foveae match something else there."""
+ON_LEAVES = (998.5, 453.5)
+"""Where the patch also fits a wide pixel and a half aside."""
 OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
 
 
@@ -89,6 +95,31 @@ def test_the_eyes_look_at_a_plain_place_that_stands_still(rig: Rig, calibration:
         judged = judge(rig, calibration, "bench", np.array(BESIDE_A_FRAME))
     finally:
         bin_cameras(rig, 1)
+    assert judged.off_centre_px <= LOOKED_AT_PX
+
+
+def test_a_plain_card_is_as_deep_as_its_own_edges(calibration: Calibration) -> None:
+    """Against the wide view alone its edges are 0.7 % off."""
+    with open_simulated(scene="bench", inline=True) as fresh:
+        bin_cameras(fresh, 2)
+        judged = judge(fresh, calibration, "bench", np.array(BESIDE_A_BOOK))
+    assert judged.fixation.basis is Basis.SURROUNDINGS
+    assert abs(judged.error_m) <= 4e-3 * judged.range_m
+    assert abs(judged.sigmas) <= 3.0
+
+
+def test_a_match_that_the_wide_view_denies_is_not_of_the_target(calibration: Calibration) -> None:
+    with open_simulated(scene="bench", inline=True) as fresh:
+        bin_cameras(fresh, 2)
+        found = [judge(fresh, calibration, "bench", np.array(at_px)) for at_px in SEEN_BEHIND]
+    assert all(one.fixation.basis is not Basis.BOTH_FOVEAE for one in found)
+    assert not any(one.wrong for one in found)
+
+
+def test_the_eyes_look_along_the_ray_where_the_patch_slides(calibration: Calibration) -> None:
+    with open_simulated(scene="bench", inline=True) as fresh:
+        bin_cameras(fresh, 2)
+        judged = judge(fresh, calibration, "bench", np.array(ON_LEAVES))
     assert judged.off_centre_px <= LOOKED_AT_PX
 
 

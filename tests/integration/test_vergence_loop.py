@@ -19,6 +19,7 @@ from foveacam_pipeline.continuous_loop.settings import AXES, Axis, Gains, LoopSe
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus
 from foveacam_pipeline.verge.aim import gazes_under
 from foveacam_server.resources.studying.studies.click_truth import truth_of
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 WHITEBOARD_PX = (600.0, 380.0)
 SWIFT = Gains(kp=0.5, ki=0.02, kd=0.0)
@@ -31,6 +32,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
     walls = ("back wall", "poster", "whiteboard frame", "plain whiteboard")
     with open_simulated(bench_with(tmp_path_factory.mktemp("scene"), *walls), inline=True) as opened:
         make_grey(opened)
+        bin_cameras(opened, 2)
         yield opened
 
 

@@ -27,7 +27,7 @@ def drawn() -> Drawing:
     return drawing_of(figure)
 
 
-def told(name: str, section: str, *, fresh: bool = True) -> ReportedStudy:
+def reported_study(name: str, section: str, *, fresh: bool = True) -> ReportedStudy:
     study = StudyResult(
         name=name,
         section=section,
@@ -46,7 +46,7 @@ def told(name: str, section: str, *, fresh: bool = True) -> ReportedStudy:
 
 def page() -> str:
     return report_html(
-        [told("tokens", "4.3"), told("depth", "4.1", fresh=False)],
+        [reported_study("tokens", "4.3"), reported_study("depth", "4.1", fresh=False)],
         versions={"foveacam-duo": "1.2"},
         failed=["fig8: the <rig> was lost"],
     )

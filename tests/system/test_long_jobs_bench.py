@@ -11,9 +11,9 @@ from foveacam_hardware.contract import DeviceFault
 from foveacam_pipeline.capture.dataset import Dataset
 
 
-@pytest.mark.parametrize(("code", "views"), [(0, None), (0, 8), (1, None)])
+@pytest.mark.parametrize("code", [0, 1])
 def test_the_command_is_timed_and_its_failure_is_no_figure(
-    code: int, views: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     called: list[list[str]] = []
 
@@ -23,10 +23,9 @@ def test_the_command_is_timed_and_its_failure_is_no_figure(
 
     monkeypatch.setattr(subprocess, "run", run_command)
     with pytest.raises(DeviceFault, match="the disk is full") if code else nullcontext():
-        found = long_jobs.command_figures(tmp_path / "command", nodes=5, views=views)
+        found = long_jobs.command_figures(tmp_path / "command", nodes=5)
         assert found["calibrate_all_nodes"] == 25
     assert called[0][1:7] == ["-m", "foveacam_server", "calibrate", "all", "--nodes", "5x5"]
-    assert ("--views" in called[0]) == (views is not None)
 
 
 def test_a_raster_is_taken_whole_at_full_size(tmp_path: Path) -> None:

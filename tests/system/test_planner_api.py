@@ -51,7 +51,7 @@ def http() -> Iterator[httpx.Client]:
         yield client
 
 
-def told(http: httpx.Client, path: str, **body: object) -> Json:
+def post(http: httpx.Client, path: str, **body: object) -> Json:
     answer = http.post(path, json=body)
     assert answer.status_code == 200, answer.text
     return dict(answer.json())
@@ -80,7 +80,7 @@ def png(image: NDArray[np.uint8]) -> str:
 
 
 def test_the_ring_and_its_chances_are_those_of_the_paper(http: httpx.Client) -> None:
-    found = told(http, "/standoff", ring=RING, clutter=CLUTTER, domain_m2=40_000.0)
+    found = post(http, "/standoff", ring=RING, clutter=CLUTTER, domain_m2=40_000.0)
 
     theta_rad = math.radians(20.0 / 502.0)
     d_max_m = 0.02 / (2.0 * math.tan(theta_rad / 2.0))
@@ -95,7 +95,7 @@ def test_the_ring_and_its_chances_are_those_of_the_paper(http: httpx.Client) -> 
 
 def test_the_slope_is_that_of_the_curve_and_the_curve_holds_the_present_point(http: httpx.Client) -> None:
     near, far = (
-        told(http, "/standoff", ring=RING | {"feature_mm": size_mm}, clutter=CLUTTER, domain_m2=40_000.0)
+        post(http, "/standoff", ring=RING | {"feature_mm": size_mm}, clutter=CLUTTER, domain_m2=40_000.0)
         for size_mm in (20.0, 20.001)
     )
     rise = (far["success"] - near["success"]) / (far["ring"]["d_max_m"] - near["ring"]["d_max_m"])
@@ -109,7 +109,7 @@ def test_the_slope_is_that_of_the_curve_and_the_curve_holds_the_present_point(ht
 
 def test_the_sign_of_the_depth_error_is_as_asked(http: httpx.Client) -> None:
     inner_m = {
-        bound: told(http, "/standoff", ring=RING | {"bound": bound})["ring"]["inner_m"]
+        bound: post(http, "/standoff", ring=RING | {"bound": bound})["ring"]["inner_m"]
         for bound in ("inflated", "plain", "as_printed")
     }
     assert inner_m == pytest.approx({"inflated": 8.2, "plain": 8.0, "as_printed": 7.8})
@@ -117,69 +117,69 @@ def test_the_sign_of_the_depth_error_is_as_asked(http: httpx.Client) -> None:
 
 def test_no_place_at_all_is_an_answer_in_words(http: httpx.Client) -> None:
     wide = RING | {"px_per_deg": 55.0}
-    found = told(http, "/standoff", ring=wide, clutter=CLUTTER)
+    found = post(http, "/standoff", ring=wide, clutter=CLUTTER)
     assert found["ring"]["empty"]
     assert "(8.2 m) is at or beyond D_max (3.151 m): no place is left" in found["ring"]["empty_because"]
     assert (found["success"], found["success_slope_per_m"], found["ring"]["area_m2"]) == (0.0, 0.0, 0.0)
-    ground = told(http, "/map", kind="open", size_m=60.0)["map"]
-    on_map = told(http, "/regions", map=ground, ring=wide)
+    ground = post(http, "/map", kind="open", size_m=60.0)["map"]
+    on_map = post(http, "/regions", map=ground, ring=wide)
     assert (on_map["areas"]["multi_m2"], on_map["empty_because"]) == (0.0, found["ring"]["empty_because"])
 
 
 def test_a_ring_beyond_the_map_is_said_to_be_there(http: httpx.Client) -> None:
-    ground = told(http, "/map", kind="open", size_m=10.0)["map"]
-    found = told(http, "/regions", map=ground, ring=RING)
+    ground = post(http, "/map", kind="open", size_m=10.0)["map"]
+    found = post(http, "/regions", map=ground, ring=RING)
     assert not found["ring"]["empty"]
     assert "nothing of it is left on this map" in found["empty_because"]
 
 
 def test_open_ground_leaves_the_whole_ring(http: httpx.Client) -> None:
-    ground = told(http, "/map", kind="open", size_m=70.0)["map"]
-    found = told(http, "/regions", map=ground, ring=RING, points_m=[[35, 35], [35, 50], [50, 35], [1, 1]])
+    ground = post(http, "/map", kind="open", size_m=70.0)["map"]
+    found = post(http, "/regions", map=ground, ring=RING, points_m=[[35, 35], [35, 50], [50, 35], [1, 1]])
     assert found["areas"]["multi_m2"] == pytest.approx(found["ring"]["area_m2"], rel=1e-9)
     assert found["regions"][0]["ring_share"] == pytest.approx(1.0)
     assert [point["targets"] for point in found["points"]] == [[], [0], [0], []]
 
 
 def test_a_map_by_lot_is_that_of_its_seed_and_comes_back_from_its_regions(http: httpx.Client) -> None:
-    first, again, other = (told(http, "/map", kind="random", seed=seed) for seed in (3, 3, 4))
+    first, again, other = (post(http, "/map", kind="random", seed=seed) for seed in (3, 3, 4))
     assert first == again != other
     assert (first["obstacles"], len(first["targets_m"])) == (40, 5)
-    found = told(http, "/regions", map=first["map"], ring=RING)
+    found = post(http, "/regions", map=first["map"], ring=RING)
     areas = found["areas"]
     own_m2 = [region["area_m2"] for region in found["regions"]]
     assert areas["weighted_m2"] == pytest.approx(sum(own_m2))
     assert areas["single_m2"] == pytest.approx(sum(own_m2) / 5)
     assert max(own_m2) < areas["multi_m2"] < areas["weighted_m2"]
-    assert told(http, "/map", kind="geojson", document=found["geojson"]) == first
+    assert post(http, "/map", kind="geojson", document=found["geojson"]) == first
 
 
 def test_an_obstacle_hides_what_is_behind_it(http: httpx.Client) -> None:
     bounds = feature("bounds", "Polygon", [[[0, 0], [60, 0], [60, 60], [0, 60], [0, 0]]])
     ground = collection(bounds, feature("", "Polygon", [SQUARE]), feature("target", "Point", [30.0, 22.0]))
     points_m = [[15.0, 22.0], [45.0, 22.0], [22.0, 22.0]]
-    found = told(http, "/regions", map=ground, ring=RING | {"d_min_m": 4.0}, points_m=points_m)
+    found = post(http, "/regions", map=ground, ring=RING | {"d_min_m": 4.0}, points_m=points_m)
     assert [point["targets"] for point in found["points"]] == [[], [0], []]
-    moved = told(http, "/regions", map=ground, targets_m=[[10.0, 22.0]], ring=RING, points_m=points_m)
+    moved = post(http, "/regions", map=ground, targets_m=[[10.0, 22.0]], ring=RING, points_m=points_m)
     assert [point["targets"] for point in moved["points"]] == [[], [], []]
 
 
 def test_a_picture_becomes_a_map_by_its_scale(http: httpx.Client) -> None:
     image = np.full((100, 200), 255, np.uint8)
     image[60:80, 20:60] = 0
-    found = told(http, "/map", kind="picture", picture_base64=png(image), m_per_px=0.5)
+    found = post(http, "/map", kind="picture", picture_base64=png(image), m_per_px=0.5)
     assert found["bounds_m"] == [0.0, 0.0, 100.0, 50.0]
     assert (found["obstacles"], found["obstacle_m2"]) == (1, pytest.approx(20.0 * 10.0))
     corners = np.array(found["map"]["features"][1]["geometry"]["coordinates"][0])
     assert corners.min(axis=0).tolist() == [10.0, 10.0]  # the picture's lower edge is y = 0
     jpeg = base64.b64encode(cv2.imencode(".jpg", image)[1].tobytes()).decode()
-    again = told(http, "/map", kind="picture", picture_base64=jpeg, m_per_px=0.5)
+    again = post(http, "/map", kind="picture", picture_base64=jpeg, m_per_px=0.5)
     assert again["obstacle_m2"] == pytest.approx(200.0, rel=0.02)
 
 
 def test_metres_a_unit_are_those_of_the_request(http: httpx.Client) -> None:
     document = collection(feature("", "Polygon", [SQUARE]), feature("target", "Point", [30.0, 22.0]))
-    found = told(http, "/map", kind="geojson", document=document, m_per_unit=0.5)
+    found = post(http, "/map", kind="geojson", document=document, m_per_unit=0.5)
     assert (found["obstacle_m2"], found["targets_m"]) == (pytest.approx(4.0), [[15.0, 11.0]])
 
 
@@ -251,7 +251,7 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(
 def test_the_ring_takes_less_than_a_tenth_of_a_second_of_work(http: httpx.Client) -> None:
     def worked_s() -> float:
         began_s = time.process_time()  # of this whole process, the server in it
-        told(http, "/standoff", ring=RING, clutter=CLUTTER)
+        post(http, "/standoff", ring=RING, clutter=CLUTTER)
         return time.process_time() - began_s
 
     assert min(worked_s() for _ in range(5)) < 0.1

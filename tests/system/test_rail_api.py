@@ -79,7 +79,7 @@ def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> No
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ({"place": "attic"}, "'far left'"),
         ({"position_mm": 500.0}, "500"),
@@ -89,11 +89,13 @@ def test_a_stop_holds_it_on_its_way_and_refuses_to_move_it(homed: Running) -> No
         ({"position": 1.0}, "position"),
     ],
 )
-def test_a_move_that_cannot_be_is_refused_in_words(homed: Running, body: dict[str, Any], told: str) -> None:
+def test_a_move_that_cannot_be_is_refused_in_words(
+    homed: Running, body: dict[str, Any], message: str
+) -> None:
     refused = homed.post("/rail/moves", body)
 
     assert refused.status_code == 422
-    assert told in refused.text
+    assert message in refused.text
 
 
 def devices(server: Running, kind: str, *, after: int) -> set[str]:
@@ -155,7 +157,7 @@ def test_a_board_without_switches_that_restarted_is_usable_once_the_command_line
         cli.main()
 
     assert ended.value.code in (0, None)
-    assert "counts from where it stands" in capsys.readouterr().out
+    assert "its present position is now its zero" in capsys.readouterr().out
     seen = server.get(path).json()
     assert (seen["fault"], seen["homed"], seen["awaits_zero"]) == (None, True, False)
 

@@ -186,7 +186,7 @@ def test_the_command_line_presses_the_button_of_a_server(server: Running) -> Non
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ({"stack_frames": 0}, "stack_frames"),
         ({"stack_frames": 65}, "stack_frames"),
@@ -198,11 +198,11 @@ def test_the_command_line_presses_the_button_of_a_server(server: Running) -> Non
         ({"codec": "jpg"}, "codec"),
     ],
 )
-def test_what_no_press_takes_is_refused_in_words(server: Running, body: Document, told: str) -> None:
+def test_what_no_press_takes_is_refused_in_words(server: Running, body: Document, message: str) -> None:
     refused = server.post(URL, body)
 
     assert refused.status_code == 422, refused.text
-    assert told in refused.json()["detail"]
+    assert message in refused.json()["detail"]
 
 
 def test_a_disk_too_small_is_told_before_anything_is_taken(

@@ -123,10 +123,10 @@ def test_what_is_kept_is_not_computed_again_unless_asked(
     one, computed = recipe("one")
     for fresh in (False, False, True):
         run_studies([one], ReportOptions(as_json=True, fresh=fresh))
-    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert [document["kept"] for document in told] == [False, True, False]
-    assert told[0]["ratio"] == told[1]["ratio"] == 9.1
-    assert told[0]["seeds"] == {"noise": 3}
+    printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [document["kept"] for document in printed] == [False, True, False]
+    assert printed[0]["ratio"] == printed[1]["ratio"] == 9.1
+    assert printed[0]["seeds"] == {"noise": 3}
     assert len(computed) == 2
     (file,) = kept.iterdir()
     file.write_bytes(file.read_bytes()[:-40])
@@ -215,11 +215,11 @@ def test_the_program_tells_a_study_as_one_json_object(
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert ended.value.code == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["matching_error_verge_px"] == 0.125
-    assert {"seeds", "took_s"} <= set(told)
-    assert told["report"] == "told/report.html"
-    assert Path(told["report"]).exists()
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["matching_error_verge_px"] == 0.125
+    assert {"seeds", "took_s"} <= set(printed)
+    assert printed["report"] == "told/report.html"
+    assert Path(printed["report"]).exists()
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from typing import cast
 import pytest
 from tests.support.devices.crc_rig import ASIDE, Rig
 from tests.support.devices.firmware_board import REST, FirmwareBoard
-from tests.wire.firmware.test_firmware_driver import differences, told
+from tests.wire.firmware.test_firmware_driver import axes_v, differences
 
 from foveacam_hardware.contract import PARKED, DeviceFault, NotConnected, Timeout
 from foveacam_hardware.drivers.controller.crc_agreement import Crc
@@ -28,7 +28,7 @@ def asking_bytes(direction: str) -> range:
     for crc in (Crc.FORBID, Crc.PREFER):
         rig = Rig(LinkSupervision(crc=crc))
         rig.mirrors.connect()
-        passed.append(rig.board.said if direction == "device" else rig.board.heard)
+        passed.append(rig.board.sent if direction == "device" else rig.board.received)
         rig.mirrors.close()
     begin = next(at for at, (one, other) in enumerate(zip(*passed, strict=False)) if one != other)
     return range(begin, begin + 18)
@@ -57,7 +57,7 @@ def session(rig: Rig) -> None:
         actual = rig.mirrors.steer(volts)
         rig.mirrors.ping()
         assert rig.mirrors.state.volts == actual
-        assert differences(rig.board.pins.codes) == pytest.approx(told(actual), abs=1e-9)
+        assert differences(rig.board.pins.codes) == pytest.approx(axes_v(actual), abs=1e-9)
     assert rig.mirrors.expose(ASIDE, settle_us=2000, pulse_us=4000).volts == rig.mirrors.state.volts
     rig.mirrors.park()
     rig.mirrors.ping()
@@ -70,7 +70,7 @@ def session(rig: Rig) -> None:
 def test_with_a_crc_too_a_lost_byte_is_absorbed_or_told_and_a_session_works_again(direction: str) -> None:
     whole = Rig(REQUIRED)
     session(whole)
-    size = len(whole.board.said if direction == "device" else whole.board.heard)
+    size = len(whole.board.sent if direction == "device" else whole.board.received)
     for skip in range(0, size, 23):
         rig = Rig(REQUIRED)
         line = rig.board.to_device if direction == "device" else rig.board.to_host

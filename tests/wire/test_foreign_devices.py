@@ -68,7 +68,7 @@ def refusal(answer: Callable[[bytes], bytes], identity: PortIdentity = TEENSY) -
 
 
 @pytest.mark.parametrize(
-    ("says", "found"),
+    ("reply", "found"),
     [
         (b"\r\nERROR\r\n", r"a modem answers there \('ERROR'\)"),
         (b"\r\nGrbl 1.1h ['$' for help]\r\n", "a Grbl board answers there"),
@@ -76,8 +76,8 @@ def refusal(answer: Callable[[bytes], bytes], identity: PortIdentity = TEENSY) -
         (b"\xff\xfe\x01\x02", "something else answers there .*ff fe 01 02"),
     ],
 )
-def test_somebody_else_is_named_with_the_port_and_what_to_correct(says: bytes, found: str) -> None:
-    failure = refusal(lambda _: says)
+def test_somebody_else_is_named_with_the_port_and_what_to_correct(reply: bytes, found: str) -> None:
+    failure = refusal(lambda _: reply)
 
     assert isinstance(failure, NotConnected)
     with pytest.raises(NotConnected, match=rf"/dev/ttyACM0 .*serial 1234.*{found}.*correct mirrors\.port"):
@@ -88,7 +88,7 @@ def test_a_port_that_sends_back_what_it_is_told_is_no_controller() -> None:
     failure = refusal(lambda data: data)
 
     assert isinstance(failure, NotConnected)
-    assert "sends back what it is told, as a modem" in str(failure)
+    assert "echoes what is sent to it, as a modem" in str(failure)
 
 
 def test_a_silent_port_of_another_make_is_told_by_its_usb_id() -> None:

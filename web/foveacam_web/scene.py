@@ -1,7 +1,7 @@
 """The 3D scene: draws the rig, its gaze, fixations, measurements and surfaces with a viser server.
 
 Calls from any thread are safe, except from the hardware's: viser packs arrays in the caller's thread, for
-milliseconds. viser keeps what was drawn and sends it to later viewers. A click passes the fixation's id on;
+milliseconds. viser stores all drawings and sends them to later viewers. A click reports the fixation's id;
 the receiver checks permissions.
 """
 
@@ -36,7 +36,8 @@ from foveacam_web.scene_values import (
 from foveacam_web.viser_server import PrivateViser
 
 MAX_FIXATIONS = 24
-"""Older fixations are removed from the scene (not from the server) to bound viewers' graphics memory."""
+"""Number of fixations in the scene; older ones are removed from it (not from the server) to bound viewers'
+graphics memory."""
 LABELLED = 3
 START_POSITION_M = (0.0, -0.45, -1.3)
 START_LOOK_AT_M = (0.0, 0.1, 2.5)
@@ -154,7 +155,7 @@ class ViewerScene:
                     approach(viewer, drawing.point_rig_m)
 
     def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
-        """Add or replace a fixation of which only limits of the distance are known."""
+        """Add or replace a fixation with only limits of its distance."""
         with self._lock:
             if self._server is None:
                 return
@@ -255,7 +256,7 @@ class ViewerScene:
         self._show_parts()
 
     def _show_parts(self) -> None:
-        """Set what is visible; labels of the newest and the selected alone: more would cover each other."""
+        """Set what is visible; labels only of the newest and the selected, as more would overlap."""
         labelled = {*list(self._fixations)[-LABELLED:], self._selected}
         for name, node in self._fixations.items():
             node.show(replace(self._shown, labels=self._shown.labels and name in labelled))

@@ -21,7 +21,7 @@ from foveacam_web.scene_values import (
 )
 
 LIVE_POINTS = 50_000
-"""Points of a cloud that are sent to viewers: a browser without a GPU needs 5-7 us per point and frame."""
+"""Most points of a cloud sent to viewers: a browser without a GPU needs 5-7 us per point and frame."""
 _MARKER_PER_DISTANCE = 0.004
 """Marker radius as a share of the distance, so that it is as easy to click at 30 m as at 1 m."""
 _LABEL_RISE_PER_DISTANCE = 0.021
@@ -116,7 +116,7 @@ class FixationNode:
         self._label.font_screen_scale = _SELECTED_LABEL_SCALE if selected else 1.0
 
     def remove(self) -> None:
-        """Remove all of it from the scene."""
+        """Remove its parts from the scene."""
         self._root.remove()
 
     def _draw_bar(self) -> viser.LineSegmentsHandle:
@@ -176,7 +176,7 @@ class FixationNode:
 
 
 class LimitsNode:
-    """One fixation of which only limits of the distance are known: the line of sight between them."""
+    """One fixation with only limits of its distance: the line of sight between them."""
 
     def __init__(
         self, scene: viser.SceneApi, fixation_id: str, drawing: LimitsDrawing, *, shown: FixationParts
@@ -236,5 +236,5 @@ class LimitsNode:
         self._label.font_screen_scale = _SELECTED_LABEL_SCALE if selected else 1.0
 
     def remove(self) -> None:
-        """Remove all of it from the scene."""
+        """Remove its parts from the scene."""
         self._root.remove()

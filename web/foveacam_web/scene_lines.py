@@ -36,7 +36,7 @@ class MeasurementNode:
         self._label.visible = visible
 
     def remove(self) -> None:
-        """Remove all of it from the scene."""
+        """Remove its parts from the scene."""
         self._root.remove()
 
     def _draw_lines(self, drawing: MeasurementDrawing) -> None:
@@ -57,9 +57,9 @@ class MeasurementNode:
 
 
 class TrailNode:
-    """The trail of one target, drawn at construction and anew with every change.
+    """The trail of one target, drawn at construction and again with every change.
 
-    A line goes through where it was; a marker and a label are where it is.
+    A line connects its past places; marker and label are at its present one.
     """
 
     def __init__(self, scene: viser.SceneApi, target_id: str, label: str, points_rig_m: list[Point]) -> None:
@@ -68,7 +68,7 @@ class TrailNode:
         self._draw(label, points_rig_m)
 
     def extend(self, label: str, points_rig_m: list[Point]) -> None:
-        """Draw the trail as it is now."""
+        """Draw the present trail."""
         self._draw(label, points_rig_m)
 
     def remove(self) -> None:

@@ -19,7 +19,7 @@ UP: Point = (0.0, -1.0, 0.0)
 WIDE_COLOR: Rgb = (160, 160, 170)
 LEFT_COLOR: Rgb = (78, 168, 255)
 RIGHT_COLOR: Rgb = (255, 166, 64)
-"""Left and right have the same colours in the console."""
+"""Colours of left and right, the same as in the console."""
 TARGET_COLOR: Rgb = (79, 195, 201)
 FOVEA_AND_WIDE_COLOR: Rgb = (226, 190, 84)
 SURROUNDINGS_COLOR: Rgb = (178, 152, 240)
@@ -31,7 +31,7 @@ MEASURE_COLOR: Rgb = (245, 215, 66)
 LONGEST_NAME = 24
 """Characters of a target's name that the 3D scene shows; the console shows all of them."""
 OPEN_ENDED = 3.0
-"""A line without a farthest limit ends at this multiple of its nearest limit."""
+"""Multiple of the nearest limit at which a line without a farthest limit ends."""
 DEFAULT_RAY_M = 10.0
 """Length of a gaze ray while no distance is known."""
 
@@ -100,7 +100,7 @@ class MeasurementDrawing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LimitsDrawing:
-    """A fixation with limits of its distance alone; `farthest_m` None: no farthest limit."""
+    """A fixation with only limits of its distance; `farthest_m` None: no farthest limit."""
 
     label: str
     direction_deg: tuple[float, float]

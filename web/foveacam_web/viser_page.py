@@ -25,7 +25,7 @@ window.setInterval = (run, period_ms, ...rest) =>
   every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
 }</script>"""
 _PACE = Path(__file__).parent / "static" / "js" / "looking" / "scene" / "drawing_pace.js"
-# Inside the console: hides the docked views, which the console has itself, folds the panel, and hides the
+# Inside the console: hides the docked views, which the console itself shows, folds the panel, and hides the
 # bottom sheet, which would cover most of a phone's pane
 _BARE = """<style>
 [data-dock-region="left"] { display: none !important; }

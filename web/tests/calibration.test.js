@@ -80,12 +80,12 @@ test("sentences and documents inside a document are told from its figures", () =
   assert.deepEqual(parts(document), [["near", { rms_deg: 0.1 }]]);
 });
 
-test("a rig that was knocked amid the sweeps is said to have been", () => {
+test("a knock of the rig during the sweeps is reported", () => {
   const eye = { pieces: 1, px_per_minute: 0, moved_px: 0, sigma_px: 0, minutes: 1, visits: 1 };
   assert.equal(
     knockWords({ left: { ...eye, knocks_px: [4.123, 2] }, right: { ...eye, knocks_px: [] } }),
-    "The rig was knocked amid the sweeps: the left eye’s gaze jumped by 4.12 px, then by 2.00 px. " +
-      "It was taken out; the check says whether that worked.",
+    "The rig was knocked during the sweeps: the left eye’s gaze jumped by 4.12 px, then by 2.00 px. " +
+      "This was corrected; the check shows whether that worked.",
   );
   assert.equal(knockWords(null), "");
 });

@@ -38,7 +38,7 @@ test("the page says why its pattern is not true, the worst first", () => {
   assert.match(warningWords({ ...all, px_per_mm: 10, zoom: 1.5 }) ?? "", /magnified/);
   assert.match(
     warningWords({ ...all, px_per_mm: 16 }) ?? "",
-    /200\.0 × 150\.0 mm are asked for, the page has 125\.0 × 100\.0 mm/,
+    /200\.0 × 150\.0 mm are requested, the page has 125\.0 × 100\.0 mm/,
   );
   assert.equal(warningWords({ ...all, px_per_mm: 10 }), null);
   assert.equal(warningWords({ ...all, px_per_mm: 10, shown: BLANK }), null);

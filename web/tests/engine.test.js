@@ -80,7 +80,7 @@ test("what the system does not tell is a dash", () => {
     ["Open files", "–"],
     ["Database", "0.3 MB"],
   ]);
-  assert.equal(words.startWords(process), "The system does not tell when the process began.");
+  assert.equal(words.startWords(process), "The operating system does not report when the process began.");
 });
 
 test("the start tells when each step began and how long it took", () => {

@@ -47,7 +47,7 @@ test("a step that is heard after the result does not let the fixation run again"
   fixations.sending(null);
   fixations.follow(job({ id: "job-2", state: "succeeded", result_url: "/api/v1/fixations/fix-2" }), null, true);
   await store.until(["current"], ({ current }) => current?.fixation?.id === "fix-2");
-  fixations.hear(event("fixation.step", { job_id: "job-2", step: { index: 1 } }));
+  fixations.onEvent(event("fixation.step", { job_id: "job-2", step: { index: 1 } }));
   assert.equal(store.state.current?.state, "succeeded");
   assert.equal(store.state.current?.steps.length, 2);
   assert.equal(fixations.running, false);
@@ -59,11 +59,11 @@ test("what is known of a distance so far is shown until the job ends, and not af
   const estimate = { fixation_id: "fix-3", job_id: "job-3", step: 0, distance_m: 8, distance_sigma_m: 0.6 };
   const request = /** @type {import("#api").FixationRequest} */ (only({ pixel: { x_px: 1, y_px: 2 } }));
   fixations.sending(request);
-  fixations.hear(event("fixation.estimate", estimate)); // before the answer to the order
+  fixations.onEvent(event("fixation.estimate", estimate)); // before the answer to the order
   assert.equal(store.state.current?.estimate?.distance_m, 8);
   assert.deepEqual(store.state.current?.request, request);
-  fixations.hear(event("job.updated", job({ id: "job-3", state: "cancelled" })));
-  fixations.hear(event("fixation.estimate", { ...estimate, step: 1 }));
+  fixations.onEvent(event("job.updated", job({ id: "job-3", state: "cancelled" })));
+  fixations.onEvent(event("fixation.estimate", { ...estimate, step: 1 }));
   assert.equal(store.state.current?.state, "cancelled");
   assert.equal(store.state.current?.estimate?.step, 0);
 });

@@ -12,11 +12,11 @@ import { only, problem } from "./documents.js";
 const LOOK_MS = 700;
 const UNKNOWN = { ...problem("there is no such job"), status: 404 };
 
-/** @type {Job[]} what a follower has told */
-let told = [];
+/** @type {Job[]} what a follower has reported */
+let reported = [];
 /** @type {string[]} the paths that were read */
 let asked = [];
-beforeEach(() => ([told, asked] = [[], []]));
+beforeEach(() => ([reported, asked] = [[], []]));
 
 /** @param {JobDocument["state"]} state @param {Partial<JobDocument>} [more] @returns {JobDocument} */
 const job = (state, more) => only({ id: "job-1", kind: "still", state, problem: null, result_url: null, ...more });
@@ -44,16 +44,16 @@ async function wait(t, ms = LOOK_MS) {
 }
 
 /** @param {Partial<ConstructorParameters<typeof JobFollower>[0]>} [more] */
-const following = (more) => new JobFollower({ news: (now) => told.push(now), ...more });
+const following = (more) => new JobFollower({ news: (now) => reported.push(now), ...more });
 
-const states = () => told.map(({ state }) => state);
+const states = () => reported.map(({ state }) => state);
 
-test("a job is told from its queue to its end, with the time left", async (t) => {
+test("a job is reported from its queue to its end, with the time left", async (t) => {
   const progress = { done: 2, total: 8, eta_s: 12, note: "matching" };
   serve(t, { "/jobs/job-1": () => job("succeeded", { result_url: "http://rig/api/v1/stills/still-1" }) });
   const jobs = following();
   jobs.follow(job("queued"));
-  jobs.hear(event(job("running", { progress })));
+  jobs.onEvent(event(job("running", { progress })));
   assert.deepEqual(states(), ["queued", "running"]);
   assert.equal(jobs.job?.progress?.eta_s, 12);
   assert.equal(resultPath(only({ ...jobs.job })), null);
@@ -71,7 +71,7 @@ test("a job is read only where its events do not arrive", async (t) => {
   jobs.follow(job("running"));
   for (let heard = 0; heard < 5; heard += 1) {
     await wait(t, LOOK_MS - 1);
-    jobs.hear(event(job("running")));
+    jobs.onEvent(event(job("running")));
   }
   assert.deepEqual(asked, []);
   await wait(t);
@@ -79,7 +79,7 @@ test("a job is read only where its events do not arrive", async (t) => {
   assert.deepEqual(asked, ["/jobs/job-1", "/jobs/job-1"]);
 });
 
-test("a cancelled job is told as such while it ends, and once more when it has", async (t) => {
+test("a cancelled job is reported as such while it ends, and once more when it has", async (t) => {
   serve(t, { "/jobs/job-1": () => job("cancelled") });
   const jobs = following();
   /** @type {string[]} */
@@ -107,8 +107,8 @@ test("a refused cancel leaves the job as it is", async () => {
 test("a job that failed has its error, and what is heard later does not let it run again", () => {
   const jobs = following();
   jobs.follow(job("running"));
-  jobs.hear(event(job("failed", { problem: problem("camera left is lost") })));
-  jobs.hear(event(job("running")));
+  jobs.onEvent(event(job("failed", { problem: problem("camera left is lost") })));
+  jobs.onEvent(event(job("running")));
   jobs.follow(job("queued")); // the answer to the order, which came after the job's events
   assert.deepEqual(states(), ["running", "failed", "failed"]);
   assert.equal(jobs.job?.problem?.detail, "camera left is lost");
@@ -127,7 +127,7 @@ test("a lost connection and a server that starts again only delay the end", asyn
   await wait(t);
   assert.deepEqual(states(), ["running"]);
   await jobs.readAll(); // the connection is there again
-  assert.equal(told.at(-1)?.problem?.detail, "the server has stopped");
+  assert.equal(reported.at(-1)?.problem?.detail, "the server has stopped");
   assert.deepEqual(answers, []);
 });
 
@@ -136,10 +136,10 @@ test("a job that the server has deleted has failed", async (t) => {
   const jobs = following();
   jobs.follow(job("running"));
   await wait(t);
-  assert.deepEqual(told.at(-1), { id: "job-1", state: "failed", problem: UNKNOWN });
+  assert.deepEqual(reported.at(-1), { id: "job-1", state: "failed", problem: UNKNOWN });
 });
 
-test("a page that was left asks no more, and is told nothing of what it asked before", async (t) => {
+test("a page that was left asks no more, and gets no report of what it asked before", async (t) => {
   serve(t, { "/jobs/job-1": () => job("succeeded") });
   const jobs = following();
   jobs.follow(job("running"));
@@ -167,21 +167,21 @@ test("a page that opens in the midst finds the job that runs, of its kind alone"
   const jobs = following({ ours: ({ kind }) => kind === "still" });
   await jobs.readAll();
   assert.equal(jobs.id, "job-1");
-  jobs.hear(event(job("succeeded")));
+  jobs.onEvent(event(job("succeeded")));
   await jobs.readAll(); // the list may be older than the event
   assert.deepEqual(states(), ["running", "succeeded"]);
 });
 
 test("what another page starts is followed when it is heard of, behind what runs already", () => {
   const jobs = following({ ours: ({ kind }) => kind === "still" });
-  jobs.hear(event(job("running", { id: "job-9", kind: "film" })));
-  jobs.hear(event(job("succeeded", { id: "job-8" })));
+  jobs.onEvent(event(job("running", { id: "job-9", kind: "film" })));
+  jobs.onEvent(event(job("succeeded", { id: "job-8" })));
   assert.equal(jobs.id, null);
-  jobs.hear(event(job("queued")));
-  jobs.hear(event(job("queued", { id: "job-2" })));
+  jobs.onEvent(event(job("queued")));
+  jobs.onEvent(event(job("queued", { id: "job-2" })));
   assert.equal(jobs.id, "job-1");
-  jobs.hear(event(job("cancelled")));
-  jobs.hear(event(job("running", { id: "job-2" })));
+  jobs.onEvent(event(job("cancelled")));
+  jobs.onEvent(event(job("running", { id: "job-2" })));
   assert.deepEqual([jobs.id, jobs.running], ["job-2", true]);
   jobs.forget();
 });
@@ -203,7 +203,7 @@ test("the answer about a job is dropped where another is followed by then", asyn
   jobs.follow(job("running", { id: "job-2" }));
   await wait(t, 0);
   assert.deepEqual(
-    told.map(({ id, state }) => [id, state]),
+    reported.map(({ id, state }) => [id, state]),
     [
       ["job-1", "running"],
       ["job-2", "running"],

@@ -39,7 +39,7 @@ test("words say who has control, how long it is idle, and who asks", () => {
   assert.match(leaseWords({ ...other, lease: { ...ADA, idle_s: 185 } }), /Nothing was moved for 3 min\./);
   assert.match(leaseWords({ ...other, asked: true }), /You asked for it/);
   assert.match(leaseWords({ ...other, lease: { ...ADA, person: null } }), /written into the event log/);
-  assert.match(leaseWords({ ...other, lease: FREE }), /Nobody holds control/);
+  assert.match(leaseWords({ ...other, lease: FREE }), /Nobody has control/);
   assert.match(leaseWords({ ...other, mine: true }), /You have control/);
   assert.equal(leaseBadge(ADA, false), "ada has control");
   assert.equal(leaseBadge(FREE, false), "Control is free");

@@ -90,10 +90,10 @@ test("a positioner says what is known of its place, and what to do where it is n
     positioner.stateWord({ ...now, ...changed }, "turning"),
     positioner.nextStep({ ...now, ...changed }, "points"),
   ];
-  assert.deepEqual(said({}), ["not homed", "Home it first: nobody knows where it points."]);
+  assert.deepEqual(said({}), ["not homed", "Home it first: it is not known where it points."]);
   assert.deepEqual(said({ awaits_zero: true }), [
     "waits for its zero",
-    "Bring it to its zero, then confirm that: nobody knows where it points.",
+    "Bring it to its zero, then confirm that: it is not known where it points.",
   ]);
   assert.deepEqual(said({ homed: true }), ["at rest", ""]);
   assert.deepEqual(said({ moving: true }), ["turning", ""]);

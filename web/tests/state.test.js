@@ -44,23 +44,23 @@ test("an entry is deleted when the time to undo is over, and not after an undo",
   Object.assign(globalThis, { window: { addEventListener() {} } });
   const sent = mock.method(globalThis, "fetch", async () => new Response(null, { status: 204 }));
   /** @type {import("../foveacam_web/static/js/elements/toasts.js").Message[]} */
-  const said = [];
+  const messages = [];
   const commands = only({
-    say: (/** @type {any} */ message) => said.push(message),
+    notify: (/** @type {any} */ message) => messages.push(message),
     attempt: (/** @type {any} */ act) => act(),
   });
   /** @type {[string[], string | null][]} */
-  const told = [];
-  const deletions = new Deletions({ commands, resource: "/targets", changed: (...now) => told.push(now) });
+  const changes = [];
+  const deletions = new Deletions({ commands, resource: "/targets", changed: (...now) => changes.push(now) });
   deletions.add({ id: "a", label: "Cup" });
-  said[0]?.action?.act();
+  messages[0]?.action?.act();
   context.mock.timers.tick(6000);
   assert.equal(sent.mock.callCount(), 0);
   deletions.add({ id: "b", label: "Book" });
   context.mock.timers.tick(6000);
   for (let turn = 0; turn < 20; turn += 1) await Promise.resolve();
   assert.match(String(sent.mock.calls[0]?.arguments[0]), /\/targets\/b$/);
-  assert.deepEqual(told, [
+  assert.deepEqual(changes, [
     [["a"], null],
     [[], null],
     [["b"], null],

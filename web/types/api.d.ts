@@ -7,7 +7,7 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description What the doctor finds about the draft; `field`: where it belongs. */
+        /** @description A finding of the doctor about the draft; `field`: the field that it concerns. */
         AdviceDocument: {
             field: string;
             found: string;
@@ -39,7 +39,11 @@ export interface components {
             /** @constant */
             step: "all";
         };
-        /** @description One of several distances that a target may have; the probabilities of all add up to 1. */
+        /**
+         * @description One of several distances that a target may have.
+         *
+         *     The probabilities of all add up to 1, or to less where it may have none of them.
+         */
         AlternativeDocument: {
             /** @enum {string} */
             basis: "both_foveae" | "fovea_and_wide" | "surroundings" | "bound";
@@ -57,7 +61,7 @@ export interface components {
             /** @enum {string} */
             style: "red_cyan" | "red_blue" | "cyan_red" | "blue_red";
         };
-        /** @description Where its bytes are in an archive. `local`: whether all are on this machine's disk as well. */
+        /** @description Location of its files in an archive. `local`: whether all are also on this machine's disk. */
         ArchivedDocument: {
             bytes: number;
             local: boolean;
@@ -68,7 +72,7 @@ export interface components {
         ArchiveDocument: {
             url: string | null;
         };
-        /** @description How to archive. `remove_local`: whether only what is small stays on this machine afterwards. */
+        /** @description How to archive. `remove_local`: whether the large files are removed from this machine afterwards. */
         ArchiveRequest: {
             /** @default false */
             remove_local?: boolean;
@@ -79,7 +83,7 @@ export interface components {
             single_m2: number;
             weighted_m2: number;
         };
-        /** @description A change that somebody made or tried. */
+        /** @description An entry of the audit log: a change that was made or attempted. */
         AuditDocument: {
             address: string;
             detail: string;
@@ -106,7 +110,7 @@ export interface components {
          * @enum {string}
          */
         AutoMode: "off" | "once" | "continuous";
-        /** @description How two backends differ on one look, disparities in px of the rectified window. */
+        /** @description Difference of two backends on one look; disparities in px of the rectified window. */
         BackendComparisonDocument: {
             difference_url: string;
             edges: number[];
@@ -129,14 +133,14 @@ export interface components {
             research_confirmed?: boolean;
             second: string;
         };
-        /** @description The Dask scheduler whose workers may make batches; `url`: null without one. */
+        /** @description The Dask scheduler of the server's settings, for batches; `url`: null without one. */
         BatchClusterDocument: {
             url: string | null;
         };
         /**
          * @description A batch. `planned`, `done`: its products; null before its first run has ended.
          *
-         *     The same request has the same batch: a further run makes what is missing. `download_url`: the products as
+         *     Equal requests share one batch: a further run makes the missing products. `download_url`: the products as
          *     one ZIP file; null before there are any.
          */
         BatchDocument: {
@@ -159,9 +163,9 @@ export interface components {
             unit: number | null;
         };
         /**
-         * @description What is made of which captures; `to`: the format of an export.
+         * @description Captures and kind of product of a batch; `to`: the format of an export.
          *
-         *     `cluster`: by the workers of the Dask cluster that the server was given, instead of this machine.
+         *     `cluster`: compute on the workers of the server's Dask cluster instead of this machine.
          */
         BatchRequest: {
             capture_ids: string[];
@@ -180,7 +184,7 @@ export interface components {
             /** @enum {integer} */
             working_binning: 1 | 2;
         };
-        /** @description White all over. */
+        /** @description A blank white screen. */
         BlankPattern: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -259,10 +263,10 @@ export interface components {
             width: number | null;
         };
         /**
-         * @description What a camera delivers; frames lost by their reason since it was started.
+         * @description Frames of a camera, and those lost by reason since it was started.
          *
-         *     `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those
-         *     of all reasons, each frame once.
+         *     `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those of all
+         *     reasons, each frame once.
          */
         CameraFlowDocument: {
             connected: boolean;
@@ -287,9 +291,9 @@ export interface components {
             since_s: number | null;
         };
         /**
-         * @description Settings to change; those left out stay. `linked`: both foveae at once.
+         * @description Settings to change; fields left out stay.
          *
-         *     An exposure or a rate without its mode switches the automatic off.
+         *     `linked`: both foveae at once. An exposure or a rate without its mode switches the automatic off.
          */
         CameraPatch: {
             black_level?: number | null;
@@ -308,7 +312,7 @@ export interface components {
             name: string;
             saved_utc: string;
         };
-        /** @description Accepted values of a camera's settings; no formats before it was opened. */
+        /** @description Accepted ranges of a camera's settings; `pixel_formats` is empty before the camera was opened. */
         CameraRangesDocument: {
             black_level: components["schemas"]["SpanDocument"];
             exposure_auto: ("off" | "once" | "continuous")[];
@@ -350,7 +354,7 @@ export interface components {
             id: string;
             sound: boolean;
         };
-        /** @description One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on. */
+        /** @description One capture. `why`: what ended a partial one, or the action that the operator is asked for. */
         CaptureDocument: {
             archived: components["schemas"]["ArchivedDocument"] | null;
             calibration_id: string | null;
@@ -404,7 +408,7 @@ export interface components {
             total: number;
             written_bytes: number;
         };
-        /** @description A plan to capture, and its name; an empty plan is the whole field of the rig. */
+        /** @description Request of a capture: its plan and name; an empty plan covers the whole field of the rig. */
         CaptureRequest: {
             /**
              * @default tiff
@@ -460,7 +464,7 @@ export interface components {
             /** @constant */
             step: "check";
         };
-        /** @description Which alternative of the fixation is the true one, counted from 0. */
+        /** @description Index of the fixation's alternative that is the true one, counted from 0. */
         ChoiceRequest: {
             alternative: number;
         };
@@ -482,7 +486,7 @@ export interface components {
             places: number;
             rows_px: number;
         };
-        /** @description How far an eye had drifted between its sweep and the check. */
+        /** @description Drift of an eye between its sweep and the check. */
         ClosingEyeDocument: {
             /** @enum {string} */
             eye: "left" | "right";
@@ -526,7 +530,7 @@ export interface components {
             /** @default 0.5 */
             radius_m?: number;
         };
-        /** @description Sessions of one rig whose sweeps are to be fitted together. `label`: None: the number of poses. */
+        /** @description Sessions of one rig whose sweeps are to be fitted jointly. `label`: None: the number of poses. */
         CombineRequest: {
             label?: string | null;
             sessions: string[];
@@ -587,7 +591,7 @@ export interface components {
         /**
          * @description A correction of an answer by the operator.
          *
-         *     `fixation_id`: the fixation that it ordered; of a choice, the one whose alternative was chosen.
+         *     `fixation_id`: the fixation that it started; for a choice, the fixation whose alternative was chosen.
          */
         CorrectionDocument: {
             alternative: number | null;
@@ -596,7 +600,7 @@ export interface components {
             /** @enum {string} */
             kind: "choice" | "nearer" | "farther" | "rectangle" | "click";
         };
-        /** @description Where the target is in truth, seen from the present answer. */
+        /** @description On which side of the present answer the true distance lies. */
         CorrectionRequest: {
             /** @enum {string} */
             direction: "nearer" | "farther";
@@ -616,7 +620,7 @@ export interface components {
             d_max_m: number[];
             success: number[];
         };
-        /** @description Which backend computes the depth of looks from now on. */
+        /** @description The backend to use for the depth of looks from now on. */
         DepthBackendChoice: {
             name: string;
             /** @default false */
@@ -680,7 +684,7 @@ export interface components {
         /**
          * @description A connected screen; sizes in mm are null until its scale is set there.
          *
-         *     `fits`: whether the pattern fits on it; null when that is not known. `silent_s`: since it was heard last.
+         *     `fits`: whether the pattern fits on it; null when unknown. `silent_s`: time since its last message.
          */
         DisplayDocument: {
             fits: boolean | null;
@@ -696,7 +700,8 @@ export interface components {
         /**
          * @description A screen as it describes itself.
          *
-         *     `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not set there yet.
+         *     `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not calibrated
+         *     there yet.
          */
         DisplayRequest: {
             height_px: number;
@@ -715,16 +720,16 @@ export interface components {
             kind: "aravis" | "pylon" | "opencv" | "simulated";
             name: string;
         };
-        /** @description The camera of each role; null: none. */
+        /** @description The camera of each role; null: none chosen. */
         DraftCameras: {
             left: components["schemas"]["DraftCamera"] | null;
             right: components["schemas"]["DraftCamera"] | null;
             wide: components["schemas"]["DraftCamera"] | null;
         };
         /**
-         * @description The draft, its file, and what is wrong with it.
+         * @description The draft, its file and its faults.
          *
-         *     `file_exists`: whether the file is there already. `changed`: whether the file would change.
+         *     `file_exists`: whether the file is there already. `changed`: whether saving would change the file.
          */
         DraftDocument: {
             changed: boolean;
@@ -734,7 +739,7 @@ export interface components {
             path: string;
             simulated: boolean;
         };
-        /** @description What is wrong with one field of the draft, or with a key of its file that the draft has not. */
+        /** @description A fault of one field of the draft, or of a key of its file that the draft does not have. */
         DraftFault: {
             field: string;
             message: string;
@@ -767,7 +772,7 @@ export interface components {
             /** @default 14000 */
             settle_us: number;
         };
-        /** @description What turns the rig; by hand only `kind` counts. */
+        /** @description The pan-tilt of the rig; when it is turned by hand, only `kind` has an effect. */
         DraftPanTilt: {
             /** @default true */
             has_switches: boolean;
@@ -788,7 +793,7 @@ export interface components {
             zero_pan_deg: number | null;
             zero_tilt_deg: number | null;
         };
-        /** @description Where a draft begins: a rig file of the list, or nothing (null). */
+        /** @description The rig file of the list from which a draft begins; null: an empty draft. */
         DraftStart: {
             path?: string | null;
         };
@@ -818,13 +823,13 @@ export interface components {
             sigma_deg: number | null;
             significant: boolean;
         };
-        /** @description A drift check; `distance_m`: of the scene ahead, when known. */
+        /** @description Request of a drift check; `distance_m`: of the scene ahead, when known. */
         DriftRequest: {
             /** @default false */
             apply?: boolean;
             distance_m?: number | null;
         };
-        /** @description One that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted. */
+        /** @description An item that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted. */
         DueItem: {
             created_utc: string;
             for_good: boolean;
@@ -836,10 +841,10 @@ export interface components {
             why: string;
         };
         /**
-         * @description What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
+         * @description The flow from one part to another; rates of the last `flow_window_s`, counts since the process began.
          *
-         *     `mb_per_s`: null where sizes are not counted. `dropped`: what did not get there; viewers that draw slowly
-         *     drop pictures, which is flagged nowhere.
+         *     `mb_per_s`: null where sizes are not counted. `dropped`: items that did not arrive; pictures that slow
+         *     viewers drop are not flagged.
          */
         EdgeDocument: {
             count: number;
@@ -917,14 +922,14 @@ export interface components {
             message: string;
             t_utc: string;
         };
-        /** @description How late the event loop was at worst in the last `window_s`; null: not measured yet. */
+        /** @description Largest lag of the event loop in the last `window_s`; null: not measured yet. */
         EventLoopDocument: {
             flagged: boolean;
             window_s: number;
             worst_lag_ms: number | null;
         };
         /**
-         * @description One mirror's drive, and its direction by the calibration; null while unknown.
+         * @description One mirror's volts, and its direction by the calibration; null while unknown.
          *
          *     They are unknown while the mirrors' controller is not connected: it may have stopped, or lost its supply.
          */
@@ -949,16 +954,16 @@ export interface components {
             reason: string;
             sees_target: boolean;
         };
-        /** @description The differential drive of one mirror. */
+        /** @description Differential volts of one mirror. */
         EyeVolts: {
             x_v: number;
             y_v: number;
         };
         /**
-         * @description A fault or warning, counted: `name` says which of the scope, such as a device or a kind of job.
+         * @description A fault or warning with its count; `name`: which of the scope, such as a device or a kind of job.
          *
-         *     `present`: whether it lasts; what only happened, such as a failed job, is over at once. `over_utc`: when
-         *     it ended, null while it is present.
+         *     `present`: whether it lasts; an incident, such as a failed job, is over at once. `over_utc`: when it
+         *     ended, null while it is present.
          */
         FaultDocument: {
             count: number;
@@ -974,7 +979,7 @@ export interface components {
             scope: string;
             what: string;
         };
-        /** @description The faults that were taken off the list. */
+        /** @description The faults that were removed from the list. */
         FaultsDismissed: {
             ids: string[];
         };
@@ -987,7 +992,7 @@ export interface components {
             name: string;
             order: number;
         };
-        /** @description Hash of the file that the client has seen; null: it has seen none. */
+        /** @description Hash of the file as the client saw it; null: there was no file. */
         FileOrder: {
             hash: string | null;
         };
@@ -999,11 +1004,11 @@ export interface components {
             url: string;
         };
         /**
-         * @description A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+         * @description Request of an export: one camera, or both foveae side by side or as an anaglyph; whole or a part.
          *
          *     `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
-         *     depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
-         *     alone.
+         *     depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: for the wide
+         *     camera only.
          */
         FilmRequest: {
             end_s?: number | null;
@@ -1107,7 +1112,7 @@ export interface components {
             target_id: string | null;
         };
         /**
-         * @description What is known of a fixation's distance so far; the last one is the answer.
+         * @description An estimate of a fixation's distance; the last one is the answer.
          *
          *     `step`: looks until then, 0 before the first. `elapsed_ms`: since the fixation was asked for. Basis,
          *     distance and limits are null while nothing is known.
@@ -1127,7 +1132,7 @@ export interface components {
             ] | null;
             step: number;
         };
-        /** @description Exactly one of pixel, rectangle and direction. */
+        /** @description Request of a fixation: exactly one of pixel, rectangle and direction. */
         FixationRequest: {
             corrects?: string | null;
             /** @default true */
@@ -1144,7 +1149,7 @@ export interface components {
             found: boolean;
             path: string;
         };
-        /** @description A recording in such a folder; `opened`: whether it is among the recordings already. */
+        /** @description A recording in such a folder; `opened`: whether it was already added to the recordings. */
         FolderFile: {
             modified_utc: string;
             name: string;
@@ -1193,13 +1198,13 @@ export interface components {
             x_px: number | null;
             y_px: number | null;
         };
-        /** @description What to change of a followed target. */
+        /** @description Changes of a followed target; fields left out stay. */
         FollowPatch: {
             label?: string | null;
             priority?: number | null;
             tracker?: ("template" | "filter") | null;
         };
-        /** @description Exactly one of pixel, rectangle, direction and target_id. */
+        /** @description Request to follow a target: exactly one of pixel, rectangle, direction and target_id. */
         FollowRequest: {
             /** @default 64 */
             box_px?: number;
@@ -1223,7 +1228,7 @@ export interface components {
             label?: string;
             name: string;
         };
-        /** @description Data of the event that a round was captured. */
+        /** @description Data of the event that a round of followed targets was captured. */
         FollowRoundTaken: {
             capture_id: string;
             name: string;
@@ -1249,9 +1254,9 @@ export interface components {
             why: string;
         };
         /**
-         * @description A camera that a bus has; nothing was opened to find it.
+         * @description A camera on a bus, found without opening it.
          *
-         *     `name`: what a draft calls it. `role`, `in_use`: its role in the rig that is open, and who has it.
+         *     `name`: its name in a draft. `role`, `in_use`: its role in the open rig, and which program has it open.
          *     `problem`: why it cannot be used.
          */
         FoundCameraDocument: {
@@ -1266,13 +1271,13 @@ export interface components {
             serial: string;
             vendor: string;
         };
-        /** @description Everything that this machine's buses have now. */
+        /** @description All cameras and serial ports on this machine's buses now. */
         FoundDevices: {
             cameras: components["schemas"]["FoundCameraDocument"][];
             ports: components["schemas"]["FoundPortDocument"][];
             silent: components["schemas"]["SilentBus"][];
         };
-        /** @description A serial port; `name`: what a draft calls it. `use`: by the open rig. `controller`: has its USB id. */
+        /** @description A serial port; `name`: its name in a draft. `use`: by the open rig. `controller`: has its USB id. */
         FoundPortDocument: {
             controller: boolean;
             device: string;
@@ -1316,7 +1321,7 @@ export interface components {
                 number
             ];
         };
-        /** @description Drive of both mirrors while the foveae looked, (x, y) volts. */
+        /** @description Volts (x, y) of both mirrors while the foveae looked. */
         GazeDocument: {
             left_v: [
                 number,
@@ -1366,9 +1371,9 @@ export interface components {
             rows?: number;
         };
         /**
-         * @description The hardware thread: commands that wait, and the share of the time in which it is at work.
+         * @description The hardware thread: queued commands, and its busy share of the time.
          *
-         *     `busy_share`: null while no rig is open. What it waits for a device counts as work.
+         *     `busy_share`: null while no rig is open. Waiting for a device counts as busy.
          */
         HardwareLoadDocument: {
             busy_share: number | null;
@@ -1412,7 +1417,7 @@ export interface components {
             note: string;
             total: number;
         };
-        /** @description The code of a one-time link, and the password to set; `name` for the first admin alone. */
+        /** @description The code of a one-time link, and the password to set; `name` for the first admin only. */
         JoinRequest: {
             code: string;
             name?: string | null;
@@ -1429,20 +1434,20 @@ export interface components {
             raw_bytes: number;
             stored_bytes: number;
         };
-        /** @description The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words. */
+        /** @description The stored arrangement. `state`: `none`, `kept`, or why it cannot be used; `why`: in words. */
         LayoutDocument: {
             layout: components["schemas"]["PlayerLayout"] | null;
             /** @enum {string} */
             state: "none" | "kept" | "unreadable" | "of another recording";
             why: string;
         };
-        /** @description An arrangement to keep; `replace`: also over one that cannot be used. */
+        /** @description An arrangement to store; `replace`: also over one that cannot be used. */
         LayoutRequest: {
             layout: components["schemas"]["PlayerLayout"];
             /** @default false */
             replace?: boolean;
         };
-        /** @description The holder's answer to who asks for the lease. */
+        /** @description The holder's answer to a request for the lease. */
         LeaseAnswer: {
             hand_over: boolean;
         };
@@ -1460,18 +1465,18 @@ export interface components {
             holder: string;
             token: string;
         };
-        /** @description Name of the client that asks for the lease. */
+        /** @description Name of the client that takes the lease. */
         LeaseRequest: {
             holder: string;
             reason?: string | null;
             /** @default false */
             take_over?: boolean;
         };
-        /** @description Name of the client that asks the holder for the lease. */
+        /** @description Name of the client that requests the lease from its holder. */
         LeaseWish: {
             holder: string;
         };
-        /** @description The way from the first point to the second; `same_look`: errors that both share are taken once. */
+        /** @description The length from the first point to the second; `same_look`: shared errors are counted once. */
         LengthDocument: {
             delta_rig_m: [
                 number,
@@ -1488,9 +1493,10 @@ export interface components {
             same_look: boolean;
         };
         /**
-         * @description The lens of a fovea by views of a board. For information: no calibration uses it.
+         * @description The lens of a fovea by views of a board.
          *
-         *     `reason`: which parameters the views tell, or why there is no fit.
+         *     For information: no calibration uses it. `reason`: which parameters the views determine, or why there is
+         *     no fit.
          */
         LensDocument: {
             board: components["schemas"]["BoardDocument"];
@@ -1517,10 +1523,10 @@ export interface components {
             rms_px: number;
         };
         /**
-         * @description The lens of a fovea, looking where its mirror rests; `views`: number to take.
+         * @description The lens of a fovea with its mirror at rest; `views`: number to take.
          *
-         *     `station`: where a board that fits its field is shown; without, one whose name has `fovea` in it, else the
-         *     rig stays as it stands.
+         *     `station`: where a board that fits its field is shown; without one, a station whose name contains `fovea`,
+         *     else the rig is not turned.
          */
         LensOptions: {
             board?: components["schemas"]["BoardOption"] | null;
@@ -1529,14 +1535,14 @@ export interface components {
             station?: string | null;
             views?: number | null;
         };
-        /** @description A parameter of a lens with its standard error; `assumed`: the views do not tell it. */
+        /** @description A parameter of a lens with its standard error; `assumed`: the views do not determine it. */
         LensParameterDocument: {
             assumed: boolean;
             name: string;
             sigma: number;
             value: number;
         };
-        /** @description Find the lens of a fovea, or add views to those taken; no other step needs it. */
+        /** @description Measure the lens of a fovea, or add views to those taken; no other step needs it. */
         LensRun: {
             options: components["schemas"]["LensOptions"];
             /** @constant */
@@ -1546,7 +1552,7 @@ export interface components {
         Liveness: {
             status: string;
         };
-        /** @description One axis: its command and range, and its error in the last look that showed it, degrees. */
+        /** @description One axis: its command and range, and its error in the last look that measured it, degrees. */
         LoopAxisDocument: {
             /** @enum {string} */
             axis: "pan_x" | "pan_y" | "verge" | "shift_y";
@@ -1556,7 +1562,7 @@ export interface components {
             least_deg: number;
             most_deg: number;
         };
-        /** @description The loop as it is now; what is not known is null. */
+        /** @description Present state of the loop; unknown values are null. */
         LoopDocument: {
             axes: components["schemas"]["LoopAxisDocument"][];
             detail: string;
@@ -1586,12 +1592,12 @@ export interface components {
             tune_job_id: string | null;
             tuned: components["schemas"]["LoopTuneDocument"] | null;
         };
-        /** @description Where both eyes look in parallel while somebody drags, wide px. */
+        /** @description Pixel of the wide view at which both eyes point in parallel during a drag. */
         LoopDrag: {
             x_px: number;
             y_px: number;
         };
-        /** @description One eye that follows a place of its own, fovea px; what its picture does not show is null. */
+        /** @description One eye that follows a separate point, fovea px; null where the point is not found. */
         LoopEyeDocument: {
             /** @enum {string} */
             eye: "left" | "right";
@@ -1601,7 +1607,7 @@ export interface components {
             x_px: number | null;
             y_px: number | null;
         };
-        /** @description The place of one fovea's picture that its eye is to keep in the middle, fovea px. */
+        /** @description The point of one fovea's picture that the loop keeps centred, fovea px. */
         LoopEyePlace: {
             x_px: number;
             y_px: number;
@@ -1612,7 +1618,7 @@ export interface components {
             ki: number;
             kp: number;
         };
-        /** @description Pause, hold single axes, or set their commands: an axis that is set is held from then on. */
+        /** @description Pause, hold single axes, or set their commands; setting a command holds its axis from then on. */
         LoopPatch: {
             command_deg?: {
                 [key: string]: number;
@@ -1622,7 +1628,7 @@ export interface components {
             } | null;
             paused?: boolean | null;
         };
-        /** @description What the relay found of one axis; the period is that of the swing. */
+        /** @description Result of the relay test of one axis; `period_looks`: period of its oscillation. */
         LoopRelayDocument: {
             amplitude_deg: number;
             /** @enum {string} */
@@ -1631,7 +1637,7 @@ export interface components {
             swing_deg: number;
             ultimate_gain: number;
         };
-        /** @description One look of the loop; angles in the order of the axes. */
+        /** @description One look of the loop's history; angles in the order of the axes. */
         LoopSample: {
             command_deg: [
                 number,
@@ -1672,7 +1678,7 @@ export interface components {
             tracker: "off" | "template" | "filter";
             vertical: components["schemas"]["LoopGains"];
         };
-        /** @description Settings to change; what is left out stays. */
+        /** @description Settings to change; fields left out stay. */
         LoopSettingsPatch: {
             box_height_px?: number | null;
             box_width_px?: number | null;
@@ -1690,7 +1696,7 @@ export interface components {
             tracker?: ("off" | "template" | "filter") | null;
             vertical?: components["schemas"]["LoopGains"] | null;
         };
-        /** @description How one axis answers a step; a settling time of null: not within the looks that were made. */
+        /** @description Step response of one axis; a settling time is null where it did not settle. */
         LoopStepDocument: {
             /** @enum {string} */
             axis: "pan_x" | "pan_y" | "verge" | "shift_y";
@@ -1699,7 +1705,7 @@ export interface components {
             settle_before_ms: number | null;
             settle_ms: number | null;
         };
-        /** @description Where the target is. */
+        /** @description Place and tracking state of the target, wide px. */
         LoopTargetDocument: {
             /** @enum {string} */
             state: "fixed" | "tracked" | "lost";
@@ -1714,7 +1720,7 @@ export interface components {
             frame_seq?: number | null;
             pixel?: components["schemas"]["Pixel"] | null;
         };
-        /** @description The exposures of the loop; both foveae are exposed by one pulse. */
+        /** @description Exposures and trigger of the loop; one pulse exposes both foveae. */
         LoopTriggerDocument: {
             after_trigger_us: number | null;
             exposures: number;
@@ -1725,7 +1731,7 @@ export interface components {
             reason: string | null;
             wide_age_ms: number | null;
         };
-        /** @description The last tuning: its gains, what they are made of, and the costs of steps. */
+        /** @description The last tuning: its gains, the relay tests and step responses, and the costs before and after. */
         LoopTuneDocument: {
             candidates: number;
             cost: number;
@@ -1848,8 +1854,8 @@ export interface components {
         /**
          * @description A measured point, rig frame.
          *
-         *     `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
-         *     jumps so near that it may be that of either surface.
+         *     `snapped_px`: distance of the measured pixel from the requested one, px of that view. `at_edge`: a depth
+         *     edge is so near that the depth may be that of either surface.
          */
         MeasuredPointDocument: {
             at_edge: boolean;
@@ -1880,10 +1886,10 @@ export interface components {
             settle_us: number;
         };
         /**
-         * @description One measurement; of `length`, `plane` and `profile` that of its kind is there.
+         * @description One measurement; of `length`, `plane` and `profile` only that of its kind is set.
          *
-         *     `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one
-         *     show them while they show the look `fixation_ids`, the raw foveae while the mirrors stand at `gaze`.
+         *     `drawn_px`: its points, ends or corners in each view that can show them; a view other than the wide one
+         *     draws them while it shows a look of `fixation_ids`, a raw fovea while the mirrors are at `gaze`.
          */
         MeasurementDocument: {
             created_utc: string;
@@ -1904,7 +1910,7 @@ export interface components {
             points: components["schemas"]["MeasuredPointDocument"][];
             profile: components["schemas"]["ProfileDocument"] | null;
         };
-        /** @description What of a measurement can be changed. */
+        /** @description Fields of a measurement to change. */
         MeasurementPatch: {
             label: string;
         };
@@ -1985,7 +1991,7 @@ export interface components {
             meeting_z_m: number | null;
             t_s: number;
         };
-        /** @description The fused depth; shares of 1. */
+        /** @description Figures of the fused depth; shares from 0 to 1. */
         MosaicDepth: {
             between_pairs_rel_rms: number | null;
             known: number;
@@ -1994,7 +2000,7 @@ export interface components {
             seen_twice: number;
         };
         /**
-         * @description The state of a capture's mosaic, and what computing one would take or why there can be none.
+         * @description The state of a capture's mosaic, and the estimated size of one or why none is possible.
          *
          *     `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
          */
@@ -2025,7 +2031,7 @@ export interface components {
             tiles_url: string;
             width: number;
         };
-        /** @description What computed the depth of the pairs. */
+        /** @description Backend that computed the depth of the pairs. */
         MosaicMatching: {
             /** @default sgbm */
             backend: string;
@@ -2033,7 +2039,7 @@ export interface components {
             failed_pairs: number;
             sha256: string | null;
         };
-        /** @description What computing a mosaic takes: views, px, space on the disk. */
+        /** @description Estimated size of a mosaic: views, px, disk space. */
         MosaicNeedsDocument: {
             free_bytes: number;
             height: number;
@@ -2041,7 +2047,7 @@ export interface components {
             views: number;
             width: number;
         };
-        /** @description The eye, the scan and the exposure of the dataset to use. */
+        /** @description Eye, scan and exposure of the dataset of which the mosaic is made. */
         MosaicRequest: {
             /** @default 0 */
             bracket?: number;
@@ -2053,7 +2059,7 @@ export interface components {
             /** @default 0 */
             scan?: number;
         };
-        /** @description Distances of corresponding points of overlapping views, fovea px. */
+        /** @description Seams: distances between corresponding points of overlapping views, fovea px. */
         MosaicSeams: {
             adjusted: boolean;
             after_rms_px: number | null;
@@ -2064,7 +2070,7 @@ export interface components {
             measuring_rms_px: number | null;
             rejected: number;
         };
-        /** @description How an eye's mount drifted while it was calibrated; lengths in fovea px. */
+        /** @description Drift of an eye's mount during the calibration; lengths in fovea px. */
         MountDriftDocument: {
             knocks_px: number[];
             minutes: number;
@@ -2089,7 +2095,7 @@ export interface components {
             name: string;
             why: string;
         };
-        /** @description What a check of a network found on a pair whose disparities are known. */
+        /** @description Findings of a network's check on a pair with known disparities. */
         NetworkCheckDocument: {
             compute_ms: number | null;
             error_median_px: number | null;
@@ -2152,7 +2158,7 @@ export interface components {
             tilt_deg?: number | null;
         };
         /**
-         * @description A part of the server that is fed or feeds; `busy_share` and `waiting` are null where it has none.
+         * @description A part of the server with flows in or out; `busy_share` and `waiting` are null where it has none.
          *
          *     A thread has the name that it has under `threads`, a camera or a view `camera wide`, `view wide`.
          */
@@ -2177,7 +2183,7 @@ export interface components {
              */
             password: string;
         };
-        /** @description The pattern that all screens show; its size is that with the white edge, null when it is blank. */
+        /** @description The pattern that all screens show; its size includes the white edge, and is null when it is blank. */
         PatternDocument: {
             description: string;
             height_mm: number | null;
@@ -2210,7 +2216,7 @@ export interface components {
         /**
          * @description A pixel of a view; the centre of the first pixel is (0, 0).
          *
-         *     Without `fixation_id` the newest look with depth is measured, which the view must still show. In the wide
+         *     Without `fixation_id`, the newest look with depth is measured; the view must still show it. In the wide
          *     view the newest look that covers the pixel is measured, and `fixation_id` has no effect.
          */
         PlaceRequest: {
@@ -2224,9 +2230,9 @@ export interface components {
          * @description A plane, rig frame; `normal` points to the rig.
          *
          *     `normal_sigma_deg`: rms angle from the true normal. `pan_deg`: turned to the right about the vertical,
-         *     `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the rig's origin from it.
-         *     Residuals are those across the plane of the pixels that are no outliers: their rms, what matching errors
-         *     alone would leave of it, and the width of their middle 95 % (`flatness_m`).
+         *     `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the plane from the rig's
+         *     origin. Residuals are the inlier pixels' distances from the plane: their rms, the rms expected from
+         *     matching errors alone, and the width of their central 95 % (`flatness_m`).
          */
         PlaneDocument: {
             centre_rig_m: [
@@ -2259,7 +2265,7 @@ export interface components {
             tilt_sigma_deg: number;
         };
         /**
-         * @description How the player shows a recording. `panes`: as in the address of a window of views.
+         * @description Arrangement of the player. `panes`: as in the address of a window of views.
          *
          *     `from_s`, `to_s`: the part of the recording that the timeline shows.
          */
@@ -2317,7 +2323,7 @@ export interface components {
             pixel_format: components["schemas"]["PixelFormat"];
             role: components["schemas"]["Role"];
         };
-        /** @description An error (RFC 9457); `asked`, `found` and `remedy` are there when known. */
+        /** @description An error (RFC 9457); `asked`, `found` and `remedy` are set when known. */
         Problem: {
             asked?: string | null;
             detail: string;
@@ -2329,9 +2335,9 @@ export interface components {
             type: string;
         };
         /**
-         * @description The server's process; null: the system does not tell.
+         * @description The server's process; null: not reported by the system.
          *
-         *     `cpu_share`: 1 is one core that is used all the time. `services_opened_s`: since the process began.
+         *     `cpu_share`: 1 is one fully used core. `services_opened_s`: since the process began.
          */
         ProcessDocument: {
             began_utc: string | null;
@@ -2345,7 +2351,7 @@ export interface components {
             up_s: number | null;
         };
         /**
-         * @description Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
+         * @description Depth along a line; `along_m` is measured on a fronto-parallel surface at depth `median_z_m`.
          *
          *     `shared_sigma_m`: standard error of Z that all samples share.
          */
@@ -2380,7 +2386,7 @@ export interface components {
             present: boolean;
             wanted_mm: number | null;
         };
-        /** @description How far the rail reaches, from its middle. */
+        /** @description Range of the rail, from its middle. */
         RailLimitsDocument: {
             max_mm: number;
             min_mm: number;
@@ -2444,7 +2450,7 @@ export interface components {
             wide?: "point" | "scan" | "none";
         };
         /**
-         * @description Outlines of where each eye can look, corners in wide px; they may leave the image.
+         * @description Outlines of each eye's calibrated field, corners in wide px; they may extend beyond the image.
          *
          *     `distance_m`: from the rig's origin, where the outlines are taken; null is infinity.
          */
@@ -2465,7 +2471,7 @@ export interface components {
             detail: string;
             device: string;
         };
-        /** @description The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found. */
+        /** @description The box of a followed target in the wide picture; `late_ms`: latency of its detection. */
         RecordedBox: {
             height_px: number;
             late_ms: number;
@@ -2542,11 +2548,9 @@ export interface components {
         /**
          * @description One recording. `why`: what ended it early. `playable`: whether it has frames to show.
          *
-         *     `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
-         *     until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
-         *     lasts at its rate.
-         *
-         *     `truncated`: what was cut off; the rest is found by reading the file through and is complete.
+         *     `ended`: the cause of its end; null in progress, and when unknown. In progress, `left_s`: time until it
+         *     ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that lasts at
+         *     its rate. `truncated`: what was cut off; the rest was recovered by scanning the file and is complete.
          */
         RecordingDocument: {
             archived: components["schemas"]["ArchivedDocument"] | null;
@@ -2623,9 +2627,9 @@ export interface components {
             wrong: number;
         };
         /**
-         * @description Samples of a range of depths, the rig's own baseline against the reference.
+         * @description Comparison in a range of depths, the rig's own baseline against the reference.
          *
-         *     `expected_*`: error of either baseline's depth if the disparity's error is equal over all depths.
+         *     `expected_*`: error of either baseline's depth for a disparity error that is equal at all depths.
          */
         ReferenceDepthRange: {
             bias_m: number;
@@ -2641,7 +2645,7 @@ export interface components {
             to_m: number;
         };
         /**
-         * @description The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
+         * @description The state of a capture's reference, or why none is possible. `stops`: known positions on the rail.
          *
          *     `outdated`: points were added to the capture since.
          */
@@ -2660,10 +2664,11 @@ export interface components {
             url: string;
         };
         /**
-         * @description What to measure. `scan`: whose depth is compared; null: the scan nearest to the middle.
+         * @description Settings of a reference.
          *
-         *     `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
-         *     a position on the rail; 0: exact.
+         *     `scan`: that whose depth is compared; null: the scan nearest to the middle. `bracket`: index of the
+         *     exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of a position on the
+         *     rail; 0: exact.
          */
         ReferenceRequest: {
             /** @default 10 */
@@ -2699,7 +2704,7 @@ export interface components {
             regions: components["schemas"]["RegionDocument"][];
             ring: components["schemas"]["RingDocument"];
         };
-        /** @description Where one can stand about the targets of a map. */
+        /** @description Request of the regions in which one can stand about the targets of a map. */
         RegionsRequest: {
             /** @default 0.3 */
             agent_radius_m?: number;
@@ -2710,12 +2715,16 @@ export interface components {
             ring?: components["schemas"]["RingRequest"];
             targets_m?: number[][] | null;
         };
-        /** @description What was moved to the trash, or deleted for good. */
+        /** @description The items moved to the trash or deleted for good. */
         RetentionApplied: {
             items: components["schemas"]["DueItem"][];
             size_bytes: number;
         };
-        /** @description What the rules would remove now; `digest`: stands for exactly that. `file`: the rules'. */
+        /**
+         * @description Preview of what the rules would remove now; `digest`: identifies exactly these items.
+         *
+         *     `file`: of the rules.
+         */
         RetentionPreview: {
             digest: string;
             file: string;
@@ -2723,11 +2732,11 @@ export interface components {
             rules: components["schemas"]["RetentionRules"];
             size_bytes: number;
         };
-        /** @description Which preview to carry out: its digest. */
+        /** @description Digest of the preview to carry out. */
         RetentionRequest: {
             digest: string;
         };
-        /** @description How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all. */
+        /** @description Limits of a kind: keep none older than `keep_days`, and the newest up to `keep_gb`; null: no limit. */
         RetentionRule: {
             keep_days: number | null;
             keep_gb: number | null;
@@ -2743,9 +2752,9 @@ export interface components {
             stills: components["schemas"]["RetentionRule"];
         };
         /**
-         * @description How many pixels of the sensor, along each side, are one pixel of the cameras' pictures.
+         * @description Binning of the cameras: sensor pixels along each side of a picture's pixel.
          *
-         *     `working_binning`: for looks, following, the loop and live views, until the rig is opened again.
+         *     `working_binning`: of looks, following, the loop and live views, until the rig is opened again.
          */
         RigBinningDocument: {
             held_by: string | null;
@@ -2774,7 +2783,7 @@ export interface components {
             steering: components["schemas"]["SteeringDocument"] | null;
             trigger: components["schemas"]["TriggerDocument"] | null;
         };
-        /** @description What the set-up page sets of a rig file; everything else in the file stays as it is. */
+        /** @description The values of a rig file that the set-up page edits; everything else in the file stays. */
         RigDraft: {
             /** @default 200 */
             baseline_mm: number;
@@ -2794,9 +2803,9 @@ export interface components {
             working_binning: (1 | 2) | null;
         };
         /**
-         * @description One rig of the list, as its server says of it now.
+         * @description One rig of the list, with the state that its server reports now.
          *
-         *     `state`: null where it does not answer, and `problem` then says why. `driver`: who holds its lease.
+         *     `state`: null where it does not answer; `problem` then gives the reason. `driver`: who holds its lease.
          *     `picture_url`: its newest wide picture, read through this server.
          */
         RigEntry: {
@@ -2816,11 +2825,11 @@ export interface components {
             state: string | null;
         };
         /**
-         * @description The rig file on the disk and what saving would make of it.
+         * @description The rig file on the disk and the changes that saving would make.
          *
          *     `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
-         *     what others changed since the draft began; empty: nothing. `versions`: earlier ones that can be put back.
-         *     `command`: what starts the server with it.
+         *     changes by others since the draft began; empty: none. `versions`: number of earlier ones that can be
+         *     restored. `command`: starts the server with it.
          */
         RigFileDocument: {
             changes: string;
@@ -2838,7 +2847,7 @@ export interface components {
             path: string;
             problem: string | null;
         };
-        /** @description The rig files that can be opened, and the one that is; `simulated`: the built-in simulated rig is. */
+        /** @description The rig files that can be opened; `simulated`: whether the built-in simulated rig is open. */
         RigFiles: {
             files: components["schemas"]["RigFileEntry"][];
             replayed: boolean;
@@ -2879,7 +2888,7 @@ export interface components {
          * @enum {string}
          */
         Role: "wide" | "left" | "right";
-        /** @description One place of a profile; `z_m` and its matching error are null where there is no depth. */
+        /** @description One sample of a profile; `z_m` and its matching error are null where there is no depth. */
         SampleDocument: {
             along_m: number;
             z_m: number | null;
@@ -2906,7 +2915,7 @@ export interface components {
         ServiceTokenList: {
             tokens: components["schemas"]["ServiceTokenDocument"][];
         };
-        /** @description A new token; `days`: its life, null for one without an end. */
+        /** @description A new token; `days`: its lifetime, null: unlimited. */
         ServiceTokenRequest: {
             days?: number | null;
             name: string;
@@ -2953,7 +2962,7 @@ export interface components {
             kind: "set_points";
             points: components["schemas"]["SetPoint"][] | string;
         };
-        /** @description How one axis of one mirror comes to rest. */
+        /** @description Settling of one axis of one mirror. */
         SettleAxisDocument: {
             /** @enum {string} */
             axis: "x" | "y";
@@ -2989,7 +2998,7 @@ export interface components {
             step: "settle";
         };
         /**
-         * @description How long the rig waits after every move.
+         * @description The wait of the rig after every move.
          *
          *     `source`: `rig file`, or `measured` and the date. `rig_file_us`: the rig file's value. `measured`: the
          *     measured one in use; null: the rig file's is.
@@ -3004,13 +3013,13 @@ export interface components {
         SettleTimeRequest: {
             session_id: string;
         };
-        /** @description A point, and the targets that are seen from it unnoticed. */
+        /** @description A point, with the targets seen from it unnoticed. */
         SightDocument: {
             targets: number[];
             x_m: number;
             y_m: number;
         };
-        /** @description What the server asks of whoever comes, and who the request came from. */
+        /** @description The sign-in that the server requires, and the principal of the request. */
         SignInDocument: {
             expires_utc: string | null;
             /** @enum {string} */
@@ -3051,7 +3060,7 @@ export interface components {
             index: number;
             why: string;
         };
-        /** @description Accepted values, both ends included; `low` = `high`: it cannot be set. */
+        /** @description Accepted range, both ends included; `low` = `high`: the setting is fixed. */
         SpanDocument: {
             high: number;
             low: number;
@@ -3062,9 +3071,9 @@ export interface components {
             rms: number;
         };
         /**
-         * @description How long one part of the work took in the last `window_s`, from its histogram; null: it was not done.
+         * @description Times of one stage in the last `window_s`, from its histogram; null: none.
          *
-         *     `queue`: a command waited for the hardware thread; `request`: any request until its answer began.
+         *     `queue`: wait of a command for the hardware thread; `request`: any request until its answer began.
          */
         StageDocument: {
             count: number;
@@ -3099,8 +3108,9 @@ export interface components {
         /**
          * @description One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
          *
-         *     `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
-         *     renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
+         *     `detail`, `remedy`: why it failed, and what to do; for a device that connected later, that it did; for the
+         *     active renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where
+         *     unknown.
          */
         StartStepDocument: {
             detail: string;
@@ -3133,7 +3143,7 @@ export interface components {
             ay_max_deg: number;
             ay_min_deg: number;
         };
-        /** @description Direction in which both eyes shall look; without a distance they look parallel. */
+        /** @description Direction at which both eyes point; in parallel without a distance. */
         SteerRequest: {
             direction: components["schemas"]["Direction"];
             distance_m?: number | null;
@@ -3177,13 +3187,17 @@ export interface components {
             x_v: number | null;
             y_v: number | null;
         };
-        /** @description Whether every file is as it was written; `faults`: what is not, a sentence each. */
+        /** @description Whether every file is unchanged; `faults`: a sentence for each difference. */
         StillCheck: {
             faults: string[];
             id: string;
             sound: boolean;
         };
-        /** @description One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not. */
+        /**
+         * @description One still.
+         *
+         *     `trouble`: why it cannot be read; `distance_m`: at which the gazes cross; None: they do not.
+         */
         StillDocument: {
             archived: components["schemas"]["ArchivedDocument"] | null;
             calibration_id: string | null;
@@ -3210,7 +3224,7 @@ export interface components {
             url: string;
             warnings: string[];
         };
-        /** @description Name and label of a held still that is kept; those left out stay. */
+        /** @description Name and label of a held still to keep; fields left out stay. */
         StillKeepRequest: {
             label?: string | null;
             name?: string | null;
@@ -3220,7 +3234,7 @@ export interface components {
             label?: string | null;
             licence?: string | null;
         };
-        /** @description A still to take; the mirrors do not move. */
+        /** @description Request of a still; the mirrors do not move. */
         StillRequest: {
             cameras?: ("wide" | "left" | "right")[];
             /**
@@ -3243,7 +3257,7 @@ export interface components {
              */
             stack_keep?: "mean" | "all";
         };
-        /** @description The stop is engaged; `parked` tells whether the mirrors' controller confirmed, after `parked_in_ms`. */
+        /** @description The stop is engaged; `parked`: whether the mirrors' controller confirmed, after `parked_in_ms`. */
         StopAnswer: {
             engaged: boolean;
             parked: boolean;
@@ -3255,7 +3269,7 @@ export interface components {
             engaged: boolean;
             since_utc: string | null;
         };
-        /** @description A good target for a first look; `score`: how well it stands out, 1 as the best of the picture. */
+        /** @description A good target for a first look; `score`: salience relative to the picture's best, which has 1. */
         SuggestionDocument: {
             ax_deg: number;
             ay_deg: number;
@@ -3323,7 +3337,7 @@ export interface components {
             x_px: number;
             y_px: number;
         };
-        /** @description Threads of one name; `busiest_share`: of the one that uses most of a core; null: not known (yet). */
+        /** @description Threads of one name; `busiest_share`: largest share of a core of one thread; null: not known (yet). */
         ThreadDocument: {
             busiest_share: number | null;
             count: number;
@@ -3350,9 +3364,9 @@ export interface components {
         /**
          * @description One channel of a recording over time, seconds from its begin.
          *
-         *     `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
-         *     an interval in a run that lacks some, and how many by the period; none where a stream keeps no period, and
-         *     none where the recorder counted that nothing is missing.
+         *     `runs`: first and last message of each run; between two runs there is no message. `drops`: messages before
+         *     and after an interval in a run that lacks some, and how many by the period; none for a stream without a
+         *     period, or one that is complete by the recorder's counts.
          */
         TrackDocument: {
             count: number;
@@ -3371,18 +3385,18 @@ export interface components {
                 number
             ][];
         };
-        /** @description One track of the timeline, in its place; one that is off is not shown in a pane. */
+        /** @description One track of the timeline, in order; a track that is off has no pane. */
         TrackLayout: {
             name: string;
             on: boolean;
         };
-        /** @description All channels of a recording over time, told from its index alone. */
+        /** @description All channels of a recording over time, from its index alone. */
         TracksDocument: {
             duration_s: number;
             recorded: string | null;
             tracks: components["schemas"]["TrackDocument"][];
         };
-        /** @description Where a followed target was: one hit. */
+        /** @description One hit: the place of a followed target at a time. */
         TrailPoint: {
             distance_sigma_m: number;
             t_s: number;
@@ -3395,7 +3409,7 @@ export interface components {
             deleted: number;
         };
         /**
-         * @description How often both foveae can look: settle time, the slower camera, and a margin.
+         * @description Highest rate of looks of both foveae: settle time, period of the slower camera, and a margin.
          *
          *     `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until the highest
          *     rates of both cameras are known.
@@ -3412,28 +3426,29 @@ export interface components {
             eyes: components["schemas"]["EyeTestDocument"][];
             id: string;
         };
-        /** @description A recording that was cut off: how much was lost after its last complete record, and why. */
+        /** @description Loss of a recording that was cut off: bytes after its last complete record, and the reason. */
         TruncationDocument: {
             at_byte: number;
             lost: string;
             lost_bytes: number;
             reason: string;
         };
-        /** @description The device of the draft that is asked for an answer. */
+        /** @description The device of the draft to identify on its port. */
         TryOrder: {
             /** @enum {string} */
             device: "controller" | "pan_tilt";
         };
-        /** @description What came of a try, in a sentence; `remedy`: what to do where it failed. */
+        /** @description Result of a test in a sentence; `remedy`: what to do when it failed. */
         TryResult: {
             good: boolean;
             remedy: string;
             sentence: string;
         };
         /**
-         * @description A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
+         * @description An upload.
          *
-         *     `recording`: set once all has come and was found readable; `state` says when it is cut off.
+         *     `part_bytes`: largest part; the next one begins at `received_bytes`. `recording`: set once the file is
+         *     complete and readable; its `state` shows whether it was cut off.
          */
         UploadDocument: {
             id: string;
@@ -3443,12 +3458,12 @@ export interface components {
             recording: components["schemas"]["RecordingDocument"] | null;
             size_bytes: number;
         };
-        /** @description A recording that will be sent in parts: its name here, without a suffix, and its length. */
+        /** @description Request of an upload: the recording's name here, without a suffix, and its length. */
         UploadRequest: {
             name: string;
             size_bytes: number;
         };
-        /** @description What changes of a user. */
+        /** @description Fields of a user to change. */
         UserChange: {
             disabled?: boolean | null;
             role?: ("viewer" | "operator" | "admin") | null;
@@ -3473,7 +3488,7 @@ export interface components {
         UserList: {
             users: components["schemas"]["UserDocument"][];
         };
-        /** @description What became of the tokens of a user who was removed. */
+        /** @description What happened to the tokens of a removed user: kept or revoked. */
         UserRemoved: {
             tokens_kept: components["schemas"]["ServiceTokenDocument"][];
             tokens_revoked: components["schemas"]["ServiceTokenDocument"][];
@@ -3524,7 +3539,7 @@ export interface components {
             rate_hz: number;
             width: number;
         };
-        /** @description What a view publishes and sends; `dropped`: a newer picture came before the client took this one. */
+        /** @description Pictures of a view; `dropped`: replaced by a newer picture before the client took them. */
         ViewFlowDocument: {
             dropped: number;
             published: number;
@@ -3533,12 +3548,12 @@ export interface components {
             sent: number;
             view: string;
         };
-        /** @description Differential drive of each eye's mirror; an eye that is left out stays as it is. */
+        /** @description Differential volts of each eye's mirror; an eye left out stays unchanged. */
         VoltsRequest: {
             left?: components["schemas"]["EyeVolts"] | null;
             right?: components["schemas"]["EyeVolts"] | null;
         };
-        /** @description What is known of the depth of the whole wide view, on a grid of square cells. */
+        /** @description Figures of the wide depth, which is held on a grid of square cells. */
         WideDepthDocument: {
             age_median_s: number | null;
             /** @description side of a cell, wide px */
@@ -3566,7 +3581,7 @@ export interface components {
             /** @description share of directions that the last look around reached; null before the first */
             surveyed_fraction: number | null;
         };
-        /** @description A lens fitted to the samples; `accuracy_deg`: standard error of pixel to angle over the image. */
+        /** @description A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image. */
         WideFitDocument: {
             accuracy_deg: number | null;
             cx_px: number;
@@ -3614,7 +3629,7 @@ export interface components {
             thumbnail_url: string;
             tilt_deg: number | null;
         };
-        /** @description Stage 1 so far. */
+        /** @description Present result of stage 1. */
         WideStageDocument: {
             cells: number[][] | null;
             coverage_fraction: number;
@@ -3624,12 +3639,12 @@ export interface components {
             samples: components["schemas"]["WideSampleDocument"][];
             tilts_covered: number;
         };
-        /** @description A layout of `/windows` under a name; `layout`: what stands behind the # of its address. */
+        /** @description A named layout of `/windows`; `layout`: the fragment (after #) of its address. */
         WindowLayout: {
             layout: string;
             name: string;
         };
-        /** @description A layout as its address has it: `row-600(wide,column-500(left,right))`. */
+        /** @description A layout in the form of its address: `row-600(wide,column-500(left,right))`. */
         WindowLayoutRequest: {
             layout: string;
         };

@@ -164,7 +164,7 @@ def trigger_budget(
     if not (min(exposures_us) > 0.0 and min(most_rates_hz) > 0.0 and settle_us >= 0.0):
         raise InvalidInput(
             f"trigger budget: exposures {exposures_us} µs and rates {most_rates_hz} Hz must be above 0, "
-            f"the settle time {settle_us} µs not below; give what both cameras run with"
+            f"the settle time {settle_us} µs not below; give the settings of both cameras"
         )
     eyes = zip(exposures_us, most_rates_hz, strict=True)
     slowest_us = max(max(exposure_us, 1e6 / rate_hz) for exposure_us, rate_hz in eyes)

@@ -75,8 +75,8 @@ class Camera(Protocol):
     def configure(self, settings: CameraSettings) -> CameraSettings:
         """Apply the settings, also while started; return those in force.
 
-        All or nothing: after an error the settings before are in force. Raise `OutOfRange` for a value that
-        is not in `ranges`, `InvalidInput` for such a binning.
+        All or nothing: after an error the previous settings stay in force. Raise `OutOfRange` for a value
+        outside `ranges`, `InvalidInput` for an unsupported binning.
         """
         ...
 
@@ -155,8 +155,8 @@ class Mirrors(Protocol):
     def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
         """Move without waiting for a reply; return the volts actually set. May be called at 1 kHz.
 
-        `unless_parked_since`: a value of `MirrorState.parks`; raise `Stopped`, and move nothing, when the
-        mirrors were parked since, from whichever thread.
+        `unless_parked_since`: a value of `MirrorState.parks`; raise `Stopped`, and move nothing, when any
+        thread has parked the mirrors since.
         """
         ...
 
@@ -172,10 +172,10 @@ class Mirrors(Protocol):
     def begin_exposure(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
-        """Request the same without waiting: the exposure is over when `wait` returns.
+        """Request an exposure, as `expose` does, without waiting: the exposure is over when `wait` returns.
 
-        Two may be under way at most, the second exposed after the first; raise `Busy` for a third. One that
-        nobody waits for counts until its answer is overdue.
+        Two may be under way at most, the second exposed after the first; raise `Busy` for a third. One whose
+        `wait` is never called counts until its answer is overdue.
         """
         ...
 

@@ -23,10 +23,10 @@ class FoveaError(Exception):
     """Root of every error that a user may see; `code` is stable and machine readable.
 
     `statement` says what was asked and what was found, without the remedy; left empty, it is composed as
-    `{asked}: {found}`. The text is `{statement}; {remedy}`, so that it ends with the remedy word by word. A
-    statement's full stop gives way to the semicolon, but stays before a remedy that is a sentence of its
-    own, with a capital and a full stop. An error that wraps another takes its `statement`, and its `remedy`
-    beside.
+    `{asked}: {found}`. The text is `{statement}; {remedy}`, so that it ends with the remedy verbatim. A
+    statement's full stop is replaced by the semicolon, but stays before a remedy that is a complete sentence,
+    with a capital and a full stop. An error that wraps another passes on its `statement` and its `remedy`
+    separately.
     """
 
     code = "fovea_error"
@@ -47,7 +47,7 @@ class FoveaError(Exception):
 
     @property
     def parts(self) -> tuple[str, str]:
-        """The statement and the remedy; where none is given, the remedy follows the last semicolon."""
+        """The statement and the remedy; by default the text after the last semicolon is the remedy."""
         if self.remedy is not None:
             return self.statement, self.remedy
         statement, _, remedy = self.statement.rpartition("; ")

@@ -1,7 +1,7 @@
-"""Marks parts of the work in the trace of the request or job that the running code works for.
+"""Tracing spans: timed parts of the trace of the request or job that is being served.
 
-A trace is begun and sent by the server. Where there is none, a mark costs a fraction of a microsecond.
-`contextvars.copy_context` takes the trace along to another thread.
+The server starts and sends traces. Without a trace, a span costs a fraction of a microsecond.
+`contextvars.copy_context` carries the trace to another thread.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,26 +14,26 @@ Attribute: TypeAlias = bool | int | float | str
 
 
 class Span(Protocol):
-    """A part of the work that is traced; callable from any thread."""
+    """A timed part of a trace; its methods may be called from any thread."""
 
     def child(
         self, name: str, attributes: Mapping[str, Attribute], *, began_s_ago: float = 0.0
     ) -> "Span | None":
-        """Begin a part of this part; None where the trace takes no more."""
+        """Start a child span; return None when the trace accepts no more."""
         ...
 
     def end(self, error: BaseException | None = None) -> None:
-        """End it; `error`: what ended it early."""
+        """End the span; `error`: the exception that ended it early."""
         ...
 
 
 CURRENT_SPAN: ContextVar[Span | None] = ContextVar("span", default=None)
-"""The part that the running code belongs to; None outside of traces."""
+"""The span of the running code; None outside of a trace."""
 _NOT_TRACED = nullcontext()
 
 
 class _TracedPart:
-    """Is a span of a trace from entering to leaving."""
+    """Context manager that is one span of a trace from entry to exit."""
 
     def __init__(self, parent: Span, name: str, attributes: Mapping[str, Attribute]) -> None:
         self._parent, self._name, self._attributes = parent, name, attributes
@@ -51,13 +51,13 @@ class _TracedPart:
 
 
 def span(name: str, **attributes: Attribute) -> AbstractContextManager[None]:
-    """Return a context that is one part of the trace under way; it does nothing without one."""
+    """Return a context manager that adds a span to the current trace; it does nothing without a trace."""
     parent = CURRENT_SPAN.get()
     return _NOT_TRACED if parent is None else _TracedPart(parent, name, attributes)
 
 
 def note_span(name: str, *, took_s: float, **attributes: Attribute) -> None:
-    """Add a part that has just ended to the trace under way."""
+    """Add a span that has just ended to the current trace; it lasted `took_s`."""
     parent = CURRENT_SPAN.get()
     noted = None if parent is None else parent.child(name, attributes, began_s_ago=took_s)
     if noted is not None:
@@ -66,7 +66,7 @@ def note_span(name: str, *, took_s: float, **attributes: Attribute) -> None:
 
 @contextmanager
 def untraced() -> Iterator[None]:
-    """Keep what is done here out of the trace: work that goes on for hours."""
+    """Exclude the enclosed code from the trace, because it runs for hours."""
     token = CURRENT_SPAN.set(None)
     try:
         yield

@@ -110,7 +110,7 @@ class ExposureReceipt:
 
     `t_trigger_ns` is the rising edge of the trigger lines. `t_exposure_start_ns` is the first rising edge of
     a strobe, which is the start of the exposure; the controller knows neither its middle nor its end.
-    `clock_uncertainty_ns`: by how much both may be wrong, as the host's clock is known from the controller's.
+    `clock_uncertainty_ns`: largest error of both, from mapping the controller's clock to the host's.
     """
 
     frame_id: int
@@ -148,7 +148,7 @@ class MirrorState:
     connected: bool
     enabled: bool
     volts: StereoVolts
-    """Volts last commanded; what the mirrors have is known only while `enabled`."""
+    """Volts last commanded; the actual drive is known only while `enabled`."""
     fault: str | None = None
     """Why the controller is not usable, for the operator; None when it is."""
     guarded: bool = False

@@ -1,7 +1,7 @@
 """Exposes the foveae by commands to their cameras, for a rig whose cameras have no trigger cable.
 
-The mirrors rest before the commands are sent, and until the frames have come or cannot come any more.
-A mirror that is steered by somebody else meanwhile blurs the picture: no controller holds it.
+The mirrors rest before the commands are sent, and until the frames have come or cannot come any more. If
+another caller steers a mirror meanwhile, the picture is blurred: no controller prevents it.
 """
 
 from collections.abc import Sequence
@@ -65,7 +65,7 @@ class CommandedExposer:
         actual = self._mirrors.steer(volts, unless_parked_since=parks)
         self._clock.sleep_until_ns(self._clock.now_ns() + settle_us * 1000)
         for camera in cameras:
-            while camera.waiting:  # of an exposure before this one
+            while camera.waiting:  # frames of earlier exposures
                 camera.read(timeout_ms=DRAIN_MS)
         began_ns = self._clock.now_ns()
         for camera in cameras:

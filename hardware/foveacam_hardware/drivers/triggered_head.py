@@ -34,9 +34,9 @@ logger = logging.getLogger(__name__)
 
 READ_TIMEOUT_MS = 1000.0
 CLOCK_TOLERANCE_NS = 2_000_000
-"""Error of the controller's clock mapped over a serial port: well below this, which is far below a frame."""
+"""Tolerance of a frame's time, above the error of the controller's clock and far below a frame period."""
 MOST_UNCERTAINTY_NS = 10_000_000
-"""Allowed for beyond that where the clock is uncertain; 14 ms to settle and 8 of exposure part two looks."""
+"""Largest further tolerance for an uncertain clock; two looks are 14 ms (settling) + 8 (exposure) apart."""
 PULSE_DIVISOR = 2
 """The trigger pulse ends by the middle of the exposure, as it must never outlast one."""
 LONGEST_AFTER_PULSE_US = 4000
@@ -208,7 +208,7 @@ class TriggeredHead:
 def _no_frame(
     camera: Camera, receipt: ExposureReceipt, silence: Timeout, *, before_ns: int | None
 ) -> DeviceFault:
-    """Return the fault; `before_ns`: how much older the last frame was that was dropped, None without one."""
+    """Return the fault; `before_ns`: how much older the last dropped frame was, None without one."""
     counted = camera.counters
     older = "" if before_ns is None else f"; the one before is {before_ns / 1e6:.1f} ms older"
     return DeviceFault(

@@ -24,7 +24,7 @@ from foveacam_hardware.sim.scenes.loader import SCENES_FOLDER, load_scene, scene
 from foveacam_hardware.sim.scenes.motion import PoseAtTime, pose_function
 
 CACHED_FRAMES = 4
-"""One per camera and a spare one; a colour frame with its depth takes 31 MB."""
+"""Frames in the cache: one per camera and a spare one; a colour frame with its depth takes 31 MB."""
 
 Roi: TypeAlias = tuple[int, int, int, int]
 """x, y, width, height of a part of an image, px."""
@@ -46,7 +46,7 @@ class AnimatedScene:
     """
 
     def __init__(self, scene: str | Path | SceneFile, *, threads: int = 2) -> None:
-        """Build a scene that ships, that of a file, or one that was read or drawn already."""
+        """Build from a shipped scene, a scene file, or a scene that was already read or generated."""
         if isinstance(scene, SceneFile):
             self.file, self.name, folder = scene, scene.title, SCENES_FOLDER
         else:
@@ -80,7 +80,7 @@ class AnimatedScene:
         *,
         channels: int,
     ) -> NDArray[np.float32]:
-        """Return the radiance as `radiance`, as the mean over an exposure with its middle at `t_s`.
+        """Return the mean radiance over an exposure centred at `t_s`, in the form of `radiance`.
 
         `projection`: without a ray table. `shifts_px`: (2,), of each object in view during the exposure.
         """

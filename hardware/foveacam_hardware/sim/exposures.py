@@ -29,7 +29,7 @@ STEP_LIMITS_LOG2 = (-2.0, 1.0)
 TOLERANCE_LOG2 = 0.07
 """Tolerance (5 %): a smaller error is not corrected, as noise would move the exposure for ever."""
 SAMPLE_STRIDE = 8
-"""Every how many pixels, in every how many rows, are measured."""
+"""Step between measured pixels, along columns and rows."""
 AUTO_LIMITS_NS = (30_000, 100_000_000)
 """Limits of the automatic exposure; longer ones would blur moving objects."""
 

@@ -1,6 +1,6 @@
-"""Pictures of a scene in which objects move evenly during the exposure, from two layers.
+"""Motion-blurred pictures of a scene with evenly moving objects, from two layers.
 
-What moves and what stands is drawn once each, instead of the whole scene once for every few pixels of motion.
+Moving and static objects are each drawn once, instead of the whole scene once per few pixels of motion.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,9 +37,9 @@ class ObjectMotion:
         return float(np.max(np.linalg.norm(self.after_px - self.before_px, axis=1)))
 
     def shift(self) -> tuple[NDArray[np.float64], float]:
-        """Return the shift (2,) in the middle of its part of the image, px, and what it differs by there.
+        """Return the shift (2,) in the middle of the object's visible part, px, and its variation there.
 
-        Within the image the shift is taken as linear in the place; the difference counts what is not.
+        The shift is fitted as linear in the position; the variation includes the residuals.
         """
         shifts = self.after_px - self.before_px
         places = np.column_stack([self.before_px, np.ones(len(shifts))])
@@ -57,19 +57,19 @@ class ImageMotion:
     """How an image moves between two times."""
 
     rig_px: float
-    """Largest motion by the rig's own, px."""
+    """Largest motion caused by the motion of the rig, px."""
     objects: Mapping[int, ObjectMotion]
-    """By number, those that are in view and move."""
+    """Moving objects in view, by number."""
 
     @property
     def largest_px(self) -> float:
-        """The fastest of all, px."""
+        """Largest motion of all, px."""
         return max([self.rig_px, *(one.largest_px for one in self.objects.values())])
 
     def even_shifts(self, within_px: float) -> dict[int, NDArray[np.float64]] | None:
         """Return the shift (2,) px of each object; None where the rig moves, or an object unevenly.
 
-        `within_px`: what all parts in view of an object differ by at most.
+        `within_px`: largest variation over the visible part of an object.
         """
         if self.rig_px > 0.0:
             return None
@@ -97,7 +97,7 @@ class SceneLayers:
     def blurred(
         self, projection: Projection, shifts_px: Mapping[int, NDArray[np.float64]], *, channels: int
     ) -> NDArray[np.float32]:
-        """Return the mean radiance (h, w) or (h, w, 3) while objects move about where they are.
+        """Return the mean radiance (h, w) or (h, w, 3) while objects move about their current positions.
 
         `projection`: without a ray table. `shifts_px`: (2,), that of each moving object in view.
         """
@@ -137,10 +137,10 @@ class SceneLayers:
     def _steps(
         self, shifts_px: Mapping[int, NDArray[np.float64]], centre_m: NDArray[np.float64]
     ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Return which objects move alike, and where each group of them is in each step.
+        """Return the group of each object, by equal motion, and each group's shift in each step.
 
-        (n,) the group of each object, the nearest first; (k, groups, 2) whole px from the middle of the
-        exposure. An odd number of steps of at most a pixel is rounded to an even spread about the middle.
+        (n,) group numbers, the nearest first; (k, groups, 2) whole px from the middle of the exposure. An odd
+        number of steps of at most a pixel is rounded to an even spread about the middle.
         """
         shifts = np.zeros((len(self._place), 2))
         for number, shift_px in shifts_px.items():

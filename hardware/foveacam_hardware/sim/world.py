@@ -44,7 +44,7 @@ The blur that this leaves out has a σ of at most 0.3 px, beside 1.4 px by diffr
 """
 MIRROR_STEP_PX = 3.0
 OBJECT_STEP_PX = 4.0
-"""Objects move evenly, so the middle of an exposure is its mean; less blur than this is lost in the PSF."""
+"""Largest motion per rendered picture of an exposure; objects move evenly, less blur is lost in the PSF."""
 EVEN_PX = 4.0
 """An object whose parts in view move alike to within this is blurred along one line: at either end of the
 exposure a part is off by a quarter of it at most."""
@@ -72,7 +72,7 @@ class World:
         self.advance_motors: Callable[[int], None] = _advance_nothing
         """Advances the motors' firmware to a time, where it runs in this process."""
         scene.rig_pose = self._rig_pose
-        self.on_codes: Callable[[int, DacCodes], None] = _tell_nobody
+        self.on_codes: Callable[[int, DacCodes], None] = _ignore_codes
         """Called with each update of the DACs and its time at the controller; for benches."""
         self._shutters: dict[Role, ShutterPort] = {}
         self._mirror_lock = threading.Lock()
@@ -225,7 +225,7 @@ def _mean(pictures: Iterator[NDArray[np.float32]]) -> NDArray[np.float32]:
 
 
 def _pictures(moved_px: float, *, swing_px: float) -> int:
-    """Return of how many pictures an exposure is the mean; lengths in px of the sensor."""
+    """Return the number of pictures averaged in an exposure; lengths in px of the sensor."""
     count = max(1, int(np.ceil(moved_px / OBJECT_STEP_PX)))
     if swing_px > SETTLED_PX:
         count = max(count, 1 + int(np.ceil(swing_px / MIRROR_STEP_PX)))
@@ -236,7 +236,7 @@ def _advance_nothing(t_ns: int) -> None:
     """Do nothing: the motors' own process reports their motion in time."""
 
 
-def _tell_nobody(t_ns: int, codes: DacCodes) -> None:
+def _ignore_codes(t_ns: int, codes: DacCodes) -> None:
     """Do nothing: no bench listens."""
 
 

@@ -27,7 +27,7 @@ SETTINGS = "$$"
 BUILD_INFO = "$I"
 UNLOCK = "$X"
 PARSER_STATE = "$G"
-"""Answered in every state but a hold; the answer tells the programmed feed, see `feed`."""
+"""Request the parser state, which includes the programmed feed (see `feed`); not answered during a hold."""
 
 STATES = frozenset({"Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep", "Tool"})
 LONGEST_LINE = 70
@@ -44,7 +44,7 @@ ERRORS = {
     9: "it is locked after an alarm",
     10: "soft limits need homing",
     11: "the line was too long",
-    15: "the way leads beyond its travel ($130, $131)",
+    15: "the path leads beyond its travel ($130, $131)",
     16: "the jog was malformed",
     20: "the command is not supported",
     22: "the speed was missing",
@@ -156,7 +156,7 @@ def feed(value: int) -> str:
 
 
 def programmed_feed(message: GrblMessage) -> int | None:
-    """Return the programmed feed that an answer to `PARSER_STATE` tells; None for another message."""
+    """Return the programmed feed in an answer to `PARSER_STATE`; None for any other message."""
     found = _FEED.fullmatch(message.text)
     return int(found[1]) if found else None
 

@@ -1,4 +1,4 @@
-"""Messages between a host and its guardian process: an open port handed over, and the plan to park by.
+"""Messages between a host and its guardian process: hand-over of an open port, and the parking plan.
 
 Each message is one packet on a SOCK_SEQPACKET Unix socket; the port is passed along as an open file
 descriptor (SCM_RIGHTS), so that an exclusively opened port need not be opened twice.
@@ -85,7 +85,7 @@ def answer(connection: socket.socket) -> None:
 
 
 def await_answer(connection: socket.socket, *, timeout_s: float) -> bool:
-    """Return whether the other side confirmed within a time."""
+    """Return whether the guardian confirmed before the timeout."""
     ready, _, _ = select.select([connection], [], [], timeout_s)
     try:
         return bool(ready) and connection.recv(MESSAGE_BYTES) == b"done"
@@ -107,7 +107,8 @@ def wait_for_message_or_exit(connection: socket.socket, process: int | None) -> 
 def watch_process(pid: int) -> int | None:
     """Return a pidfd, which becomes readable when the process ends; None when it has ended already.
 
-    None also where the system has no pidfd (macOS): the closed socket alone says there that the host is gone.
+    None also where the system has no pidfd (macOS): there the closed socket alone shows that the host is
+    gone.
     """
     try:
         return os.pidfd_open(pid)

@@ -26,12 +26,12 @@ WRITE_TIMEOUT_S = 0.25
 """Time after which a port that accepts no bytes counts as unplugged."""
 ECHO_TIMEOUT_S = 2.0
 QUIET_S, MOST_READS = 0.05, 8
-"""Silence after which nothing more is on its way, and the reads after which a port that chatters is left."""
+"""Silence that ends the discarding of input, and the most reads on a port that is never silent."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Backlog:
-    """Output that is waiting at a port."""
+    """Output that waits to be sent at a port."""
 
     queued_bytes: int = 0
     """Bytes in the operating system's output queue."""
@@ -62,7 +62,7 @@ class ByteLink(Protocol):
 
 
 def discard_input(link: ByteLink) -> None:
-    """Discard what has arrived and what is on its way, on a link that was just opened."""
+    """Discard bytes that have arrived or are still arriving, on a link that was just opened."""
     for _ in range(MOST_READS):
         if not link.read(QUIET_S):
             return
@@ -128,7 +128,7 @@ class SerialLink:
 
     @property
     def quiet(self) -> None:
-        """Not known for a serial port."""
+        """Always None: not known for a serial port."""
         return
 
     def write(self, data: bytes) -> None:

@@ -16,7 +16,7 @@ from scipy import optimize
 class ResidualModel:
     """Residuals (n,) at terms (k,), and their Jacobian (n, k); without one it is found by differences.
 
-    `term_scales`: (k,) sizes of the terms; None takes them from the Jacobian.
+    `term_scales`: (k,) typical sizes of the terms; None derives them from the Jacobian.
     """
 
     residuals: Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -44,12 +44,12 @@ class LeastSquaresFit:
 def terms_covariance(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (JᵀJ)⁻¹, (k, k), of a Jacobian (n, k); huge along directions that it does not determine.
 
-    JᵀJ itself has the square of the condition of J: it would keep half of the digits, and the difference of
-    two terms that are known better together than each alone might keep none.
+    JᵀJ has the square of J's condition number: inverting it would lose half of the digits, and possibly all
+    of those of the difference of two terms that is known better than either term.
     """
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
-    terms = len(scale)  # so many rows of 0 give `ways` all directions where the rows are fewer
+    terms = len(scale)  # zero rows, so that `ways` spans all directions even with fewer rows than terms
     _, sizes, ways = np.linalg.svd(
         np.vstack([jacobian / scale, np.zeros((terms, terms))]), full_matrices=False
     )

@@ -1,8 +1,8 @@
-"""Lays a calibration pattern out on sheets of paper at its true size, and writes them as PDF.
+"""Layout of a calibration pattern on sheets of paper at its true size, and their PDF.
 
 A pattern larger than the paper is divided among several sheets, with crop marks where they are cut and
-joined. Each sheet has a ruler of 100 mm to check the print, and one line that says what it is. The file asks
-its reader to print it unscaled, which the PDF of matplotlib cannot.
+joined. Each sheet has a ruler of 100 mm to check the print, and a line of text that describes it. The PDF
+requests unscaled printing, which matplotlib's PDF cannot.
 """
 
 from collections.abc import Sequence
@@ -16,20 +16,20 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.pattern import Pattern, Rows
 
 PAPERS_M = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "Letter": (0.2159, 0.2794)}
-"""Width and height of each paper, upright."""
+"""Width and height of each paper size, in portrait orientation."""
 LARGEST_PAPER = "A3"
 MOST_SHEETS = 9
 RULER_M = 0.100
 FOOT_M = 0.015
-"""Height of the foot of a sheet, which holds the ruler and the line of words."""
+"""Height of a sheet's footer, which holds the ruler and the line of text."""
 BLEED_M = 0.003
-"""How far the pattern is printed beyond a cut, so that a cut beside the line leaves no gap."""
+"""Bleed: how far the pattern is printed beyond a cut, so that an inexact cut leaves no gap."""
 MARK_M = (0.004, 0.008)
-"""Where a crop mark begins and ends, from the edge of the sheet's part of the pattern."""
+"""Start and end of a crop mark, as distances from the edge of the sheet's part of the pattern."""
 TEXT_M = 0.0028
-"""Height of the letters, the size of their font."""
+"""Font size."""
 LETTER_WIDTH = 0.55
-"""Mean width of a letter of Helvetica, of the font's size; rather too wide."""
+"""Mean width of a letter of Helvetica as a share of the font size, estimated generously."""
 TOLERANCE_M = 1e-6
 POINTS_PER_M = 72.0 / 0.0254
 LINE_M = 0.0002
@@ -39,7 +39,7 @@ _HEADER = b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SheetText:
-    """One line of words: where its baseline begins, metres, and the size of its font."""
+    """One line of text: the start of its baseline and its font size, metres."""
 
     x_m: float
     y_m: float
@@ -216,7 +216,7 @@ def _ruler(x_m: float, y_m: float) -> Rows:
 
 
 def _texts(words: str, *, x_m: float, foot_m: float, width_m: float) -> tuple[SheetText, ...]:
-    """Return what the ruler is for, and what the sheet is in letters as large as its width allows."""
+    """Return the ruler's label and the sheet's description, in letters as large as its width allows."""
     beside = "measures 100 mm"
     size_m = min(TEXT_M, width_m / (LETTER_WIDTH * len(words)))
     return (
@@ -273,7 +273,7 @@ def _text(text: SheetText, *, height_m: float) -> str:
 
 
 def _file(objects: Sequence[str]) -> bytes:
-    """Return the file of objects that are numbered from 1; the last one is its information."""
+    """Return the PDF file of objects numbered from 1; the last one is the document information."""
     content, offsets = bytearray(_HEADER), []
     for number, body in enumerate(objects, start=1):
         offsets.append(len(content))

@@ -13,7 +13,7 @@ from foveacam_pipeline.models.calibration import Calibration
 
 EYES = (Role.LEFT, Role.RIGHT)
 SMALLEST_SPACING_M = 0.01
-"""Scans nearer to each other than this count as taken from one position."""
+"""Minimum distance of two scans that count as taken from different positions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,1 +1,1 @@
-"""The vergence loop: a look after another corrects pan, vergence and vertical shift, with gains to tune."""
+"""The vergence loop: feedback control of pan, vergence and vertical shift, with tunable gains."""

@@ -1,4 +1,4 @@
-"""Tunes all gains on the rig: a relay for each axis, then, where asked for, CMA-ES on the cost of steps."""
+"""Autotuning on the rig: relay feedback for each axis, then optionally CMA-ES on the step-response cost."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,14 +18,14 @@ from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLo
 
 CANDIDATES = 48
 OTHER_SHARE, OTHER_SIGMAS = 0.05, 5.0
-"""Another thing than the target is seen where its distance differs by both."""
+"""A distance that differs by more than both is of another object (occlusion, or a mirror does not turn)."""
 
 Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TuneResult:
-    """Gains that were found; the relay of each axis; cost of a step before, by the relays, and at the end."""
+    """Tuned gains, relay results, and the step-response cost before tuning, after the relays, at the end."""
 
     settings: LoopSettings
     relays: tuple[RelayResult, ...]
@@ -46,10 +46,10 @@ def autotune(
     seed: int = 0,
     on_progress: Progress | None = None,
 ) -> TuneResult:
-    """Find gains and leave them in the loop; whatever raises leaves gains and commands as they were.
+    """Tune the gains and leave them in the loop; any exception restores gains and commands.
 
-    `step`: makes one look of the loop. `polish`: look for better gains than the relays' by CMA-ES with so
-    many candidates. Raise `TuneRefused` with the reason where the rig or the scene does not allow it.
+    `step`: makes one look of the loop. `polish`: improve the relays' gains by CMA-ES with `candidates`
+    evaluations. Raise `TuneRefused` with the reason when the rig or the scene does not allow tuning.
     """
     settings, held, paused = loop.settings, set(loop.held), loop.paused
     before_rad = loop.command_rad
@@ -75,7 +75,7 @@ def autotune(
 
 
 def _by_relays(loop: VergenceLoop, step: StepFunction, progress: "_Progress") -> TuneResult:
-    """Measure steps, tune by the relays, and measure steps again; the gains are in the loop then."""
+    """Tune by relay feedback, with step responses before and after; leaves the gains in the loop."""
     settle(loop, step)
     step = _SameTarget(step)
     before = measure_steps(loop, step)
@@ -109,7 +109,7 @@ def _polished(
     seed: int,
     on_candidate: Callable[[], None],
 ) -> TuneResult:
-    """Return what CMA-ES found; where a new measurement does not confirm it, what the relays found."""
+    """Return the CMA-ES result, or the relays' if a repeated step response does not confirm a lower cost."""
     loop.settings = search_gains(loop, step, found.settings, candidates, seed, on_candidate)
     settle(loop, step)
     after = measure_steps(loop, step)
@@ -119,27 +119,27 @@ def _polished(
 
 
 class _Progress:
-    """Counts the parts of a tuning that are done."""
+    """Reports the number of completed parts of a tuning."""
 
-    def __init__(self, told: Progress | None, *, total: int) -> None:
-        self._told = told
+    def __init__(self, on_progress: Progress | None, *, total: int) -> None:
+        self._on_progress = on_progress
         self._total = total
         self._done = 0
 
     def advance(self) -> None:
-        """Count one part more; those beyond the total are not told."""
+        """Count one part; the total is reported only by `end`, because CMA-ES may exceed its candidates."""
         self._done = min(self._done + 1, self._total - 1)
-        if self._told is not None:
-            self._told(self._done, self._total)
+        if self._on_progress is not None:
+            self._on_progress(self._done, self._total)
 
     def end(self) -> None:
-        """Tell that all is done."""
-        if self._told is not None:
-            self._told(self._total, self._total)
+        """Report that all parts are done."""
+        if self._on_progress is not None:
+            self._on_progress(self._total, self._total)
 
 
 class _SameTarget:
-    """Makes looks; raises `TuneRefused` where some in a row show another distance than the first."""
+    """Makes looks; raises `TuneRefused` after `MISSED_LOOKS` in a row at another distance than the first."""
 
     def __init__(self, step: StepFunction) -> None:
         self._step = step
@@ -159,14 +159,14 @@ class _SameTarget:
         if self._others >= MISSED_LOOKS:
             raise TuneRefused(
                 f"the target was {self._distance_m:.2f} m away, and now {point.distance_m:.2f} m: something "
-                "is in front of it, or a mirror does not turn; choose a target that nobody walks past, and "
-                "check the mirrors"
+                "is in front of it, or a mirror does not turn; choose a target that stays in view, and check "
+                "the mirrors"
             )
         return done
 
 
 def _with_relays(settings: LoopSettings, relays: Sequence[RelayResult]) -> LoopSettings:
-    """Return settings with the relays' gains; of both pan axes the smaller gain counts."""
+    """Return settings with the relays' gains; pan gets the smaller gain of its two axes."""
     by_axis = {one.axis: one.gains for one in relays}
     x, y = by_axis[Axis.PAN_X], by_axis[Axis.PAN_Y]
     pan = Gains(kp=min(x.kp, y.kp), ki=min(x.ki, y.ki), kd=min(x.kd, y.kd))

@@ -1,17 +1,17 @@
-"""Stops a loop whose triggered exposures fail again and again in the same way."""
+"""Circuit breaker of a loop: latches when triggered exposures fail repeatedly in the same way."""
 
 import re
 
 from foveacam_hardware.contract import DeviceFault, FoveaError, NotConnected, Timeout
 
 LATCH_AFTER = 10
-"""After so many equal failures in a row the loop waits for the operator."""
+"""Equal failures in a row after which the gate latches until the operator resets it."""
 SAME_WORDS = 40
-"""Failures whose messages, without their numbers, begin with so many equal characters are equal."""
+"""Failures are equal if this many leading characters of their messages agree, numbers removed."""
 
 
 class FaultGate:
-    """Counts exposures and their failures; while it is latched, the loop's owner makes no more of them."""
+    """Counts exposures and their failures; while it is latched, the loop's owner triggers none."""
 
     def __init__(self) -> None:
         self.exposures = 0
@@ -32,7 +32,7 @@ class FaultGate:
         self.in_a_row, self.reason = 0, None
 
     def failed(self, error: FoveaError) -> bool:
-        """Count a failure; return False where it is not one of a device: the caller raises it."""
+        """Count a device failure; return False for any other error, which the caller raises."""
         if not isinstance(error, DeviceFault | Timeout | NotConnected):
             return False
         message = str(error)
@@ -43,10 +43,10 @@ class FaultGate:
         return True
 
     def reset(self) -> None:
-        """Let exposures pass again."""
+        """Unlatch the gate; the counts of exposures and failures stay."""
         self.in_a_row, self.reason = 0, None
 
 
 def _kind(message: str) -> str:
-    """Return what messages of equal failures have in common: each names its own exposure and times."""
+    """Return the part of a message that equal failures share; exposure numbers and times differ."""
     return re.sub(r"[\d.]+", "", message)[:SAME_WORDS]

@@ -1,8 +1,8 @@
-"""Finds where both foveae look in a strip of the wide view about the target (the guide strip).
+"""Locates both foveae in the guide strip: a strip of the wide view about the target.
 
-The middle of each fovea, reduced to the strip's scale, is correlated with the strip. Where the foveae look
-in it tells pan, vergence and vertical shift without a calibration of the mirrors: the errors that the loop
-corrects.
+The centre of each fovea, reduced to the strip's scale, is the template of a normalised cross-correlation
+with the strip. The two positions give the errors of pan, vergence and vertical shift that the loop corrects,
+without a calibration of the mirrors.
 """
 
 from dataclasses import dataclass
@@ -24,23 +24,23 @@ from foveacam_pipeline.verge.matching.wide_patch import cut_view
 
 LARGEST_ENLARGEMENT = 4.0
 NEEDLE_SHARE = 0.5
-"""The middle half of a fovea's field is looked for: its rim may show another depth."""
+"""Share of a fovea's field, each way, used as template: its rim may show another depth."""
 ROWS_APART = 0.3
-"""What both scores lose where the eyes' boxes lie a quarter of their height farther apart than they are
-steered; grows with the square."""
+"""Penalty on the sum of both scores when the eyes' rows differ from the commanded shift by a quarter of the
+template's height; grows with the square."""
 FINE_SCORE = 0.7
 REACH_PX = (60, 24)
-"""How far the strip may misplace one fovea against the other, fovea px."""
+"""Search range of the fine match about the disparity from the strip, fovea px."""
 COARSE_SIGMA_PX = 6.0
-"""Error of the disparity that the strip tells, fovea px: a fifth of a wide px in each eye."""
+"""Standard error of the disparity measured in the strip, fovea px: a fifth of a wide px in each eye."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyeInStrip:
-    """Where one fovea looks in the strip.
+    """Position of one fovea in the strip.
 
     `tangents`: (2,) direction from the wide camera. `score`: correlation, -1 to 1. `middle_px`, `size_px`:
-    its box in the strip. `scores`: (h, w) float32, the correlation of every place of the box's corner.
+    its box in the strip. `scores`: (h, w) float32, the correlation for each position of the box's corner.
     """
 
     tangents: NDArray[np.float64]
@@ -52,7 +52,7 @@ class EyeInStrip:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GuideMatch:
-    """The strip, (h, w) float32 evened out, about `target`, (2,) tangents, and both eyes in it."""
+    """Both eyes in the strip, (h, w) float32 with evened contrast, about `target`, (2,) tangents."""
 
     strip: NDArray[np.float32]
     target: NDArray[np.float64]
@@ -101,7 +101,7 @@ def match_guide(
 def _rows(
     left: NDArray[np.float32], right: NDArray[np.float32], *, lower_px: float, quarter_px: float
 ) -> tuple[int, int]:
-    """Return the rows of both maps that fit best together."""
+    """Return the row of each score map that maximises the joint score: sum of both less the row penalty."""
     best_left, best_right = left.max(axis=1), right.max(axis=1)
     rows = np.arange(left.shape[0])
     apart = (rows[:, None] - rows[None] - lower_px) / quarter_px
@@ -118,7 +118,7 @@ def _place(
     target: NDArray[np.float64],
     f_px: float,
 ) -> EyeInStrip:
-    """Return the best place in the rows about `row`."""
+    """Return the score maximum within one row of `row`, to a fraction of a pixel."""
     first = max(0, row - 1)
     x, y, score = peak(scores[first : row + 2])
     height, width = size
@@ -134,7 +134,7 @@ def _place(
 
 
 def _middle(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the middle of a picture, odd sides, exactly about its centre."""
+    """Return the central part of a picture with odd sides, exactly about its centre."""
     height, width = image.shape
     rows, columns = (round(side * (1.0 - NEEDLE_SHARE) / 2) for side in (height, width))
     return np.ascontiguousarray(image[rows : height - rows, columns : width - columns])
@@ -142,9 +142,9 @@ def _middle(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoopErrors:
-    """What the commands should change by: (4,) rad in the order of `AXES`; the point that is looked at.
+    """Control errors, (4,) rad in the order of `AXES`, and the triangulated point at which the eyes look.
 
-    `fine`: left was matched against right in the foveae themselves; else the strip alone tells.
+    `fine`: vergence and shift are from a left-right match of the foveae, otherwise from the strip alone.
     """
 
     values_rad: NDArray[np.float64]
@@ -159,7 +159,7 @@ def errors_of(
     left, right = guide.left.tangents, guide.right.tangents
     pan = target - (left + right) / 2.0
     apart = right - left
-    # the middle of both pictures shows what lies on both sides of the point; ask the foveae there
+    # the strip's disparity is the initial guess for matching left against right about the images' centres
     asked = MatchGuess(left=apart / 2.0, right=-apart / 2.0, reach_px=REACH_PX)
     fine = match_fine(sighting, calibration, asked)
     gazes = gazes_under(calibration, sighting.volts)

@@ -1,4 +1,4 @@
-"""Pictures of the vergence loop: what it matches, and how its tuned axes answer a step."""
+"""Pictures of the vergence loop: the match in the guide strip, and step responses before and after tuning."""
 
 import io
 
@@ -16,15 +16,15 @@ LEFT_RGB, RIGHT_RGB, TARGET_RGB = (255, 120, 90), (80, 170, 255), (255, 225, 80)
 GAP_PX = 6
 CAPTION_PX = 18
 STRIP_SPREAD = 3.0
-"""The evened strip is shown from so many standard deviations below its mean to as many above."""
+"""Display range of the strip: mean plus and minus this many standard deviations."""
 NAMES = {Axis.PAN_X: "pan", Axis.VERGE: "vergence", Axis.SHIFT_Y: "vertical shift"}
 DPI = 110
 
 
 def match_picture(match: GuideMatch) -> NDArray[np.uint8]:
-    """Return the guide strip with both eyes' boxes and each eye's map of correlation, (h, w, 3) uint8 RGB.
+    """Return the guide strip with both eyes' boxes above each eye's correlation map, (h, w, 3) uint8 RGB.
 
-    A column of a map lies under the middle of the box that it is the score of.
+    Maps are aligned with the strip: a score lies in the column of its box's centre.
     """
     parts = [_captioned(_strip(match), f"wide view about the target, {match.f_px:.0f} px focal length")]
     for name, eye, colour in (("left", match.left, LEFT_RGB), ("right", match.right, RIGHT_RGB)):
@@ -56,7 +56,7 @@ def _draw_box(picture: NDArray[np.uint8], eye: EyeInStrip, colour: tuple[int, in
 
 
 def _map(match: GuideMatch, eye: EyeInStrip, colour: tuple[int, int, int]) -> NDArray[np.uint8]:
-    """Return a map as wide as the strip, 0 dark to 1 bright, with a ring about the best place."""
+    """Return a correlation map as wide as the strip, 0 dark to 1 bright, with a ring about its maximum."""
     shown = cv2.applyColorMap((np.clip(eye.scores, 0.0, 1.0) * 255).astype(np.uint8), cv2.COLORMAP_INFERNO)
     rows, columns = eye.scores.shape
     picture = np.zeros((rows, match.strip.shape[1], 3), dtype=np.uint8)
@@ -76,7 +76,7 @@ def _captioned(picture: NDArray[np.uint8], words: str) -> NDArray[np.uint8]:
 
 
 def tune_picture(result: TuneResult, *, form: str = "png") -> bytes:
-    """Return the steps of every loop before and after as a picture; `form`: png or svg."""
+    """Return a plot of each loop's step response before and after tuning; `form`: png or svg."""
     figure = new_figure((10.5, 3.4), dpi=DPI)
     for axes, (axis, after) in zip(figure.subplots(1, len(result.after)), result.after.items(), strict=True):
         for response, name, colour in (
@@ -87,10 +87,10 @@ def tune_picture(result: TuneResult, *, form: str = "png") -> bytes:
             axes.plot(1e3 * response.t_s, 100.0 * response.share, "o-", color=colour, ms=3.5, label=label)
         axes.axhspan(100.0 * (1.0 - SETTLED_SHARE), 100.0 * (1.0 + SETTLED_SHARE), color="0.5", alpha=0.2)
         axes.set_title(NAMES.get(axis, axis.value), fontsize=10)
-        axes.set_xlabel("after the step, ms")
+        axes.set_xlabel("time after the step, ms")
         axes.grid(visible=True, alpha=0.3)
         axes.legend(fontsize=8, loc="lower right")
-    figure.axes[0].set_ylabel("of the step, %")
+    figure.axes[0].set_ylabel("response, % of the step")
     buffer = io.BytesIO()
     figure.savefig(buffer, format=form)
     return buffer.getvalue()

@@ -1,22 +1,22 @@
-"""The controller of one axis: parallel PID whose integral is the command itself."""
+"""Controller of one axis: parallel PID whose output increments the command, which is thus the integral."""
 
 from foveacam_pipeline.continuous_loop.settings import Gains
 
 LONGEST_STEP = 10.0
-"""A longer pause between two looks counts as so much loop time."""
+"""Upper limit of the loop time between two looks, so that a pause makes no large integral step."""
 DERIVATIVE_TIME = 2.0
-"""Time constant of the low-pass before the derivative, loop time."""
+"""Time constant of the derivative's low-pass, loop time."""
 
 
 def loop_time(elapsed_s: float, sensitivity: float) -> float:
-    """Return loop time of the time between two looks."""
+    """Convert the time between two looks to loop time: ms times sensitivity, at most `LONGEST_STEP`."""
     return min(LONGEST_STEP, 1000.0 * elapsed_s * sensitivity)
 
 
 class Pid:
-    """Changes a command by what a measured error asks for; the derivative acts on the measurement.
+    """Returns increments of a command from its measured error; the derivative acts on the measurement.
 
-    As the integral is the command, another may set the command at any time without a jump afterwards.
+    The command is the integral, therefore it can be set from outside at any time without a jump (bumpless).
     """
 
     def __init__(self) -> None:
@@ -24,13 +24,13 @@ class Pid:
         self._slope = 0.0
 
     def reset(self) -> None:
-        """Forget the last measurement: the next one makes no derivative."""
+        """Forget the last measurement, so that the next one has no derivative."""
         self._before_rad, self._slope = None, 0.0
 
     def change_rad(self, error_rad: float, measured_rad: float, *, dt: float, gains: Gains) -> float:
-        """Return by how much the command is to change, rad.
+        """Return the increment of the command, rad.
 
-        `measured_rad`: what the command has brought about, as seen; `dt`: loop time since the last look.
+        `measured_rad`: the controlled variable, for the derivative; `dt`: loop time since the last look.
         """
         if self._before_rad is not None and dt > 0.0:
             share = dt / (dt + DERIVATIVE_TIME)

@@ -1,6 +1,6 @@
-"""Polishes the gains of a running loop by CMA-ES on the cost of steps.
+"""Refines the gains of a running loop by CMA-ES on the step-response cost.
 
-CMA-ES is that of the package `cma`, by its author; nine gains and a noisy cost are what it is made for.
+CMA-ES suits nine gains and a noisy cost; it is that of the package `cma`, by its author.
 """
 
 import math
@@ -22,9 +22,9 @@ from foveacam_pipeline.continuous_loop.step_experiment import (
 from foveacam_pipeline.continuous_loop.vergence_loop import VergenceLoop
 
 LEAST_GAIN = 1e-4
-"""A gain of 0 is searched from here."""
+"""Start of the search for a gain of 0, which has no logarithm."""
 LOST_COST = 10.0
-"""Cost of gains that lose the target."""
+"""Cost assigned to gains with which the loop loses the target."""
 SIGMA_DECADES = 1.0 / 3.0
 
 
@@ -36,14 +36,14 @@ def search_gains(
     seed: int,
     on_candidate: Callable[[], None],
 ) -> LoopSettings:
-    """Return the best of so many gains within a decade of `seed_settings`; the loop keeps the last ones."""
+    """Return the best of `candidates` settings within a decade of the seed; leaves the last in the loop."""
     start = _logs(seed_settings)
     options = {
         "bounds": [(start - 1.0).tolist(), np.minimum(start + 1.0, math.log10(MOST_GAIN)).tolist()],
         "seed": seed + 1,
         "verbose": -9,
     }
-    import cma  # loads for a second
+    import cma  # here, because the import takes a second
 
     settle(loop, step)
     at_rest = loop.command_rad
@@ -64,10 +64,10 @@ def search_gains(
 
 
 def _tried(loop: VergenceLoop, step: StepFunction, safe: LoopSettings, at_rest: NDArray[np.float64]) -> float:
-    """Return the cost of the loop's gains.
+    """Return the cost of the loop's gains, or `LOST_COST` if they lose the target.
 
-    Where they lose the target, the loop comes to rest with `safe` gains from the commands `at_rest` first;
-    raise `TuneRefused` where it does not.
+    In that case let the loop settle with the `safe` gains from the commands `at_rest`; raise `TuneRefused`
+    if it does not settle.
     """
     try:
         return cost_of(measure_steps(loop, step))
@@ -86,6 +86,6 @@ def _logs(settings: LoopSettings) -> NDArray[np.float64]:
 
 
 def _of_logs(settings: LoopSettings, logs: NDArray[np.float64]) -> LoopSettings:
-    values = np.minimum(10.0**logs, MOST_GAIN).reshape(3, 3)  # the logarithm of the bound may round up
+    values = np.minimum(10.0**logs, MOST_GAIN).reshape(3, 3)  # 10 ** log10(bound) may round up
     gains = [Gains(kp=kp, ki=ki, kd=kd) for kp, ki, kd in values.tolist()]
     return replace(settings, pan=gains[0], depth=gains[1], vertical=gains[2])

@@ -1,7 +1,7 @@
-"""Finds the gains of one axis by a relay: the command jumps to and fro by what the error says.
+"""Relay-feedback tuning of one axis: the command switches between two values by the sign of the error.
 
-The height of the swing of the error and its period give the ultimate gain and period (Astrom and Hagglund,
-1984); Tyreus and Luyben's rule (1992) makes gains of them that hardly overshoot.
+Amplitude and period of the resulting limit cycle give the ultimate gain and period (Astrom and Hagglund,
+1984), from which the rule of Tyreus and Luyben (1992) derives gains with little overshoot.
 """
 
 import itertools
@@ -17,31 +17,42 @@ from foveacam_pipeline.continuous_loop.settings import AXES, MOST_GAIN, Axis, Ga
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
 
 AMPLITUDES_RAD = tuple(math.radians(deg) for deg in (0.1, 0.2, 0.4))
-"""Half of the jump; the next one is tried where the eyes do not answer the last."""
+"""Relay amplitudes (half the jump of the command); the next is tried if the axis does not respond."""
 HYSTERESIS = 0.15
-"""The relay turns over once the error is so far beyond 0, as a share of half the jump."""
+"""Hysteresis of the relay: it switches once the error exceeds this share of the relay amplitude."""
 CYCLES = 3
+"""Full cycles that are averaged."""
 SPREAD = 0.35
-"""Cycles may differ by so much of their mean."""
+"""Largest range of the cycles' periods or amplitudes, as a share of their mean."""
 ANSWERS = 0.7
-"""The swing must be so large, as a share of the jump: else the eyes do not answer it. Where one eye of two
-is stuck it is a half."""
+"""Least peak-to-peak error, as a share of the jump, for an axis to count as responding: it is a half when
+one eye of two is stuck."""
 SILENT_LOOKS = 6
-"""An axis that has not answered by then is tried with a wider jump."""
+"""Looks after which an axis that does not respond is tried with a larger amplitude."""
 MOST_LOOKS = 40
 MISSED_LOOKS = 3
-"""Looks in a row in which the target was not found, as when somebody stands in front of it."""
+"""Looks in a row without the target (as under occlusion) that end the tuning."""
+MISSES = frozenset(
+    {
+        LoopStatus.LOW_SCORE,
+        LoopStatus.TRACKER_LOST,
+        LoopStatus.MATCH_STALE,
+        LoopStatus.PAIR_SKEW,
+        LoopStatus.TRIGGER_FAULT,
+    }
+)
+"""Statuses of a look that missed the target: it is hidden, or a frame came late, as on a busy computer."""
 WEAKEST_ULTIMATE_GAIN = 0.5
-"""An axis that swings by more than its jump would account for this is disturbed, not answering."""
+"""A smaller ultimate gain (an oscillation larger than the relay explains) means an external disturbance."""
 
 
 class TuneRefused(OutOfRange):
-    """Tuning was ended before its time; the gains are as before."""
+    """Tuning was aborted; the gains are unchanged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RelayResult:
-    """What a relay found of one axis. `period_looks`: of the swing; `ultimate_period`: loop time."""
+    """Limit cycle of one axis. `period_looks`: its period; `ultimate_period`: the same in loop time."""
 
     axis: Axis
     amplitude_rad: float
@@ -62,10 +73,10 @@ class RelayResult:
 
 
 def relay(loop: VergenceLoop, axis: Axis, step: Callable[[], LoopStep]) -> RelayResult:
-    """Let one axis swing about where it is; the command is put back whatever happens.
+    """Drive one axis into a limit cycle about its command; the command is restored in any case.
 
-    `step`: makes one look of the loop. Raise `TuneRefused` where the axis does not answer, where the target
-    is not found, and where the swing is not regular.
+    `step`: makes one look of the loop. Raise `TuneRefused` if the axis does not respond, if the target is
+    not found, or if the limit cycle is irregular.
     """
     index = AXES.index(axis)
     middle_rad = float(loop.command_rad[index])
@@ -79,27 +90,30 @@ def relay(loop: VergenceLoop, axis: Axis, step: Callable[[], LoopStep]) -> Relay
         loop.forced.discard(axis)
         loop.set_command(axis, middle_rad)
     raise TuneRefused(
-        f"{axis.value} does not answer a jump of {math.degrees(AMPLITUDES_RAD[-1]):.1f} degrees; "
+        f"{axis.value} does not answer a relay amplitude of {math.degrees(AMPLITUDES_RAD[-1]):.1f} degrees; "
         "check that its mirror turns, and that the target has texture"
     )
 
 
 def seen(done: LoopStep, misses: int) -> int:
-    """Return the looks in a row that did not show the target; raise `TuneRefused` when they are too many."""
+    """Return the updated number of looks in a row that missed the target; raise `TuneRefused` at the limit.
+
+    The errors of a look that missed it do not count.
+    """
     if done.status is LoopStatus.TRACKING and done.errors is not None:
         return 0
-    if done.status in {LoopStatus.LOW_SCORE, LoopStatus.TRACKER_LOST} and misses + 1 < MISSED_LOOKS:
+    if done.status in MISSES and misses + 1 < MISSED_LOOKS:
         return misses + 1
     raise TuneRefused(
-        f"the loop says {done.status.value.replace('_', ' ')}: tuning needs a target that both eyes reach "
-        "and see all the time; choose one that stands still, with nobody in front of it"
+        f"the loop reports {done.status.value.replace('_', ' ')}: tuning needs a target that both eyes reach "
+        "and see all the time; choose one that stands still and is never covered"
     )
 
 
 def _swing(
     loop: VergenceLoop, axis: Axis, step: Callable[[], LoopStep], middle_rad: float, amplitude_rad: float
 ) -> RelayResult | None:
-    """Return what one amplitude shows; None where the axis does not answer it."""
+    """Return the limit cycle at one relay amplitude; None if the axis does not respond to it."""
     index, side, misses = AXES.index(axis), 1.0, 0
     errors: list[float] = []
     turns: list[int] = []
@@ -108,7 +122,7 @@ def _swing(
         loop.set_command(axis, middle_rad + side * amplitude_rad)
         done = step()
         misses = seen(done, misses)
-        if done.errors is None:
+        if misses or done.errors is None:
             continue
         errors.append(float(done.errors.values_rad[index]))
         times_ns.append(done.t_ns)
@@ -122,19 +136,19 @@ def _swing(
         if len(errors) >= SILENT_LOOKS and np.ptp(errors) < 2.0 * ANSWERS * amplitude_rad:
             return None
     raise TuneRefused(
-        f"{axis.value} does not swing to and fro in {MOST_LOOKS} looks; something else moves the target"
+        f"{axis.value} does not swing regularly within {MOST_LOOKS} looks; choose a target that stands still"
     )
 
 
 def _dt(loop: VergenceLoop, times_ns: list[int]) -> float:
-    """Return loop time from look to look."""
+    """Return the median loop time between two looks."""
     return loop_time(float(np.median(np.diff(times_ns))) / 1e9, loop.settings.sensitivity)
 
 
 def _result(
     axis: Axis, amplitude_rad: float, errors: list[float], turns: list[int], dt: float
 ) -> RelayResult:
-    """Reduce the full cycles; raise `TuneRefused` where they differ too much."""
+    """Average the full cycles; raise `TuneRefused` if they differ by more than `SPREAD`."""
     cycles = [errors[first:last] for first, last in itertools.pairwise(turns)]
     periods = np.array([len(cycle) for cycle in cycles], dtype=np.float64)
     swings = np.array([np.ptp(cycle) / 2.0 for cycle in cycles])
@@ -146,7 +160,9 @@ def _result(
             )
     ultimate_gain = 4.0 * amplitude_rad / (math.pi * float(swings.mean()))
     if ultimate_gain < WEAKEST_ULTIMATE_GAIN:
-        raise TuneRefused(f"{axis.value} swings more than its mirror turns: something else moves the target")
+        raise TuneRefused(
+            f"{axis.value} swings more than its mirror turns: the target moves; choose one that stands still"
+        )
     return RelayResult(
         axis=axis,
         amplitude_rad=amplitude_rad,

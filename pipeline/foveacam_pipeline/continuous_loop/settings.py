@@ -8,21 +8,21 @@ from foveacam_pipeline.track.image_tracker import TrackerKind
 
 
 class Axis(StrEnum):
-    """What the loop corrects, in the order of its arrays."""
+    """Controlled variables of the loop, in the order of its arrays."""
 
     PAN_X = "pan_x"
     PAN_Y = "pan_y"
     VERGE = "verge"
-    """The angle between both lines of sight; it tells the depth."""
+    """Vergence: the angle between both lines of sight; it determines the depth."""
     SHIFT_Y = "shift_y"
-    """Half of what the left eye is steered lower than the right."""
+    """Vertical shift: half the angle by which the left eye points lower than the right."""
 
 
 AXES = tuple(Axis)
 
 
 class GainGroup(StrEnum):
-    """The three loops, each with gains of its own; pan has both axes."""
+    """The three loops with separate gains; that of pan controls two axes."""
 
     PAN = "pan"
     DEPTH = "depth"
@@ -36,14 +36,14 @@ GROUP_OF = {
     Axis.SHIFT_Y: GainGroup.VERTICAL,
 }
 MOST_GAIN = 2.0
-"""With a sum of gains of 2 a rig that obeys from one look to the next no longer settles."""
+"""Stability limit: with a total gain of 2 a rig that follows within one look oscillates without decay."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gains:
-    """Gains of one loop; kp without unit, ki per unit of loop time, kd in units of loop time.
+    """PID gains of one loop: kp without unit, ki per unit of loop time, kd in units of loop time.
 
-    A unit of loop time is a millisecond over the sensitivity.
+    A unit of loop time is a millisecond divided by the sensitivity.
     """
 
     kp: float
@@ -75,19 +75,22 @@ BOUNDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
-    """How the loop sees and corrects."""
+    """Settings of matching, control, target tracking and rate."""
 
     sensitivity: float = 0.1
     """Loop time per ms: scales ki up and kd down."""
     template_scale: float = 1.0 / 3.0
-    """Scale at which the foveae are looked for in the wide view: 0 its own, 1 four times that."""
+    """Scale at which the foveae are matched in the wide view: 0 its native scale, 1 four times that."""
     min_score: float = 0.2
-    """Below this correlation in either eye nothing is corrected."""
+    """Least correlation of both eyes for a correction."""
     correct_for_ms: float | None = None
-    """So long after a target was chosen the loop corrects; 0: never, None: always. A tracker suspends it."""
+    """Time after the choice of a target during which the loop corrects; 0: never, None: always.
+
+    It does not apply while a tracker follows the target.
+    """
     expand_x: float = 3.0
     expand_y: float = 2.0
-    """Width and height of the strip that is searched, in fields of a fovea."""
+    """Width and height of the guide strip, in fields of a fovea."""
     pan: Gains = field(default_factory=lambda: Gains(kp=0.1, ki=0.02, kd=0.0))
     depth: Gains = field(default_factory=lambda: Gains(kp=0.2, ki=0.02, kd=0.0))
     vertical: Gains = field(default_factory=lambda: Gains(kp=0.1, ki=0.02, kd=0.0))
@@ -95,16 +98,16 @@ class LoopSettings:
     """Image tracker of the wide view; None: the target stays where it was chosen."""
     box_width_px: int = 64
     box_height_px: int = 64
-    """What the tracker learns, wide px."""
+    """Size of the tracker's template, wide px."""
     predict: bool = True
-    """Aim at where a tracked target will be in the middle of the exposure."""
+    """Aim at the predicted position of a tracked target at mid-exposure."""
     lead_ms: float = 0.0
-    """Added to that moment: makes up for a delay that is not measured."""
+    """Added to the time of the prediction, to compensate a delay that is not measured."""
     most_hz: float | None = None
-    """Most looks a second; None: as fast as the rig."""
+    """Upper limit of the look rate; None: as fast as the rig."""
 
     def __post_init__(self) -> None:
-        """Raise `InvalidInput` for a value out of its bounds."""
+        """Raise `InvalidInput` for a value outside its bounds."""
         for name, bounds in BOUNDS.items():
             value = getattr(self, name)
             if value is not None and not bounds.least <= value <= bounds.most:

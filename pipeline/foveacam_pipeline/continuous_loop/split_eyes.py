@@ -1,7 +1,7 @@
-"""Steers each eye by its own picture alone: it keeps a place in its middle, whatever the other eye does.
+"""Independent visual servoing of each eye: it keeps a chosen point of its own image centred.
 
-Each eye correlates its picture at half size with a tile about the place that was chosen. The wide view and
-the other eye are not asked, so that two different things can be followed.
+Each eye correlates its image at half size with a template about the chosen point. Neither the wide view nor
+the other eye is used, so that the eyes can follow two different objects.
 """
 
 import math
@@ -23,27 +23,27 @@ from foveacam_pipeline.track.template_tracker import TemplateTracker
 from foveacam_pipeline.verge.aim import EYES, Gazes, gazes_under, nearest_reachable, volts_for
 
 TILE_PX = 512
-"""Side of the tile that an eye learns, fovea px; smaller where the place is near the rim."""
+"""Side of an eye's template, fovea px; smaller for a point near the image border."""
 LEAST_TILE_PX = 96
 REDUCTION = 2
 LOST_MISSES = 5
 MOST_STEP_V = 5.0
-"""Most change of a mirror's volts from look to look, along each axis: 0.3 degrees."""
+"""Largest change of a mirror's voltage between two looks, each axis: 0.3 degrees."""
 
 
 class EyeState(StrEnum):
-    """What one eye does."""
+    """State of one eye's servo."""
 
     STILL = "still"
-    """It rests where it was."""
+    """No point is chosen; the eye does not move."""
     TRACKING = "tracking"
     LOST = "lost"
-    """Its picture does not show the place any more; the eye rests until it does."""
+    """The point is no longer found; the eye does not move until it is found again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyeReading:
-    """One eye in one look: where its picture shows the place, fovea px, and how well it fits."""
+    """One eye in one look: position of the point in its image, fovea px, and the correlation."""
 
     state: EyeState
     pixel: tuple[float, float] | None = None
@@ -52,7 +52,7 @@ class EyeReading:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SplitStep:
-    """One look of both eyes, each by itself."""
+    """One look of both eyes, controlled independently."""
 
     t_ns: int
     sighting: Sighting
@@ -60,7 +60,7 @@ class SplitStep:
 
 
 class SplitEyes:
-    """Keeps a place of each fovea in its middle; an eye without one rests. One thread calls it."""
+    """Keeps a chosen point of each fovea centred; an eye without one stays. For use by one thread."""
 
     def __init__(self, calibration: Calibration, *, clock: Clock) -> None:
         self._calibration = calibration
@@ -70,16 +70,16 @@ class SplitEyes:
         self._last_ns = 0
 
     def choose(self, role: Role, frame: Frame, pixel: tuple[float, float], volts: StereoVolts) -> None:
-        """Keep a pixel of one eye's frame in its middle from now on; `volts`: of that frame.
+        """Keep a pixel of one eye's frame centred from now on; `volts`: those of that frame.
 
-        Raise `OutOfRange` where the place shows nothing to follow; what the eye did before goes on.
+        Raise `OutOfRange` for a point without texture; the eye then continues as before.
         """
         servo = _EyeServo(self._calibration, role, frame, pixel)
         self._servos[role] = servo
         self._volts = self._volts or volts
 
     def step(self, head: Head, *, gains: Gains, sensitivity: float) -> SplitStep:
-        """Look once, and turn each eye by what it saw: `gains` as of the pan loop."""
+        """Look once and correct each eye; `gains` have the units of the pan loop's."""
         if self._volts is None:
             raise ValueError("step: choose a place first")
         sighting = head.look(self._volts)
@@ -104,7 +104,7 @@ class SplitEyes:
 
 
 class _EyeServo:
-    """One eye with the tile that it follows."""
+    """Servo of one eye on its template."""
 
     def __init__(
         self, calibration: Calibration, role: Role, frame: Frame, pixel: tuple[float, float]
@@ -121,7 +121,7 @@ class _EyeServo:
         self._tracker.start(_small(frame), box)
 
     def see(self, sighting: Sighting, *, dt: float, gains: Gains) -> tuple[NDArray[np.float64], EyeReading]:
-        """Return by how much the gaze is to turn, (2,) tangents, and what the picture shows."""
+        """Return the correction of the gaze, (2,) tangents, and the eye's reading."""
         frame = sighting.left if self._role is Role.LEFT else sighting.right
         match = self._tracker.update(_small(frame), None)
         if match is None:
@@ -136,7 +136,7 @@ class _EyeServo:
         return np.array(change), EyeReading(state=EyeState.TRACKING, pixel=pixel, score=match.score)
 
     def _off_middle(self, sighting: Sighting, pixel: tuple[float, float]) -> NDArray[np.float64]:
-        """Return the direction of a pixel less that of the middle, (2,) tangents."""
+        """Return the direction of a pixel relative to that of the image centre, (2,) tangents."""
         plane = plane_from_raw(self._calibration, self._role, sighting.volts, depth_m=math.inf)
         width, height = self._calibration.fovea_width, self._calibration.fovea_height
         raw = np.array([[pixel[0], pixel[1], 1.0], [(width - 1) / 2, (height - 1) / 2, 1.0]])
@@ -145,7 +145,7 @@ class _EyeServo:
 
 
 def _stepped(before: MirrorVolts, wanted: MirrorVolts) -> MirrorVolts:
-    """Return the wanted volts, or as near to them as one step may go."""
+    """Return the wanted volts, limited to `MOST_STEP_V` from those before."""
     x_v, y_v = (
         float(np.clip(to, at - MOST_STEP_V, at + MOST_STEP_V))
         for at, to in ((before.x_v, wanted.x_v), (before.y_v, wanted.y_v))
@@ -154,7 +154,7 @@ def _stepped(before: MirrorVolts, wanted: MirrorVolts) -> MirrorVolts:
 
 
 def _small(frame: Frame) -> GreyImage:
-    """Return the picture at half the size of its sensor, grey: that of a binned frame as it is."""
+    """Return the image in grey at half the sensor's resolution; a frame binned by 2 is not reduced."""
     picture, reduction = gray(to_uint8(frame)), REDUCTION // frame.binning
     height, width = picture.shape
     size = (width // reduction, height // reduction)

@@ -1,4 +1,4 @@
-"""Steps the references of a running loop and measures how it answers."""
+"""Step-response experiment: steps the references of a running loop and records the response."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -14,17 +14,17 @@ from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLo
 STEP_RAD = math.radians(0.3)
 WINDOW_LOOKS = 10
 SETTLE_LOOKS = 30
-"""Looks at most until the loop is at rest before the first step."""
+"""Largest number of looks for the loop to settle before the first step."""
 REST_RAD = math.radians(0.02)
 STEPPED = (Axis.PAN_X, Axis.VERGE, Axis.SHIFT_Y)
-"""Axes that are stepped: one of each loop."""
+"""Default axes of the experiment: one of each loop."""
 
 StepFunction = Callable[[], LoopStep]
 """Makes one look of the loop."""
 
 
 def set_commands(loop: VergenceLoop, axes: Iterable[Axis], commands_rad: NDArray[np.float64]) -> None:
-    """Set the commands of some axes to those of (4,) `commands_rad`."""
+    """Set the commands of the given axes to their entries of (4,) `commands_rad`."""
     for axis in axes:
         loop.set_command(axis, float(commands_rad[AXES.index(axis)]))
 
@@ -37,7 +37,7 @@ def measure_steps(
     looks: int = WINDOW_LOOKS,
     axes: Sequence[Axis] = STEPPED,
 ) -> dict[Axis, StepResponse]:
-    """Step the references of some axes at once, to the other side than last time, and return the answers."""
+    """Step the references of the given axes together, alternating the sign, and return the responses."""
     indices = [AXES.index(axis) for axis in axes]
     sign = -1.0 if loop.reference_rad[indices[0]] > 0.0 else 1.0
     loop.reference_rad[indices] += sign * step_rad
@@ -47,7 +47,7 @@ def measure_steps(
     while len(times_ns) < looks:
         done = step()
         misses = seen(done, misses)
-        if done.errors is None:
+        if misses or done.errors is None:
             continue
         times_ns.append(done.t_ns)
         missing.append((done.errors.values_rad + loop.reference_rad) / (sign * step_rad))
@@ -63,15 +63,15 @@ def cost_of(responses: dict[Axis, StepResponse]) -> float:
 
 
 def settle(loop: VergenceLoop, step: StepFunction) -> None:
-    """Look without a step until the loop is at rest; raise `TuneRefused` where it does not come to rest."""
+    """Reset the references and look until the errors are below `REST_RAD`; raise `TuneRefused` otherwise."""
     loop.reference_rad[:] = 0.0
     misses = 0
     for _ in range(SETTLE_LOOKS):
         done = step()
         misses = seen(done, misses)
-        if done.errors is not None and float(np.abs(done.errors.values_rad).max()) < REST_RAD:
+        if not misses and done.errors is not None and float(np.abs(done.errors.values_rad).max()) < REST_RAD:
             return
     raise TuneRefused(
-        f"the loop does not come to rest within {SETTLE_LOOKS} looks; lower its gains, or choose a target "
+        f"the loop does not settle within {SETTLE_LOOKS} looks; lower its gains, or choose a target "
         "that stands still"
     )

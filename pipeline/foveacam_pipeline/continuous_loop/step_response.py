@@ -1,4 +1,4 @@
-"""How an axis answers a step of its reference: settling, overshoot, cost, and the drawing of it."""
+"""Response of an axis to a step of its reference: settling time, overshoot and cost."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLED_SHARE = 0.02
-"""A step has settled once it stays within this share of its height."""
+"""Settling band, as a share of the step."""
 OVERSHOOT_WEIGHT = 2.0
 VARIATION_WEIGHT = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StepResponse:
-    """One axis after a step, look by look: time since the first, s, and the share of the step, (n,) each."""
+    """One axis after a step: time since the first look, s, and response as a share of the step, (n,) each."""
 
     t_s: NDArray[np.float64]
     share: NDArray[np.float64]
 
     @property
     def settle_s(self) -> float | None:
-        """Time after which it stays within `SETTLED_SHARE` of the step; None where it never does."""
+        """Settling time: the response stays within `SETTLED_SHARE` from then on; None if it never does."""
         outside = np.flatnonzero(np.abs(self.share - 1.0) > SETTLED_SHARE)
         if not len(outside):
             return float(self.t_s[0])
@@ -30,14 +30,14 @@ class StepResponse:
 
     @property
     def overshoot(self) -> float:
-        """By how much it goes beyond the step, as a share of it."""
+        """Overshoot as a share of the step."""
         return max(0.0, float(self.share.max()) - 1.0)
 
     @property
     def cost(self) -> float:
-        """Integral of time by error, twice the square of the overshoot, and a little for each move.
+        """ITAE (integral of time times absolute error) plus penalties on overshoot squared and movement.
 
-        Time counts in looks, divided by the number of looks squared.
+        Time is counted in looks; the ITAE is divided by the number of looks.
         """
         looks = np.arange(1, len(self.share) + 1)
         itae = float(np.sum(looks * np.abs(1.0 - self.share))) / len(looks)
@@ -46,6 +46,6 @@ class StepResponse:
 
 
 def step_response(times_ns: Sequence[int], shares: Sequence[float]) -> StepResponse:
-    """Return the response from the looks after a step: their times and the shares that they show."""
+    """Build the response from the looks after a step: their times and their shares of the step."""
     t_s = (np.array(times_ns, dtype=np.float64) - times_ns[0]) / 1e9
     return StepResponse(t_s=t_s, share=np.array(shares))

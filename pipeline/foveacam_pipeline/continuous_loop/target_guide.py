@@ -1,4 +1,4 @@
-"""Where the loop's target is: a place that was chosen, or one that an image tracker follows and leads."""
+"""Position of the loop's target: a fixed direction, or one tracked in the wide view and predicted."""
 
 from enum import StrEnum
 
@@ -16,16 +16,16 @@ from foveacam_pipeline.track.trackers import start_tracker
 from foveacam_pipeline.verge.distance import LocatedPoint
 
 PLACE_SIGMA_PX = 1.0
-"""Error of a place that the image tracker tells, wide px."""
+"""Standard error of the image tracker's position, wide px."""
 FIRST_SIGMA_SHARE = 0.05
 LOST_MISSES = 10
 LONGEST_LEAD_NS = 500_000_000
-"""A target is led so far beyond the last image that showed it; then it is waited for there."""
+"""Longest prediction beyond the last image that showed the target; after it the prediction stands still."""
 FARTHEST_M = 100.0
 
 
 class GuideState(StrEnum):
-    """How the loop knows where its target is."""
+    """Whether the target's position is fixed, tracked, or lost by the tracker."""
 
     FIXED = "fixed"
     TRACKED = "tracked"
@@ -33,7 +33,7 @@ class GuideState(StrEnum):
 
 
 class TargetGuide:
-    """The target's direction from the wide camera at any time."""
+    """Estimates the target's direction from the wide camera at any time."""
 
     def __init__(
         self,
@@ -44,15 +44,15 @@ class TargetGuide:
         settings: LoopSettings,
         inverse_z_per_m: float,
     ) -> None:
-        """`target`: (2,) tangents in `frame`, a wide one; `inverse_z_per_m`: 1/Z as far as it is known.
+        """`target`: (2,) tangents in the wide `frame`; `inverse_z_per_m`: 1/Z, a rough value is enough.
 
-        Raise `OutOfRange` where a tracker was asked for and the place shows nothing that it could follow.
+        Raise `OutOfRange` if the settings name a tracker and the target has no texture for it to follow.
         """
         self._wide = calibration.wide
         self._target = target
         self._seen_ns, self._seq, self._misses = frame.t_ns, frame.seq, 0
         self.score: float | None = None
-        """How well the tracker fits; None without one, and while it does not find the target."""
+        """Score of the tracker's match; None without a tracker and while it does not find the target."""
         point = np.append(target, 1.0) / max(inverse_z_per_m, 1.0 / FARTHEST_M)
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
@@ -60,13 +60,13 @@ class TargetGuide:
 
     @property
     def state(self) -> GuideState:
-        """How the place is known."""
+        """LOST after `LOST_MISSES` frames in a row without a match."""
         if self._tracker is None:
             return GuideState.FIXED
         return GuideState.LOST if self._misses >= LOST_MISSES else GuideState.TRACKED
 
     def see_wide(self, frame: Frame) -> None:
-        """Take a newer wide frame."""
+        """Track the target in a newer wide frame and update the motion filter; ignore a repeated frame."""
         if self._tracker is None or frame.seq == self._seq:
             return
         self._seq = frame.seq
@@ -86,7 +86,7 @@ class TargetGuide:
             self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
 
     def see_point(self, t_ns: int, point: LocatedPoint) -> None:
-        """Take the depth of a look at a target that is tracked; one that is fixed needs none."""
+        """Update the filter of a tracked target with the depth measured by a look; no effect when fixed."""
         if self._tracker is None:
             return
         z_m = point.point_rig_m[2]
@@ -100,13 +100,13 @@ class TargetGuide:
         )
 
     def place(self, t_ns: int, *, predict: bool) -> NDArray[np.float64]:
-        """Return the target's direction, (2,) tangents: where it will be then, or where it was seen last."""
+        """Return the target's direction, (2,) tangents: predicted for `t_ns`, or as last seen."""
         if self._tracker is None or not predict:
             return self._target
         return self._filter.at(min(t_ns, self._seen_ns + LONGEST_LEAD_NS)).tangents
 
     def pixel(self, t_ns: int) -> tuple[float, float]:
-        """Return where the wide view should show it, px."""
+        """Return the predicted position in the wide view, px."""
         return self._pixel(self.place(t_ns, predict=True))
 
     def _pixel(self, target: NDArray[np.float64]) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""The vergence loop: each look corrects where the next one goes, with gains that can be tuned (Sec. 3.4)."""
+"""The vergence loop: feedback control in which each look corrects the commands of the next (Sec. 3.4)."""
 
 import math
 from dataclasses import dataclass
@@ -20,33 +20,33 @@ NEAREST_M = 0.15
 PAN_RANGE_RAD = math.radians(5.0)
 SHIFT_RANGE_RAD = math.radians(2.0)
 FIRST_LEAD_NS = 20_000_000
-"""Time from the request of a look to the middle of its exposure, until measured."""
+"""Assumed time from the request of a look to mid-exposure, until it has been measured."""
 STALE_NS = 300_000_000
-"""A wide frame farther in time from the foveae tells nothing of them."""
+"""Largest time between the wide frame and the foveae for which they are matched."""
 PAIR_SKEW_NS = 2_000_000
 WIDE_PERIOD_NS = 50_000_000
-"""A wide frame is fetched before a look when the newest one known is older."""
+"""Age of the newest wide frame beyond which another is fetched before a look."""
 
 
 class LoopStatus(StrEnum):
-    """What the loop does."""
+    """State of the loop after a look."""
 
     INITIALIZING = "initializing"
     TRACKING = "tracking"
-    """The last look was good and corrected what is not held."""
+    """The look was valid and its errors correct every axis that is not held."""
     LOW_SCORE = "low_score"
-    """One eye's picture was not found in the strip."""
+    """At least one eye was not found in the guide strip."""
     MATCH_STALE = "match_stale"
     PAIR_SKEW = "pair_skew"
     TRACKER_LOST = "tracker_lost"
     OUT_OF_REACH = "out_of_reach"
-    """The eyes cannot turn so far: they look as near to it as they can, and are corrected."""
+    """The target is beyond the mirrors' range: the eyes look as near to it as they can, still corrected."""
     FROZEN = "frozen"
-    """The time for correcting is over."""
+    """The time limit of corrections (`correct_for_ms`) has passed."""
     HELD = "held"
     """Paused: the eyes keep looking, nothing is corrected."""
     MANUAL = "manual"
-    """Somebody drags: both eyes look there in parallel."""
+    """Steered by hand: both eyes look in parallel along the given direction."""
     TRIGGER_FAULT = "trigger_fault"
     """The exposure failed."""
 
@@ -57,10 +57,9 @@ CORRECTING = frozenset({LoopStatus.TRACKING, LoopStatus.OUT_OF_REACH})
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoopStep:
-    """One look of the loop; what could not be measured is None.
+    """One look of the loop; a field that could not be measured is None.
 
-    `command_rad`: (4,) in the order of `AXES`, as it was in this look. `target`: (2,) tangents that it was
-    aimed at.
+    `command_rad`: (4,) in the order of `AXES`, in force during this look. `target`: (2,) tangents of its aim.
     """
 
     t_ns: int
@@ -74,7 +73,7 @@ class LoopStep:
 
 
 class VergenceLoop:
-    """Keeps both foveae on one target; one thread calls it."""
+    """Keeps both foveae on one target; for use by one thread."""
 
     def __init__(
         self, calibration: Calibration, *, clock: Clock, settings: LoopSettings | None = None
@@ -88,7 +87,7 @@ class VergenceLoop:
         self.forced: set[Axis] = set()
         """Axes whose command an experiment sets: never corrected."""
         self.reference_rad = np.zeros(len(AXES))
-        """Commands are to settle so far beside where the errors are 0."""
+        """(4,) reference of each axis: offset from zero error at which the command settles."""
         self.gate = FaultGate()
         self._command = np.zeros(len(AXES))
         self._before_drag = np.zeros(len(AXES))
@@ -107,35 +106,35 @@ class VergenceLoop:
 
     @staticmethod
     def ranges_of(calibration: Calibration) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the least and the largest command of a rig's loop, (4,) rad each."""
+        """Return the lower and the upper limits of the commands, (4,) rad each."""
         most = [PAN_RANGE_RAD, PAN_RANGE_RAD, calibration.baseline_m / NEAREST_M, SHIFT_RANGE_RAD]
         return np.array([-PAN_RANGE_RAD, -PAN_RANGE_RAD, 0.0, -SHIFT_RANGE_RAD]), np.array(most)
 
     @property
     def dragged(self) -> bool:
-        """Whether somebody drags."""
+        """Whether the eyes are steered by hand."""
         return self._manual is not None
 
     @property
     def lead_ms(self) -> float:
-        """Time from the request of a look to the middle of its exposure, ms."""
+        """Measured time from the request of a look to mid-exposure, ms."""
         return self._lead_ns / 1e6
 
     def see_wide(self, frame: Frame) -> None:
-        """Let the tracker see a wide frame of another procedure's looks."""
+        """Update the tracker with a wide frame that another procedure acquired."""
         if self._guide is not None:
             self._see_wide(self._guide, frame)
 
     @property
     def guide(self) -> TargetGuide | None:
-        """Where the target is; None before one was chosen."""
+        """Estimator of the target's position; None before a target was chosen."""
         return self._guide
 
     def choose(self, frame: Frame, target: NDArray[np.float64], *, inverse_z_per_m: float) -> None:
-        """Look at another target: (2,) tangents in a wide frame, at 1/Z, 1/m, as far as it is known.
+        """Look at another target: (2,) tangents in a wide frame, and a rough 1/Z, 1/m.
 
-        Corrections begin anew, axes that are held keep their commands. Raise `OutOfRange` where the tracker
-        finds nothing to follow there: the loop goes on as before.
+        Resets the commands except those of held axes. Raise `OutOfRange` if the target has no texture for
+        the tracker; the loop then continues as before.
         """
         guide = TargetGuide(
             frame,
@@ -151,9 +150,9 @@ class VergenceLoop:
             self.set_command(axis, begins.get(axis, 0.0))
 
     def learn_again(self, frame: Frame) -> None:
-        """Let the tracker of the settings learn the target where it is now; commands stay.
+        """Restart the tracker that the settings name at the target's present position; commands stay.
 
-        Raise `OutOfRange` where it finds nothing to follow there: the one before goes on.
+        Raise `OutOfRange` if there is no texture to track; the previous tracker then stays.
         """
         if self._guide is None:
             return
@@ -166,15 +165,15 @@ class VergenceLoop:
         )
 
     def set_command(self, axis: Axis, command_rad: float) -> None:
-        """Set one axis, within its range; corrections go on from there."""
+        """Set the command of one axis, clipped to its range; corrections continue from there."""
         index = AXES.index(axis)
         self._command[index] = np.clip(command_rad, self._least[index], self._most[index])
         self._pids[axis].reset()
 
     def drag(self, target: NDArray[np.float64] | None) -> None:
-        """Let both eyes look in parallel along (2,) tangents, corrections off.
+        """Steer both eyes in parallel along (2,) tangents, without corrections.
 
-        None: the loop goes on with its target, from the commands that it had.
+        None ends this: the loop resumes its target with the commands from before.
         """
         if target is not None and self._manual is None:
             self._before_drag = self.command_rad
@@ -186,7 +185,7 @@ class VergenceLoop:
         self._manual = target
 
     def step(self, head: Head) -> LoopStep:
-        """Look once and correct; raise what the look raises unless it is a failed exposure."""
+        """Look once and correct; a failed exposure gives `TRIGGER_FAULT`, other errors are passed on."""
         guide, now_ns = self._guide, self._clock.now_ns()
         if guide is None:
             raise ValueError("step: choose a target first")
@@ -269,7 +268,7 @@ class VergenceLoop:
         return next((status for holds_now, status in holds if holds_now), LoopStatus.TRACKING)
 
     def _over(self, guide: TargetGuide, t_ns: int) -> bool:
-        """Return whether the time for correcting is over."""
+        """Return whether the time limit of corrections has passed; it applies to a fixed target only."""
         limit_ms = self.settings.correct_for_ms
         if limit_ms is None or guide.state is not GuideState.FIXED:
             return False
@@ -278,7 +277,7 @@ class VergenceLoop:
     def _correct(
         self, errors: LoopErrors, target: NDArray[np.float64], *, elapsed_s: float, reached: bool
     ) -> None:
-        """Change the commands, but not farther beyond what the eyes can reach: they would stay there long."""
+        """Update the commands, but not farther out of the eyes' reach: they would wind up (anti-windup)."""
         dt = loop_time(elapsed_s, self.settings.sensitivity)
         for index, axis in enumerate(AXES):
             if axis in self.held or axis in self.forced:
@@ -298,7 +297,7 @@ class VergenceLoop:
                 self._command = before
 
     def _beyond(self, target: NDArray[np.float64], command: NDArray[np.float64]) -> float:
-        """Return how far the eyes would have to look beyond their reach, tangents."""
+        """Return the summed distance of both gazes beyond the eyes' reach, tangents."""
         gazes = self._gazes(target, command)
         clamped = clamp_gazes(self._calibration, gazes)
         return sum(float(np.hypot(*(gazes.eye(role) - clamped.eye(role)))) for role in EYES)

@@ -38,7 +38,7 @@ def binning_of(shape: tuple[int, ...], *, width: int, height: int) -> Binning:
 
 
 def common_binning(*frames: Frame) -> Binning:
-    """Return the binning of frames that are compared, or raise InvalidInput where it differs."""
+    """Return the common binning of frames that are compared; raise InvalidInput where they differ."""
     first = frames[0]
     for frame in frames:
         if frame.binning != first.binning:

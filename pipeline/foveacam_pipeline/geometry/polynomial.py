@@ -15,7 +15,7 @@ from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.geometry.shapes import as_finite_rows, as_rows
 
 HUBER_K = 1.345
-"""Residuals beyond this many robust standard deviations lose weight (95 % efficiency, Huber 1981)."""
+"""Residuals beyond this many robust standard deviations are down-weighted (95 % efficiency, Huber 1981)."""
 _IRLS_ROUNDS = 30
 _IRLS_STOP = 1e-7
 _OUTLIER_SIGMAS = 4.0
@@ -89,7 +89,7 @@ class BivariatePolynomial:
         return self._jacobian(*self._powers(xy))
 
     def value_and_jacobian(self, xy: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return both at `xy`: (n, 2), for little more than the cost of one."""
+        """Return values and derivatives at `xy`: (n, 2), for little more than the cost of one."""
         powers = self._powers(xy)
         return self._value(*powers), self._jacobian(*powers)
 

@@ -23,7 +23,7 @@ _NETWORK, _OPTIMIZER = "network.", "optimizer."
 
 
 class TrainingFacts(BaseModel):
-    """What a checkpoint says of its training."""
+    """Metadata of the training, stored in a checkpoint."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -37,21 +37,21 @@ class TrainingFacts(BaseModel):
     commit: str
     """Git commit of the program, empty outside a checkout."""
     truth: bool = False
-    """Whether pairs with truth were trained on by it."""
+    """Whether the network was trained on pairs with truth."""
     prior: PriorSchedule = "none"
     prior_network: str = ""
     """Name of the monocular prior, with its hash."""
     without: list[str] = Field(default_factory=list)
     """Parts of the loss that were left out."""
     started_from: str = ""
-    """Name and hash of the checkpoint whose weights it began with; empty: at random."""
+    """Name and hash of the checkpoint with the initial weights; empty: random weights."""
     loss: dict[str, float] = Field(default_factory=dict)
     """Parts of the loss, means of the last hundred steps."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checkpoint:
-    """A network with what its training needs to go on."""
+    """A network with the state that resumes its training."""
 
     facts: TrainingFacts
     weights: dict[str, Tensor]
@@ -69,7 +69,7 @@ class Checkpoint:
         return network.eval()
 
     def monocular(self) -> MonocularDepth:
-        """Return the monocular network with its weights; raise InvalidInput for one of two eyes."""
+        """Return the monocular network with its weights; raise InvalidInput for a stereo one."""
         if not isinstance(self.facts.network, MonocularConfig):
             raise InvalidInput(
                 "the checkpoint is that of a stereo network; give one of `foveacam learn prior` as the prior"
@@ -81,7 +81,7 @@ class Checkpoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartingWeights:
-    """Weights that another training begins with; `name`: what they are, with their hash."""
+    """Initial weights from another training; `name`: their origin, with their hash."""
 
     name: str
     checkpoint: Checkpoint
@@ -95,7 +95,7 @@ def load_starting_weights(path: Path) -> StartingWeights:
 
 
 def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint whole, over an older one; raise StorageFull and leave that as it was."""
+    """Write a checkpoint atomically, replacing an older one; raise StorageFull and leave that one intact."""
     tensors = {_NETWORK + name: value for name, value in checkpoint.weights.items()}
     tensors |= {_OPTIMIZER + name: value for name, value in checkpoint.optimizer.items()}
     metadata = {"format": FORMAT, "version": VERSION, "facts": checkpoint.facts.model_dump_json()}
@@ -105,7 +105,7 @@ def save_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
-    """Return a checkpoint; raise InvalidInput for any file that is none, without running anything in it."""
+    """Return a checkpoint; raise InvalidInput for any other file, without executing anything in it."""
     try:
         with safe_open(path, framework="pt") as file:
             metadata = file.metadata() or {}

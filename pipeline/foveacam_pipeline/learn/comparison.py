@@ -1,7 +1,7 @@
-"""Trains and judges every row of Table 3 on pairs with truth: by seed, in processes, gone on with.
+"""Training and evaluation of every row of Table 3 on pairs with truth: seeded, in processes, resumable.
 
-The stereo networks are trained without truth; the monocular prior is trained by it. Every run has a folder of
-its own, so that a study that was stopped goes on where its runs ended.
+The stereo networks are trained without truth, the monocular prior with it. Every run has its own folder, so
+that a study that was stopped resumes where its runs ended.
 """
 
 import hashlib
@@ -51,9 +51,9 @@ from foveacam_pipeline.study.learned.outcomes import (
 from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 SHOWN = 3
-"""Held-out pairs that are drawn."""
+"""Number of held-out pairs that are drawn."""
 LARGEST_SPREAD_PX = 2.0
-"""Four pixels whose disparities differ by more show an edge; halved, their truth is not counted."""
+"""Four pixels whose disparities differ by more contain an edge; at half size their truth is not counted."""
 POLL_S = 0.3
 STOP = "stop"
 ENDED = "the study was stopped; the same command goes on with the trainings where they ended"
@@ -81,7 +81,7 @@ VARIANTS: Mapping[Method, Variant] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonPlan:
-    """Folders of the pairs to train on and of those held out, and where the runs are."""
+    """Folders of the training pairs, of the held-out pairs and of the runs."""
 
     train: Path
     held_out: Path
@@ -99,7 +99,7 @@ class ComparisonPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Judged:
-    """The rows of one job, and the disparities of the pairs that are drawn."""
+    """Rows of one job, and the disparities of the pairs that are drawn."""
 
     figures: Mapping[Method, RowFigures]
     drawn_px: Mapping[Method, tuple[NDArray[np.float32], ...]]
@@ -107,7 +107,7 @@ class _Judged:
 
 
 def compare(plan: ComparisonPlan, *, processes: int = 1, watch: ProgressWatcher = SILENT) -> LearnedOutcome:
-    """Return what every method reaches; raise Cancelled when the watcher asks, InvalidInput for the pairs.
+    """Return the figures of every method; raise Cancelled when the watcher asks, InvalidInput for the pairs.
 
     `processes`: joblib's count, -1 for one a core. The figures do not depend on it.
     """
@@ -149,13 +149,13 @@ _Job = tuple[
 def _run_jobs(
     jobs: Sequence[_Job], stop: Path, *, processes: int, watch: ProgressWatcher
 ) -> Iterator[_Judged]:
-    """Yield what jobs return, in their order; `stop`: a file that ends each within a step, once cancelled."""
+    """Yield the results of jobs in order; `stop`: a file that ends each within a step, once cancelled."""
     if processes == 1:
         for work, plan, seed, method in jobs:
             yield work(plan, seed, method, watch.cancelled)
         return
     with _stop_file(stop, watch.cancelled), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "A worker stopped")  # it grew by a training, and is started anew
+        warnings.filterwarnings("ignore", "A worker stopped")  # it grew, and joblib restarted it
         workers = joblib.Parallel(n_jobs=processes, return_as="generator")
         yield from workers(joblib.delayed(_run_job)(job, stop) for job in jobs)
 
@@ -167,7 +167,7 @@ def _run_job(job: _Job, stop: Path) -> _Judged:
 
 @contextmanager
 def _stop_file(path: Path, cancelled: Callable[[], bool]) -> Iterator[None]:
-    """Make a file once the work is cancelled: workers of other processes see it."""
+    """Create a file once the work is cancelled, which workers in other processes check."""
     path.unlink(missing_ok=True)
     over = threading.Event()
 
@@ -190,7 +190,7 @@ def _stop_file(path: Path, cancelled: Callable[[], bool]) -> Iterator[None]:
 def _judge_others(
     plan: ComparisonPlan, _seed: int, _method: Method | None, _stopped: Callable[[], bool]
 ) -> _Judged:
-    """Judge what is not trained."""
+    """Evaluate the methods that are not trained."""
     names = {
         "zero": Method.ZERO,
         "truth": Method.TRUTH,
@@ -205,7 +205,7 @@ def _judge_others(
 def _judge_prior(
     plan: ComparisonPlan, seed: int, _method: Method | None, stopped: Callable[[], bool]
 ) -> _Judged:
-    """Train the prior of a seed and judge it alone."""
+    """Train the prior of a seed and evaluate it alone."""
     budget, folder = plan.budget, _prior_folder(plan, seed)
     folder.mkdir(exist_ok=True)
     prior_plan = PriorPlan(steps=budget.prior_steps, batch=budget.batch, crop_px=budget.crop_px, seed=seed)
@@ -221,7 +221,7 @@ def _judge_prior(
 def _judge_network(
     plan: ComparisonPlan, seed: int, method: Method | None, stopped: Callable[[], bool]
 ) -> _Judged:
-    """Train a network of a row without truth, and judge it."""
+    """Train a network of a row without truth, and evaluate it."""
     if method is None:
         raise ValueError("a network is trained for a row")
     variant, budget = VARIANTS[method], plan.budget
@@ -252,14 +252,14 @@ def _judge_network(
 
 
 def variant_answer(network: FoveatedStereo, pair: RectifiedPair, *, shifted: bool) -> MethodAnswer:
-    """Return what a network says of a pair; `shifted`: it is shown the shifted one."""
+    """Return the disparities of a pair by a network; `shifted`: its input is the shifted pair."""
     shift_px = SHIFT_PX if shifted else 0
     answer, _ = network_answer(network, shifted_pair(pair, shift_px))
     return replace(answer, disparity_px=answer.disparity_px - np.float32(shift_px))
 
 
 def _prior_answers(prior: CheckpointPrior, sample: PairSample) -> dict[Method, MethodAnswer]:
-    """Return the prior's disparities, aligned to matches that left and right agree on, and to the truth."""
+    """Return the prior's disparities, aligned to matches that pass the left-right check, and to the truth."""
     if sample.truth is None:
         raise ValueError("a prior is judged by pairs with truth")
     matches = other_answers(sample)["sgbm"].disparity_px
@@ -327,7 +327,7 @@ def _check_complete(steps: int, planned: int) -> None:
 
 
 def _load(folder: Path, count: int) -> LoadedDataset:
-    """Return the first pairs of a folder at half the size; a folder may get more of them later."""
+    """Return the first pairs of a folder at half the size; more may be added to it later."""
     stored = StoredPairs(folder)
     hashes = "".join(entry.sha256 for entry in stored.document.pairs[:count])
     return LoadedDataset(
@@ -344,7 +344,7 @@ def _without_truth(dataset: LoadedDataset) -> LoadedDataset:
 
 
 def halved_sample(sample: PairSample) -> PairSample:
-    """Return a sample at half the size; a pixel across an edge of depth keeps a truth, but is not judged."""
+    """Return a sample at half the size; a pixel across an edge keeps its truth, but is not evaluated."""
     pair, truth = halved(sample.pair), sample.truth
     if truth is None:
         return PairSample(pair=pair)

@@ -10,22 +10,22 @@ from foveacam_pipeline.storage.disk import disk_errors
 
 CSV, PNG = "curves.csv", "curves.png"
 SMOOTHED = 50
-"""Steps whose mean is drawn."""
+"""Number of steps over which the drawn curve is averaged."""
 
 
 class LossCurves:
-    """Collects the steps of a run; those of an earlier one, up to `steps`, are read again."""
+    """Collects the losses of a run; those of an earlier one, up to `steps`, are read from its file."""
 
     def __init__(self, folder: Path, *, steps: int) -> None:
         self._folder = folder
         self._rows: list[dict[str, float]] = [row for row in _read(folder / CSV) if row["step"] <= steps]
 
     def add(self, step: int, parts: dict[str, float]) -> None:
-        """Add a step."""
+        """Add the parts of the loss at a step."""
         self._rows.append({"step": float(step), **parts})
 
     def write(self) -> None:
-        """Write both files, once there is a step."""
+        """Write both files, unless there is no step yet."""
         if not self._rows:
             return
         with disk_errors("the curves", self._folder):

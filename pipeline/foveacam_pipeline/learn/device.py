@@ -1,4 +1,4 @@
-"""What a network computes on: a processor in float32, or a GPU whose features are in bfloat16."""
+"""Devices for a network: a CPU in float32, or a GPU with features in bfloat16."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -39,9 +39,9 @@ PROCESSOR = TrainingDevice(device=torch.device("cpu"))
 
 
 def choose_device(name: str = "auto", precision: str = "auto") -> TrainingDevice:
-    """Return the device; `auto`: a GPU where there is one, and bfloat16 there.
+    """Return the device; `auto`: a GPU with bfloat16 where there is one.
 
-    Raise InvalidInput for a name that is none, and for a GPU that is not there.
+    Raise InvalidInput for an unknown name, and for a GPU that is not there.
     """
     for option, given, known in (("--device", name, DeviceName), ("--precision", precision, Precision)):
         if given not in get_args(known):
@@ -62,7 +62,7 @@ def choose_device(name: str = "auto", precision: str = "auto") -> TrainingDevice
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Restrict torch to the calling thread within the context: sums depend on how many threads share them."""
+    """Restrict torch to the calling thread within the context: sums depend on the number of threads."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

@@ -1,4 +1,4 @@
-"""Judges a trained network on pairs that it was not trained on, beside semi-global matching and the truth."""
+"""Evaluation of a trained network on held-out pairs, beside semi-global matching and the truth."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -35,18 +35,17 @@ from foveacam_pipeline.workers.pool import HereAndNow, WorkPool, results_in_orde
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodFigures:
-    """Mean photometric errors of one method, over all pairs; without truth they alone can be told.
+    """Mean photometric errors of one method over all pairs, the only ones available without truth.
 
-    They rank by how alike the pictures are, not by depth: a matcher that copies noise may beat the true
-    disparity. A method that leaves holes is judged by what it answers.
+    They rank by similarity of the pictures, not by depth: a matcher that copies noise may beat the true
+    disparity. A method that leaves holes is evaluated where it has a disparity.
     """
 
     method: str
     photometric: float
     """0.85 (1 - SSIM) / 2 + 0.15 L1 over all pixels that both windows show."""
     photometric_seen: float
-    """The same where both eyes see the surface, by the truth, or else by the network's own check of left and
-    right."""
+    """The same where both eyes see the surface, by the truth, or else by the network's left-right check."""
     absolute: float
     """L1 alone."""
     truth: TruthFigures | None = None
@@ -69,7 +68,7 @@ def evaluate(
     stopped: Callable[[], bool],
     pool: WorkPool | None = None,
 ) -> Evaluation:
-    """Return the figures of a dataset; `pool` judges the pairs, else this process.
+    """Return the figures of a dataset; `pool` evaluates the pairs, else this process.
 
     Raise Cancelled when stopped before the first pair, WorkersLost.
     """
@@ -92,7 +91,7 @@ def evaluate(
 
 
 def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairErrors"]:
-    """Return the errors of one pair by method, the same to the last bit however many cores a machine has."""
+    """Return the errors of one pair by method, bit-identical for any number of cores."""
     with one_thread():
         answer, agreed = network_answer(network, sample.pair)
         seen = agreed if sample.truth is None else sample.truth.both
@@ -101,7 +100,7 @@ def judge_pair(network: FoveatedStereo, sample: PairSample) -> dict[str, "PairEr
 
 
 def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[MethodAnswer, NDArray[np.bool_]]:
-    """Return what the network says of a pair, and where left and right agree, (h, w) bool."""
+    """Return the network's disparities of a pair, and where left and right agree, (h, w) bool."""
     height, width = pair.left.shape[:2]
     tensors = [torch.from_numpy(picture_planes(picture))[None] for picture in (pair.left, pair.right)]
     right, below = -width % DIVISOR, -height % DIVISOR
@@ -117,7 +116,7 @@ def network_answer(network: FoveatedStereo, pair: RectifiedPair) -> tuple[Method
 
 
 def other_answers(sample: PairSample) -> dict[str, MethodAnswer]:
-    """Return what the other methods say; raw matching and the truth itself only where there is a truth."""
+    """Return the disparities of other methods; with truth, also of raw matching and of the truth itself."""
     pair, truth = sample.pair, sample.truth
     found = match(pair)
     answers = {

@@ -1,4 +1,4 @@
-"""Exports a trained network as ONNX with its card, so that it can be chosen as a depth backend."""
+"""Export of a trained network as ONNX with its card, by which it can be chosen as a depth backend."""
 
 import copy
 import hashlib
@@ -22,7 +22,7 @@ from foveacam_pipeline.storage.disk import disk_errors, write_file
 
 OPSET = 18
 EXAMPLE_SIZE = (64, 96)
-"""Height and width of the picture by which the graph is traced; it takes any multiples of 8."""
+"""Height and width of the picture with which the graph is traced; it accepts any multiples of 8."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +40,7 @@ LAPLACE = SigmaCurve()
 
 
 class DisparityWithSigma(nn.Module):
-    """The network as a graph of two pictures of 0 to 1 to a disparity and its standard deviation."""
+    """The network as a graph from two pictures of 0 to 1 to a disparity and its standard deviation."""
 
     def __init__(self, network: FoveatedStereo) -> None:
         super().__init__()
@@ -53,10 +53,10 @@ class DisparityWithSigma(nn.Module):
 
 
 class NormByRows(nn.Module):
-    """A group normalisation that sums row by row; its weights keep their names.
+    """A group normalisation that sums row by row, with the same names of weights.
 
-    onnxruntime's own adds up whole planes in one float32 and is off by 1e-4 of the values, which the matching
-    of alike places turns into pixels; this one takes the same time.
+    onnxruntime's own sums whole planes in one float32, with an error of 1e-4 of the values, which the
+    matching of similar places turns into pixels; this one takes the same time.
     """
 
     def __init__(self, norm: nn.GroupNorm) -> None:
@@ -65,7 +65,7 @@ class NormByRows(nn.Module):
         self.weight, self.bias = norm.weight, norm.bias
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return (n, c, h, w) as the group normalisation does."""
+        """Return the group normalisation of (n, c, h, w)."""
         n, c, h, w = x.shape
         grouped = x.reshape(n, self.groups, c // self.groups, h, w)
         mean, mean_square = (_group_mean(values) for values in (grouped, grouped * grouped))
@@ -92,7 +92,7 @@ def _with_norms_by_rows(network: FoveatedStereo) -> FoveatedStereo:
 def export_network(
     checkpoint: Checkpoint, folder: Path, *, name: str, licence: str, curve: SigmaCurve = LAPLACE
 ) -> Path:
-    """Write `NAME.onnx` and `NAME.yaml`, which asks for both ways, into a folder; return the card's path."""
+    """Write `NAME.onnx` and `NAME.yaml`, with the left-right check on; return the card's path."""
     network = checkpoint.network()
     graph = _graph(network)
     card = {
@@ -121,7 +121,7 @@ def export_network(
 
 
 def network_of_graph(path: Path) -> FoveatedStereo | None:
-    """Return the network of a graph that was exported, for evaluation; None for any other graph."""
+    """Return the network of an exported graph, for evaluation; None for any other graph."""
     stored = {
         one.name.removeprefix("network."): onnx.numpy_helper.to_array(one)
         for one in onnx.load(str(path)).graph.initializer
@@ -141,7 +141,7 @@ def _graph(network: FoveatedStereo) -> bytes:
     free = {2: "height", 3: "width"}
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         path = Path(folder) / "graph.onnx"
-        warnings.simplefilter("ignore")  # the exporter by tracing is called old; it needs no further package
+        warnings.simplefilter("ignore")  # tracing is deprecated, but needs no further package
         torch.onnx.export(
             DisparityWithSigma(_with_norms_by_rows(network)).eval(),
             example,
@@ -157,7 +157,7 @@ def _graph(network: FoveatedStereo) -> bytes:
 
 
 def _with_weights_in_16_bits(model: onnx.ModelProto) -> onnx.ModelProto:
-    """Store each float32 weight in 16 bits, with a cast behind it that is folded when the graph is loaded."""
+    """Store each float32 weight in 16 bits, with a cast after it that is folded when the graph is loaded."""
     graph, casts = model.graph, []
     for one in graph.initializer:
         if one.data_type != onnx.TensorProto.FLOAT:

@@ -1,4 +1,4 @@
-"""Batches of crops for the steps of a training; worker processes make them ahead where a GPU would wait."""
+"""Batches of crops for training steps; worker processes prepare them where a GPU would wait."""
 
 import os
 import signal
@@ -11,9 +11,9 @@ from foveacam_pipeline.learn.losses import PairBatch
 from foveacam_pipeline.learn.pairs import CropSource
 
 LARGEST_WORKERS = 12
-"""Of the default; each keeps up to 1 GiB of pairs in memory."""
+"""Largest default number of workers; each keeps up to 1 GiB of pairs in memory."""
 AHEAD = 4
-"""Batches that each worker makes before they are asked for."""
+"""Number of batches that each worker prefetches."""
 
 
 class _StepBatches(Dataset[PairBatch]):
@@ -25,10 +25,10 @@ class _StepBatches(Dataset[PairBatch]):
 
 
 def default_workers(device: torch.device) -> int:
-    """Return how many processes make crops: none beside a processor that computes on all cores itself."""
+    """Return the default number of workers: none for a CPU, because training uses all its cores."""
     if device.type == "cpu":
         return 0
-    # macOS does not tell the cores that a process may use
+    # macOS does not report the cores that a process may use
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(LARGEST_WORKERS, max(1, cores - 1))
 
@@ -48,11 +48,11 @@ def step_batches(
         prefetch_factor=AHEAD,
         pin_memory=device.type == "cuda",
         worker_init_fn=_ignore_interrupt,
-        multiprocessing_context="fork",  # the pairs that are in memory already are shared with the workers
+        multiprocessing_context="fork",  # workers share the pairs that are in memory already
     )
     yield from loader
 
 
 def _ignore_interrupt(_worker: int) -> None:
-    """Leave Ctrl-C to the training, which ends after the step under way."""
+    """Ignore Ctrl-C in a worker: the training handles it, and ends after the current step."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

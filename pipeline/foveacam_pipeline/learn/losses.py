@@ -1,4 +1,4 @@
-"""Losses of training: by the truth where there is one, else self-supervised (Eq. 15).
+"""Losses of training: supervised for pairs with truth, else self-supervised (Eq. 15).
 
 The latter are photometric, smoothness, a monocular prior where one is given, and attention reconstruction, an
 addition to the paper's: the gradient of a warped picture reaches one or two pixels, residual disparities are
@@ -19,12 +19,12 @@ from foveacam_pipeline.learn.network.refinement import CELL_PX
 SSIM_SHARE = 0.85
 SSIM_C1, SSIM_C2 = 0.01**2, 0.03**2
 STEP_DECAY = 0.8
-"""A refinement counts so much of the next one."""
+"""Weight of a refinement relative to the next one."""
 EDGE_FALL = 10.0
-"""How fast smoothness is asked for less where the picture changes."""
+"""Decay of the smoothness weight with the picture's gradient: exp(-EDGE_FALL * gradient)."""
 LEAST_SCALE_PX = 0.05
 LARGEST_ERROR_PX = 16.0
-"""Of the likelihood: larger errors count as this."""
+"""Clip of errors in the likelihood, px."""
 LEAST_LOG_SHARE = -12.0
 
 
@@ -36,7 +36,7 @@ class LossWeights:
     reconstruction: float = 1.0
     smoothness: float = 0.01
     scale: float = 0.02
-    """Of the likelihood of what left and right disagree by, under the stated scale of the error."""
+    """Of the likelihood of the left-right residual under the stated scale of the error."""
     truth: float = 0.1
     """Of the difference from the truth, px; zero trains pairs with truth as if they had none."""
     true_matching: float = 0.5
@@ -44,20 +44,20 @@ class LossWeights:
     true_scale: float = 0.1
     """Of the likelihood of the true error under its stated scale."""
     prior: float = 0.0
-    """Of the difference from the monocular prior at this step; a schedule of training sets it."""
+    """Of the difference from the monocular prior at this step; set by the training's schedule."""
 
     @property
     def left_out(self) -> list[str]:
-        """The parts without truth that can be left out, and are."""
+        """The self-supervised parts that are left out."""
         return [name for name in ABLATED if getattr(self, name) == 0.0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairBatch:
-    """Pictures (n, 3, h, w) of 0 to 1, and where the left window looks at something, (n, 1, h, w) bool.
+    """Pictures (n, 3, h, w) of 0 to 1, and the valid pixels of the left window, (n, 1, h, w) bool.
 
     `disparity_px`, `known`: (n, 1, h, w) true disparity, and where it is known and seen by both eyes, bool;
-    `labelled`: (n,) bool, which pairs have truth. None of them: no pair has.
+    `labelled`: (n,) bool, which pairs have truth. If all three are None, no pair has.
     """
 
     left: Tensor
@@ -67,12 +67,12 @@ class PairBatch:
     known: Tensor | None = None
     labelled: Tensor | None = None
     geometry: Tensor | None = None
-    """Where the eyes look, (n, 8) as `view_geometry` gives it."""
+    """Viewing geometry, (n, 8) as `view_geometry` returns it."""
     prior: Tensor | None = None
-    """Relative inverse depth of the left pictures by one eye, (n, 1, h, w)."""
+    """Relative inverse depth of the left pictures by the monocular prior, (n, 1, h, w)."""
 
     def pin_memory(self) -> "PairBatch":
-        """Return the batch in memory that a GPU copies from beside other work; PyTorch's loader calls it."""
+        """Return the batch in pinned memory, from which a GPU copies asynchronously; PyTorch calls it."""
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         return PairBatch(**{name: value.pin_memory() for name, value in given.items() if value is not None})
 
@@ -107,7 +107,7 @@ def training_loss(
 def supervised(
     prediction: Prediction, batch: PairBatch, weights: LossWeights
 ) -> tuple[Tensor, dict[str, float]]:
-    """Return the loss of pairs with truth and its parts; only what both eyes see counts."""
+    """Return the loss of pairs with truth and its parts; only pixels that both eyes see count."""
     if batch.disparity_px is None or batch.known is None:
         raise ValueError("a supervised loss needs the truth of the batch")
     true_px, known = batch.disparity_px, batch.known.to(batch.disparity_px)
@@ -147,7 +147,7 @@ def matching_entropy(matches: RowMatches, true_px: Tensor, known: Tensor) -> Ten
 
 
 def _rows(prediction: Prediction, batch: PairBatch, rows: Tensor) -> tuple[Prediction, PairBatch]:
-    """Return some pairs of a batch and what is predicted of them; `rows`: (n,) bool."""
+    """Return some pairs of a batch and their predictions; `rows`: (n,) bool."""
     matches = prediction.matches
     part = Prediction(
         disparities=tuple(disparity[rows] for disparity in prediction.disparities),
@@ -176,8 +176,8 @@ def self_supervised(
 ) -> tuple[Tensor, dict[str, float]]:
     """Return the loss of a batch and its parts for the curves.
 
-    `masked`: whether what only one eye sees is left out; not at the start of training, when nothing is known
-    of it yet.
+    `masked`: whether pixels that only one eye sees are left out; not at the start of training, when they are
+    not known yet.
     """
     seen = batch.valid_left
     if masked:
@@ -218,7 +218,7 @@ def photometric_error(left: Tensor, rebuilt: Tensor) -> Tensor:
 
 
 def reconstruction(matches: RowMatches, batch: PairBatch, seen: Tensor) -> Tensor:
-    """Return how badly left cells are rebuilt from right cells by the shares of the matching."""
+    """Return the error of left cells rebuilt from right cells by the shares of the matching."""
     left, right = (_centred_cells(picture) for picture in (batch.left, batch.right))
     rebuilt = torch.einsum("nhxy,nchy->nchx", matches.share, right)
     cells = functional.avg_pool2d(seen.to(left), CELL_PX)
@@ -226,7 +226,7 @@ def reconstruction(matches: RowMatches, batch: PairBatch, seen: Tensor) -> Tenso
 
 
 def smoothness(disparity: Tensor, left: Tensor) -> Tensor:
-    """Return the mean change between neighbours, in px, where the picture does not change."""
+    """Return the mean change of disparity between neighbours, px, weighted down where the picture changes."""
     grey = left.mean(dim=1, keepdim=True)
     total = disparity.new_zeros(())
     for dim in (2, 3):
@@ -238,8 +238,8 @@ def smoothness(disparity: Tensor, left: Tensor) -> Tensor:
 def scale_likelihood(prediction: Prediction, batch: PairBatch, seen: Tensor) -> Tensor:
     """Return the negative log-likelihood of the last change of the disparity under the stated Laplace scale.
 
-    Without truth, what the last refinement still changed and what the pictures still differ by stand for the
-    error; the disparity itself gets no gradient from it.
+    Without truth, the change of the last refinement and the remaining difference of the pictures are taken as
+    the error; the disparity itself gets no gradient from it.
     """
     rebuilt, inside = warped(batch.right, prediction.disparity.detach())
     slope = batch.left.diff(dim=3, append=batch.left[..., -1:]).abs().mean(dim=1, keepdim=True)

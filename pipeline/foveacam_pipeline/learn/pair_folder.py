@@ -1,7 +1,7 @@
 """Folders of pairs with truth: shards of arrays (npz) and one document, `pairs.json`.
 
-The document lists what is complete, with the SHA-256 of each pair's arrays; whoever makes the pairs has
-`PairFolderWriter`. Needs no torch.
+The document lists the complete pairs, with the SHA-256 of each pair's arrays; `PairFolderWriter` writes both.
+Needs no torch.
 """
 
 import hashlib
@@ -23,13 +23,13 @@ from foveacam_pipeline.storage.disk import disk_errors, write_file
 
 DOCUMENT = "pairs.json"
 SHARD_PAIRS = 50
-"""Pairs of a shard; the last one may have fewer."""
+"""Number of pairs in a shard; the last one may have fewer."""
 KEPT_BYTES = 1 << 30
-"""Pairs that were read stay in memory up to this size; the rest is read anew each time."""
+"""Size up to which pairs are cached in memory; others are read again each time."""
 
 
 class Split(StrEnum):
-    """What pairs are for; their scenes have nothing in common."""
+    """Use of pairs; scenes of different splits have nothing in common."""
 
     TRAIN = "train"
     HELD_OUT = "held-out"
@@ -44,7 +44,7 @@ class PairEntry(_Table):
 
     scene_seed: int
     sha256: str
-    """Of its arrays."""
+    """SHA-256 of the arrays."""
     verged_z_m: float
     u0_left_px: float
     u0_right_px: float
@@ -74,10 +74,10 @@ class PairDocument(_Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PairTruth:
-    """What is known of the left picture of a pair, all (h, w).
+    """Truth of the left picture of a pair, all (h, w).
 
-    `disparity_px`: float32, left column minus right column of what the pixel shows, NaN where that is
-    nothing; residual rectification errors are in it, so that it is where a matcher should look. `both`: bool,
+    `disparity_px`: float32, left column minus right column of the surface in a pixel, NaN where there is
+    none; it includes residual rectification errors, so that it is where a matcher should look. `both`: bool,
     whether both eyes see it. `occluded`: bool, whether the left eye alone sees it.
     """
 
@@ -88,14 +88,14 @@ class PairTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PairSample:
-    """A rectified pair, with its truth where that is known."""
+    """A rectified pair, with its truth if known."""
 
     pair: RectifiedPair
     truth: PairTruth | None = None
 
 
 def pair_arrays(pair: RectifiedPair, truth: PairTruth) -> dict[str, NDArray[np.generic]]:
-    """Return the arrays that are kept of a pair, by name; masks with eight pixels a byte."""
+    """Return the stored arrays of a pair, by name; masks are packed, eight pixels a byte."""
     masks = {
         "valid_left": pair.valid_left,
         "valid_right": pair.valid_right,
@@ -120,10 +120,10 @@ def arrays_sha256(arrays: dict[str, NDArray[np.generic]]) -> str:
 
 
 class PairFolderWriter:
-    """Writes pairs in order; what was added last stands in the document after `flush`."""
+    """Writes pairs in order; `flush` enters the last ones in the document."""
 
     def __init__(self, folder: Path, plan: PairDocument) -> None:
-        """Open a folder; one that is there goes on. Raise InvalidInput when it holds other pairs."""
+        """Open a folder, resuming an existing one. Raise InvalidInput when it holds other pairs."""
         self._folder, self._document = folder, plan
         with disk_errors("the pairs", folder.parent):
             folder.mkdir(parents=True, exist_ok=True)
@@ -140,14 +140,14 @@ class PairFolderWriter:
         return len(self._document.pairs)
 
     def add(self, entry: PairEntry, arrays: dict[str, NDArray[np.generic]]) -> None:
-        """Add the next pair; write a shard that is full."""
+        """Add the next pair; write the shard when it is full."""
         self._shard |= {f"{self.count % SHARD_PAIRS:02d}.{name}": array for name, array in arrays.items()}
         self._document = self._document.model_copy(update={"pairs": (*self._document.pairs, entry)})
         if self.count % SHARD_PAIRS == 0:
             self.flush()
 
     def flush(self) -> PairDocument:
-        """Write what was added; return the document. Raise StorageFull and leave what was there."""
+        """Write pending pairs; return the document. Raise StorageFull and leave what was there."""
         if self._written < self.count or not self.count:
             with disk_errors("the pairs", self._folder, again="then the same command goes on"):
                 if self._shard:
@@ -164,7 +164,7 @@ class PairFolderWriter:
 
 
 class StoredPairs(Sequence[PairSample]):
-    """The pairs of a folder, read when they are asked for, and checked by their hashes the first time."""
+    """The pairs of a folder, read on access, and checked by their hashes the first time."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -212,7 +212,7 @@ def is_pair_folder(folder: Path) -> bool:
 
 
 def read_document(folder: Path) -> PairDocument:
-    """Return the document of a folder; raise InvalidInput for one that cannot be read."""
+    """Return the document of a folder; raise InvalidInput if it cannot be read."""
     try:
         return PairDocument.model_validate_json((folder / DOCUMENT).read_bytes())
     except (OSError, ValidationError) as error:

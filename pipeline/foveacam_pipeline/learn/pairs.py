@@ -1,6 +1,6 @@
-"""Pairs to train on: rectified by each dataset's own calibration, or of a folder of pairs with truth.
+"""Training pairs: rectified by each dataset's own calibration, or read from a folder of pairs with truth.
 
-They are cropped at random by seed. The shift adapter (`shifted_dataset`) moves right pictures so far that
+They are cropped at random by seed. The shift adapter (`shifted_dataset`) moves right pictures until
 disparities are positive, for unsigned networks.
 """
 
@@ -27,10 +27,10 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 
 SCALE = 0.5
 LEAST_VALID = 0.5
-"""A crop of which less looks at something is drawn again."""
+"""Least valid share of a crop; crops with less are drawn again."""
 DRAWS = 20
 LARGEST_GAIN, LARGEST_OFFSET = 0.15, 0.05
-"""Random change of each eye's brightness: of its gain, and added, of the full scale."""
+"""Largest random change of each eye's brightness: of gain, and of offset as a share of full scale."""
 DOCUMENT = "dataset.json"
 
 
@@ -108,15 +108,15 @@ class _Crop:
     right: NDArray[np.float32]
     valid: NDArray[np.bool_]
     disparity_px: NDArray[np.float32]
-    """Zero where it is not known."""
+    """Zero where unknown."""
     known: NDArray[np.bool_]
-    """Whether it is, and both eyes see the pixel."""
+    """Whether the disparity is known and both eyes see the pixel."""
     labelled: bool
     geometry: torch.Tensor
 
 
 class CropSource:
-    """Random crops of the pairs of all datasets; the crops of a step depend on seed and step alone."""
+    """Random crops of the pairs of all datasets; those of a step depend on seed and step alone."""
 
     def __init__(
         self, datasets: Sequence[LoadedDataset], *, size: tuple[int, int], batch: int, seed: int
@@ -156,7 +156,7 @@ class CropSource:
 
 
 def _varied_crop(sample: PairSample, window: tuple[slice, slice], rng: np.random.Generator) -> _Crop:
-    """Return a crop with other brightness in each eye; half of them mirrored, with the eyes exchanged."""
+    """Return a crop with varied brightness in each eye; half of them mirrored, with the eyes exchanged."""
     pair = sample.pair
     left, right = (_varied(picture[window], rng) for picture in (pair.left, pair.right))
     valid = pair.valid_left[window]
@@ -212,8 +212,8 @@ def right_truth(
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Return the disparity of a window of the right picture, float32, px, and where it is known, both (h, w).
 
-    What both eyes see is drawn at its column of the right picture, rounded; of several that fall on one pixel
-    the nearest is kept. A pixel that none falls on is unknown, and has 0.
+    Each pixel that both eyes see is moved to its column of the right picture, rounded; where several coincide
+    the nearest is kept. Other pixels are unknown, and have 0.
     """
     rows, columns = window
     seen = truth.both[rows] & np.isfinite(truth.disparity_px[rows])
@@ -242,7 +242,7 @@ def shifted_pair(pair: RectifiedPair, shift_px: int) -> RectifiedPair:
 
 
 def shifted_dataset(dataset: LoadedDataset, shift_px: int) -> LoadedDataset:
-    """Return a dataset with every pair shifted, and its truth."""
+    """Return a dataset with every pair and its truth shifted."""
     pairs = tuple(_shifted(sample, shift_px) for sample in dataset.pairs)
     return replace(dataset, name=f"{dataset.name}, shifted", pairs=pairs)
 

@@ -1,4 +1,4 @@
-"""Verged pairs of a recording to train on: one of each place where the mirrors rested."""
+"""Verged pairs from a recording, to train on: one for each rest of the mirrors."""
 
 import hashlib
 from pathlib import Path
@@ -18,9 +18,9 @@ from foveacam_pipeline.learn.pair_folder import PairSample
 from foveacam_pipeline.stereo.rectify import rectify
 
 MOST_PAIRS = 400
-"""Of a longer recording so many are taken, evenly."""
+"""Largest number of pairs from a recording, evenly spread."""
 APART_NS = 2_000_000
-"""Frames of both eyes that were exposed farther apart than this show different moments."""
+"""Frames of both eyes exposed farther apart than this show different moments."""
 _CHUNK_BYTES = 1 << 24
 
 
@@ -56,7 +56,7 @@ def recording_digest(path: Path) -> str:
 
 
 def _rests(recording: Recording) -> list[tuple[int, int]]:
-    """Return left and right frame of each rest: the last before the mirrors move on, which have settled."""
+    """Return left and right frame of each rest: the last before the mirrors move, when they have settled."""
     left, right = (stream_of(recording, role) for role in EYES)
     rests: list[tuple[int, int]] = []
     resting: tuple[MirrorVolts, MirrorVolts] | None = None

@@ -1,4 +1,4 @@
-"""Trains the network on captured pairs and on pairs with truth: fixed steps, by seed, resumed at will."""
+"""Training of the network on captured pairs and on pairs with truth: fixed steps, seeded, resumable."""
 
 import math
 from collections import deque
@@ -39,11 +39,12 @@ CHECKPOINT = "checkpoint.safetensors"
 LEARNING_RATE, WEIGHT_DECAY, CLIP = 2e-3, 1e-4, 1.0
 WARM_UP_SHARE = 0.05
 MASKED_FROM = 0.2
-"""Share of the steps after which what only one eye sees is left out of the loss."""
+"""Share of the steps after which pixels that only one eye sees are left out of the loss."""
 SAVED_EVERY, MOST_SAVED = 200, 50
-"""Steps between checkpoints, unless a run would write more than so many of them."""
+"""Steps between checkpoints, and the largest number of them in a run; longer runs write at larger
+intervals."""
 SHOWN = 100
-"""Steps whose mean loss a checkpoint tells."""
+"""Number of steps over which the loss stated in a checkpoint is averaged."""
 COMPARED = {
     "network": "network",
     "steps": "steps_planned",
@@ -55,12 +56,12 @@ COMPARED = {
     "datasets": "datasets",
     "starting weights": "started_from",
 }
-"""Facts that a run goes on with must agree in, by what they are."""
+"""Facts that a resumed run must share with its plan, by their names in messages."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingPlan:
-    """What is trained, and for how long; a run that goes on must have the same plan."""
+    """What is trained, and for how long; a resumed run must have the same plan."""
 
     size: SizeName = "nano"
     steps: int = 2000
@@ -76,7 +77,7 @@ class TrainingPlan:
 
     @property
     def network(self) -> NetworkConfig:
-        """What is trained."""
+        """Configuration of the network."""
         return SIZES[self.size].model_copy(update={"signed": self.signed, "geometry": self.geometry})
 
 
@@ -90,15 +91,15 @@ class TrainingWatcher:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingTask:
-    """A network and how it is trained: what a run takes of it, step after step."""
+    """A network and how it is trained, as `run_task` uses it."""
 
     network: nn.Module
     loss: Callable[[PairBatch, int], tuple[Tensor, dict[str, float]]]
-    """The loss of a batch at a step (from 0), and its parts."""
+    """Loss of a batch at a step (from 0), and its parts."""
     parts: tuple[str, ...]
     """Names of the parts that the loss can have."""
     facts: TrainingFacts
-    """What a checkpoint says before the first step."""
+    """Metadata of the training before the first step."""
 
 
 def train(
@@ -113,14 +114,12 @@ def train(
     device: TrainingDevice = PROCESSOR,
     workers: int = 0,
 ) -> TrainingFacts:
-    """Train into `folder`, going on with a checkpoint there; return what the last checkpoint says.
+    """Train into `folder`, resuming from a checkpoint there; return the last checkpoint's facts.
 
-    `start`: weights of the same network to begin with, instead of random ones. `workers`: processes that make
-    the crops; none: this one does.
-
-    On a processor two runs with one plan have equal weights, whether stopped in between or not. Raise
-    InvalidInput when the folder holds a run with another plan, StorageFull for a full disk: the last
-    checkpoint is then whole.
+    `start`: initial weights of the same network, instead of random ones. `workers`: processes that prepare
+    the crops; none: this one does. On a CPU two runs with one plan have equal weights, whether interrupted or
+    not. Raise InvalidInput when the folder holds a run with another plan, StorageFull for a full disk: the
+    last checkpoint is then whole.
     """
     torch.manual_seed(plan.seed)
     check_crops(datasets, plan.crop_px)
@@ -138,7 +137,7 @@ def run_task(
     device: TrainingDevice = PROCESSOR,
     workers: int = 0,
 ) -> TrainingFacts:
-    """Train by a task into `folder`, as `train` does; return what the last checkpoint says."""
+    """Train by a task into `folder`, as `train` does; return the last checkpoint's facts."""
     run = _Run(task, folder, device)
     total = task.facts.steps_planned
     saved_every = max(SAVED_EVERY, total // MOST_SAVED)
@@ -233,13 +232,13 @@ class _Run:
         torch.nn.utils.clip_grad_norm_(self._network.parameters(), CLIP)
         self._optimizer.step()
         self.done += 1
-        parts = {name: parts.get(name, 0.0) for name in self._task.parts}  # a batch may lack some kinds
+        parts = {name: parts.get(name, 0.0) for name in self._task.parts}  # a batch may lack some parts
         self._newest.append(parts)
         self._curves.add(self.done, parts)
         return float(loss.detach())
 
     def save(self) -> None:
-        """Write the checkpoint and the curves, where anything is new."""
+        """Write the checkpoint and the curves, if there are new steps."""
         if self.done == self._saved and self._path.exists():
             return
         checkpoint = Checkpoint(
@@ -250,7 +249,7 @@ class _Run:
         self._saved = self.done
 
     def facts(self) -> TrainingFacts:
-        """Return what a checkpoint says."""
+        """Return the training's facts for a checkpoint."""
         names = self._newest[0] if self._newest else {}
         means = {name: sum(parts[name] for parts in self._newest) / len(self._newest) for name in names}
         return self._task.facts.model_copy(update={"steps": self.done, "loss": means})
@@ -286,7 +285,7 @@ class _Run:
 
 
 def learning_rate(step: int, steps: int) -> float:
-    """Return the rate of a step: rising at first, then falling as a cosine to nothing."""
+    """Return the learning rate of a step: linear warm-up, then a cosine decay to zero."""
     warm_up = max(1.0, WARM_UP_SHARE * steps)
     if step < warm_up:
         return LEARNING_RATE * (step + 1) / warm_up
@@ -294,7 +293,7 @@ def learning_rate(step: int, steps: int) -> float:
 
 
 def check_crops(datasets: Sequence[LoadedDataset], crop_px: tuple[int, int]) -> None:
-    """Raise InvalidInput for crops that the pairs of a dataset are too small for, or of another divisor."""
+    """Raise InvalidInput for crops larger than the pairs, smaller than 64 px, or no multiples of 8."""
     width, height = crop_px
     largest_width, largest_height = (min(sides) for sides in zip(*(d.size for d in datasets), strict=True))
     if width % 8 or height % 8 or width > largest_width or height > largest_height or min(width, height) < 64:

@@ -1,4 +1,4 @@
-"""Measures errors of disparities against a known truth: of a network's, of matching's, or of any other's.
+"""Errors of disparities against a known truth, by a network, a matcher or any other method.
 
 Needs no torch.
 """
@@ -13,7 +13,7 @@ from foveacam_pipeline.learn.pair_folder import PairTruth
 
 BAD_PX = 1.0
 LEAST_TOTAL_PX = 1.0
-"""Of a depth: what lies at infinity or beyond counts as this total disparity."""
+"""Least total disparity for errors of depth: points at infinity or beyond count as this."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,14 +21,14 @@ class TruthFigures:
     """Errors against the truth where both eyes see the surface, over all pairs."""
 
     epe_px: float
-    """Mean of the absolute errors of what is answered."""
+    """Mean absolute error (end-point error) of the known disparities."""
     bad_1: float
     """Share of errors above 1 px."""
     answered: float
-    """Share of the pixels with a disparity."""
+    """Share of the pixels with a known disparity."""
     within_1_sigma: float | None = None
-    """Share of errors within the stated sigma; 0.757 would be right for a Laplace error, 0.683 for a Gaussian
-    one. None for a method that states none."""
+    """Share of errors within the stated sigma; a correct one gives 0.757 for a Laplace error, 0.683 for a
+    Gaussian one. None for a method that states none."""
     abs_rel: float | None = None
     """Mean of the absolute errors of depth over the true depth; None where it was not measured."""
 
@@ -52,11 +52,11 @@ class TruthSums:
     with_sigma: int
     within: int
     off_rel: float
-    """Of the absolute errors of depth over the true depth."""
+    """Sum of the absolute errors of depth over the true depth."""
 
 
 def truth_sums(answer: MethodAnswer, truth: PairTruth, *, offset_px: float) -> TruthSums:
-    """Return the sums of one pair; `offset_px`: what its disparities lack to those of parallel gazes."""
+    """Return the sums of one pair; `offset_px`: total minus residual disparity."""
     judged = truth.both & np.isfinite(answer.disparity_px)
     off_px = np.abs(answer.disparity_px - truth.disparity_px)[judged]
     sigma_px = np.full(off_px.shape, np.nan) if answer.sigma_px is None else answer.sigma_px[judged]
@@ -74,7 +74,7 @@ def truth_sums(answer: MethodAnswer, truth: PairTruth, *, offset_px: float) -> T
 
 
 def truth_figures(rows: Sequence[TruthSums]) -> TruthFigures | None:
-    """Return the figures of all pairs; None where no pixel has a truth."""
+    """Return the figures of all pairs; None where no pixel has truth."""
     pixels, answered = sum(row.seen for row in rows), sum(row.answered for row in rows)
     stated = sum(row.with_sigma for row in rows)
     if not pixels:
@@ -89,9 +89,9 @@ def truth_figures(rows: Sequence[TruthSums]) -> TruthFigures | None:
 
 
 def filled(disparity_px: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a disparity map (h, w) whose holes have the smaller of the next known ones in their row.
+    """Return a disparity map (h, w) whose holes have the smaller of the nearest known values in their row.
 
-    The smaller one belongs to what is behind, and it is that which is hidden. Rows without any get zero.
+    The smaller one belongs to the background, which is what is hidden. Rows without any get zero.
     """
     known = np.isfinite(disparity_px)
     before = _carried(disparity_px, known)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNSEEN = -1.0
-"""Score of a place that does not count; the least correlation that there is."""
+"""Score of a place that does not count; the lowest possible correlation."""
 FLAT_VARIANCE = float(np.finfo(np.float64).eps)
 """Variance below which OpenCV takes a patch for flat, and lets it fit everywhere."""
 

@@ -65,7 +65,7 @@ def find_point(
 ) -> FoundPoint | None:
     """Return where the point `at_px` (x, y) of the first picture lies in the second, both (h, w) float32.
 
-    None if the window leaves a picture or has no contrast, or if nothing within reach matches.
+    None if the window leaves a picture or has no contrast, or if nothing in the search range matches.
     """
     x, y = at_px
     half = window.half_px

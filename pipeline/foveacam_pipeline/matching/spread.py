@@ -79,7 +79,7 @@ def _inverted(information: NDArray[np.float64], spread: NDArray[np.float64]) -> 
 
 
 def _determined(information: NDArray[np.float64], index: int) -> bool:
-    """Return whether one unknown is determined when the others are free."""
+    """Return whether one unknown is determined while the others are free."""
     others = [k for k in range(len(information)) if k != index]
     rest, mixed = information[np.ix_(others, others)], information[index, others]
     known = information[index, index] - mixed @ np.linalg.lstsq(rest, mixed, rcond=None)[0]

@@ -22,7 +22,7 @@ class MatchWindow:
     weight_sigma_px: float
 
     def binned(self, binning: Binning) -> "MatchWindow":
-        """Return the window that shows as much of a binned picture."""
+        """Return the window size that covers the same part of the scene in a binned picture."""
         return MatchWindow(half_px=self.half_px // binning, weight_sigma_px=self.weight_sigma_px / binning)
 
 

@@ -54,7 +54,7 @@ class LookDepth:
         return float(np.median(known)) if known.size else float("nan")
 
     def residual_px(self, z_m: float) -> float:
-        """Return the residual disparity of a surface at depth `z_m`, px (left minus right column)."""
+        """Return the residual disparity, left minus right column, px, of a surface at depth `z_m`."""
         return self.f_px * self.baseline_m / z_m - (self.u0_left_px - self.u0_right_px)
 
 

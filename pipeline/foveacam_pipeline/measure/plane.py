@@ -20,7 +20,7 @@ MOST = 20_000
 ROUNDS = 12
 """Iterations of the robust fit."""
 TUKEY = 4.685
-"""Residuals beyond so many robust standard deviations have no weight (95 % efficiency on normal errors)."""
+"""Residuals beyond this many robust standard deviations get no weight (95 % efficiency on normal errors)."""
 OUTLIER = 4.0
 CORRELATED_PX = 8.0
 """Correlation length of matching errors: the window and the smoothing of the matcher correlate them."""

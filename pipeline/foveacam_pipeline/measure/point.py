@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.measure.look import LookDepth
 
 EDGE_JUMP_PX = 2.0
-"""A point may be of either surface where disparity varies by more in the 5 x 5 window."""
+"""Variation of disparity in a 5 x 5 window above which a point may lie on either of two surfaces, px."""
 EDGE_REACH_PX = 2
 
 
@@ -118,7 +118,7 @@ def nearest_known(look: LookDepth, x_px: float, y_px: float, *, reach_px: float)
 
 
 def beside_edge(look: LookDepth, x_px: int, y_px: int) -> bool:
-    """Return whether depth jumps so near to a window pixel that its depth may be of either surface."""
+    """Return whether a depth edge is so near to a window pixel that its depth may be of either surface."""
     reach = EDGE_REACH_PX
     near = look.z_m[max(0, y_px - reach) : y_px + reach + 1, max(0, x_px - reach) : x_px + reach + 1]
     known = near[np.isfinite(near)]

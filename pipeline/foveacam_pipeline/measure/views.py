@@ -17,7 +17,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 Pixel = tuple[float, float]
 TIE_PX = 0.75
-"""Of two right window pixels closer than this, the one nearer to the rig hides the other."""
+"""Distance of two right window pixels below which the point nearer to the rig occludes the other, px."""
 
 
 class MeasuredView(StrEnum):
@@ -91,7 +91,7 @@ def wide_pixel(wide: Intrinsics, point_rig_m: tuple[float, float, float]) -> Pix
 
 
 def nearest_known_right(look: LookDepth, right_px: Pixel, *, reach_px: float) -> tuple[int, int] | None:
-    """Return the (x, y) of the left window pixel with depth that the right window shows at `right_px`.
+    """Return the (x, y) of the left window pixel with depth that corresponds to `right_px`.
 
     None when no such pixel is within `reach_px` of it.
     """

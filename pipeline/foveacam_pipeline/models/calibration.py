@@ -91,7 +91,7 @@ class Calibration:
             )
 
     def binned(self, binning: Binning, *, made_at: Binning = 1) -> "Calibration":
-        """Return the calibration in pixels of binned pictures, fovea and wide; that of 1 is this one.
+        """Return the calibration in pixels of binned pictures, fovea and wide; unchanged at binning 1.
 
         Angles, volts and metres are the same. It is for reading pictures, and is not stored. `made_at`: the
         binning of the pictures whose pixels this one counts; `binned(1, made_at=2)` is the sensor's.

@@ -30,7 +30,7 @@ class HomographyField:
     loo_px: float
 
     def binned(self, binning: Binning) -> "HomographyField":
-        """Return the field from pixels of binned pictures to planes of as much shorter a focal length."""
+        """Return the field for pixels of binned pictures, onto planes of an equally shorter focal length."""
         return self if binning == 1 else self.scaled(1.0 / binning)
 
     def scaled(self, scale: float) -> "HomographyField":

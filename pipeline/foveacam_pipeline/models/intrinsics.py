@@ -34,7 +34,7 @@ class Intrinsics:
         return np.array([[self.fx_px, 0.0, self.cx_px], [0.0, self.fy_px, self.cy_px], [0.0, 0.0, 1.0]])
 
     def binned(self, binning: Binning) -> "Intrinsics":
-        """Return the intrinsics of pictures that bin pixels of this camera; those of 1 are these."""
+        """Return the intrinsics for binned pictures of this camera; at binning 1 they are unchanged."""
         return self if binning == 1 else self.scaled(1.0 / binning)
 
     def of_picture(self, shape: tuple[int, ...]) -> "Intrinsics":

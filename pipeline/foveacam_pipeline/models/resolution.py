@@ -13,7 +13,7 @@ _PER_DEG = math.radians(1.0)
 
 
 def px_per_deg(calibration: Calibration, role: Role) -> float:
-    """Return how many pixels of a camera's sensor a degree has: the wide camera's at the optical centre."""
+    """Return the sensor pixels per degree of a camera; for the wide camera, at its optical centre."""
     if role is Role.WIDE:
         return _PER_DEG * (calibration.wide.fx_px + calibration.wide.fy_px) / 2.0
     eye = calibration.eye(role)
@@ -22,7 +22,7 @@ def px_per_deg(calibration: Calibration, role: Role) -> float:
 
 
 def ahead_rad(eye: EyeCalibration) -> tuple[float, float]:
-    """Return the gaze (ax, ay) straight ahead, rad, or the middle of a field that does not hold it."""
+    """Return the gaze (ax, ay) straight ahead, rad, or the middle of a field that does not contain it."""
     if eye.mirror.contains(0.0, 0.0):
         return 0.0, 0.0
     low, high = eye.mirror.hull_rad.min(axis=0), eye.mirror.hull_rad.max(axis=0)

@@ -1,1 +1,1 @@
-"""Stereo networks of anybody as depth backends: an ONNX graph and a card that says how it is fed."""
+"""Users' stereo networks as depth backends: an ONNX graph, and a card that describes inputs and output."""

@@ -1,4 +1,4 @@
-"""The card of a network, YAML: which ONNX file, what goes in, what comes out, and under which licence."""
+"""The card of a network, YAML: its ONNX file, inputs, outputs and licence."""
 
 import hashlib
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ LARGEST_CARD_BYTES = 65_536
 LARGEST_SIDE_PX = 8192
 SHIPPED = Path(__file__).parent / "shipped"
 SHIPPED_NAME = "foveal"
-"""How the network that ships is chosen."""
+"""Name that selects the network that ships."""
 SidePx = Annotated[int, Field(ge=8, le=LARGEST_SIDE_PX)]
 TensorName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 Scaling = Literal["0..255", "0..1", "-1..1", "imagenet"]
-"""Values of a pixel as the network takes them; `imagenet`: the mean and deviation of ImageNet taken out."""
+"""Scaling of pixel values for the network; `imagenet`: normalised by ImageNet's mean and deviation."""
 
 
 class _CardPart(BaseModel):
@@ -26,7 +26,7 @@ class _CardPart(BaseModel):
 
 
 class NetworkInputs(_CardPart):
-    """How the graph's inputs are named and filled."""
+    """Names and format of the graph's inputs."""
 
     left: TensorName = "left"
     right: TensorName = "right"
@@ -37,28 +37,28 @@ class NetworkInputs(_CardPart):
     divisor: Annotated[int, Field(ge=1, le=512)] = 32
     """Sides must be multiples of it; pictures are padded by repeating their last row and column."""
     size_px: Annotated[tuple[SidePx, SidePx], Field(strict=False)] | None = None
-    """Width and height of a graph that takes no other; larger pictures are cut into tiles that overlap."""
+    """Width and height of a graph of fixed size; larger pictures are cut into overlapping tiles."""
 
 
 class NetworkOutput(_CardPart):
-    """What the graph returns, as disparity."""
+    """Output of the graph, as disparity."""
 
     name: TensorName = "disp"
     sign: Literal[1, -1] = 1
-    """-1 where the output is the flow from left to right, which is negative for what is near."""
+    """-1 where the output is optical flow from left to right, which is negative for near surfaces."""
     scale: Annotated[float, Field(gt=0.0, le=1e5)] = 1.0
     """Pixels of the input for each unit of the output."""
     positive_only: bool = False
     """The network finds no negative disparities: the right picture is shifted so that there are none."""
     sigma: TensorName | None = None
-    """Output with the standard deviation that the network states of each disparity, in units of it."""
+    """Output that holds the network's standard deviation of each disparity, in the unit of the disparity."""
     sigma_factor: Annotated[float, Field(gt=0.0, le=1e5)] = 1.0
     sigma_power: Annotated[float, Field(gt=0.0, le=4.0)] = 1.0
     """sigma = factor * (standard deviation / px) ** power, px; 68.3 % of the kept errors are below it."""
 
 
 class NetworkCard(_CardPart):
-    """What the file of a card says."""
+    """Content of a card's file."""
 
     format: Literal["foveacam-network"]
     version: Literal[1]
@@ -68,14 +68,14 @@ class NetworkCard(_CardPart):
     licence: Annotated[str, StringConstraints(min_length=1, max_length=200)]
     research_only: bool = False
     both_ways: bool = False
-    """Run on the mirrored pair with exchanged eyes too, and average: twice the time, and symmetric."""
+    """Average with a run on the mirrored pair with exchanged eyes: symmetric, at twice the time."""
     inputs: NetworkInputs = NetworkInputs()
     output: NetworkOutput = NetworkOutput()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StereoNetwork:
-    """A network on the disk: its card, and the path of that, in the folder of its graph."""
+    """A network on disk: its card, and the card's path, in the folder of its graph."""
 
     card: NetworkCard
     path: Path
@@ -129,7 +129,7 @@ def shipped_network() -> StereoNetwork:
 
 
 def find_network(text: str) -> StereoNetwork:
-    """Return the network that ships by its name, or that of a card's path; raise InvalidInput."""
+    """Return the shipped network by its name, or the network of a card's path; raise InvalidInput."""
     return shipped_network() if text == SHIPPED_NAME else load_network(Path(text))
 
 
@@ -157,7 +157,7 @@ def check_digest(network: StereoNetwork) -> None:
 
 
 def example_card() -> str:
-    """Return a card to begin with, every key explained."""
+    """Return a template of a card, with every key explained."""
     return _EXAMPLE
 
 
@@ -165,9 +165,9 @@ def _refusal(path: Path, error: ValidationError) -> InvalidInput:
     first = error.errors(include_url=False)[0]
     where = ".".join(str(part) for part in first["loc"]) or "card"
     found = first.get("input")
-    said = "" if first["type"] == "missing" else f", found {str(found)[:80]!r}"
+    shown = "" if first["type"] == "missing" else f", found {str(found)[:80]!r}"
     return InvalidInput(
-        f"{path}: {where}: {first['msg']}{said}",
+        f"{path}: {where}: {first['msg']}{shown}",
         asked=where,
         found=str(found)[:80],
         remedy="correct the card; see `foveacam depth card`",

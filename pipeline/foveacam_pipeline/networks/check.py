@@ -1,4 +1,4 @@
-"""Checks a network and its card on a pair whose disparities are known; says what is wrong and what to do."""
+"""Checks a network and its card on a pair of known disparities; reports what is wrong and what to do."""
 
 import statistics
 import time
@@ -15,7 +15,7 @@ from foveacam_pipeline.networks.known_pair import BOX_PX, WALL_PX, KnownPair, kn
 from foveacam_pipeline.stereo.match import match
 
 LARGEST_MEDIAN_PX = 1.0
-"""Median error on the known pair up to which a network counts as fed and read correctly."""
+"""Median error on the known pair up to which the network's inputs and outputs count as set correctly."""
 RUNS = 3
 
 
@@ -31,7 +31,7 @@ class NetworkFinding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetworkCheck:
-    """All findings of a network, and the time it takes beside semi-global matching; None before it ran."""
+    """Findings about a network, and its time relative to semi-global matching; None before it ran."""
 
     name: str
     findings: tuple[NetworkFinding, ...]
@@ -46,7 +46,7 @@ class NetworkCheck:
 
 
 def check_network(network: StereoNetwork) -> NetworkCheck:
-    """Load a network, run it once on the known pair, and compare; an unfit network raises nothing."""
+    """Load a network, run it once on the known pair, and compare; an unusable network raises nothing."""
     findings: list[NetworkFinding] = []
     try:
         estimator = NetworkEstimator.open(network)
@@ -84,10 +84,10 @@ def _failed(
 def _judge(found: NDArray[np.float32], known: KnownPair) -> NetworkFinding:
     """Compare the disparities with the known ones; name the key of the card that explains the difference."""
     median_px = _median_px(found, known)
-    said = f"median error {median_px:.2f} px on a wall at {WALL_PX:g} px and a box at {BOX_PX:g} px"
+    message = f"median error {median_px:.2f} px on a wall at {WALL_PX:g} px and a box at {BOX_PX:g} px"
     if median_px <= LARGEST_MEDIAN_PX:
-        return NetworkFinding(what="disparities", passed=True, found=said)
-    return NetworkFinding(what="disparities", passed=False, found=said, remedy=_explain(found, known))
+        return NetworkFinding(what="disparities", passed=True, found=message)
+    return NetworkFinding(what="disparities", passed=False, found=message, remedy=_explain(found, known))
 
 
 def _explain(found: NDArray[np.float32], known: KnownPair) -> str:

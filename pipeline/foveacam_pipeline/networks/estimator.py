@@ -1,8 +1,8 @@
-"""A network as a depth backend: its disparities of a pair, with errors by what the pictures say of them.
+"""A network as a depth backend: its disparities of a pair, with errors estimated from the pictures.
 
 Where its card asks for both ways it runs on the mirrored pair with exchanged eyes too: the same surfaces at
 the same disparities. A network is not symmetric by itself; the mean of both answers is: a point has one
-disparity whichever eye it is told for, and errors of one run alone show.
+disparity whichever eye is the reference, and errors of a single run become visible.
 """
 
 import math
@@ -34,13 +34,13 @@ from foveacam_pipeline.stereo.search import DEFAULT, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SHIFT_MARGIN_PX = 8
-"""Added to the shift of a network that finds no negative disparities."""
+"""Margin added to the shift of a network that finds no negative disparities."""
 WRONG_PX = 1.0
 AGREE_PX = 2.0
-"""Answers that are farther apart are of two surfaces, or one of them is wrong: no mean is taken."""
+"""Difference above which two answers are not averaged: they are of two surfaces, or one is wrong."""
 
 LEAST_VARIANCE_PX2 = np.float32(1e-12)
-"""Of both eyes together: a network may state no error at all."""
+"""Least variance of both eyes together, against division by zero: a network may state no error at all."""
 
 KeptPixels: TypeAlias = NDArray[np.bool_]
 
@@ -93,7 +93,7 @@ class NetworkEstimator:
     def _judged_by_network(
         self, pair: RectifiedPair, found: FloatImage, deviation: FloatImage
     ) -> tuple[FloatImage, KeptPixels]:
-        """Return the sigma, and which pixels both eyes see and the stated deviation leaves likely right."""
+        """Return sigma, and the pixels that both eyes see and that are likely right by their deviation."""
         output = self.card.output
         sigma = np.float32(output.sigma_factor) * deviation ** np.float32(output.sigma_power)
         seen = seen_at_right(np.nan_to_num(found), pair.valid_right) & np.isfinite(found)
@@ -112,7 +112,7 @@ class NetworkEstimator:
         return sigma, acceptable(found, refinement, errors, settings=self.settings)
 
     def answer(self, pair: RectifiedPair) -> tuple[FloatImage, FloatImage | None]:
-        """Return what the network says of every pixel, right or wrong: signed disparity (h, w), px.
+        """Return the network's signed disparity of every pixel, right or wrong: (h, w), px.
 
         With it comes the standard deviation of its error that it states, px; None where its card names none.
         A card may ask for both ways: the network then runs twice.
@@ -126,7 +126,7 @@ class NetworkEstimator:
         return surer_of_eyes((left_px, deviation_px), (mirrored_px, mirrored_deviation_px))
 
     def answer_once(self, pair: RectifiedPair) -> tuple[FloatImage, FloatImage | None]:
-        """Return what `answer` does, of one run of the network."""
+        """Return the disparities and deviations of a single run of the network, as `answer` does."""
         output = self.card.output
         shift_px = self._shift_px(pair)
         left, right = pair.left, shifted_left(pair.right, shift_px)
@@ -143,7 +143,7 @@ class NetworkEstimator:
         return disparity, found[1] if len(found) == 2 else None
 
     def _shift_px(self, pair: RectifiedPair) -> int:
-        """Return by how much the right picture is shifted, so that all disparities are positive."""
+        """Return the shift of the right picture that makes all disparities positive, px."""
         if not self.card.output.positive_only:
             return 0
         least_px, _ = scene_span(pair, (gray(pair.left), gray(pair.right)), self.settings)
@@ -181,8 +181,8 @@ def surer_of_eyes(
 ) -> tuple[FloatImage, FloatImage]:
     """Return disparity and standard deviation, px, from those of the pair and of the mirrored one.
 
-    Where both agree their mean is weighted by the variances that they state; half their difference is added
-    to the deviation in any case. Where the right window ends, the left eye's stay as they are.
+    Where both agree their mean is weighted by their stated variances; half their difference is added to the
+    deviation in any case. Beyond the right window, the left eye's values are kept.
     """
     left_px, left_sigma_px = left
     other_px, other_sigma_px = (_at_left(part, left_px) for part in mirrored)

@@ -1,4 +1,4 @@
-"""Pictures as a network takes them, and its output as disparities: layout, scaling, padding, shift, tiles."""
+"""Conversion of pictures to a network's input and of its output to disparities: layout, scaling, tiles."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def to_tensor(picture: Picture, inputs: NetworkInputs) -> Tensor:
 
 
 def padded(picture: Picture, size: tuple[int, int]) -> Picture:
-    """Return a picture grown at the right and below to (width, height) px by repeating its border."""
+    """Return a picture padded at the right and below to (width, height) px by repeating its border."""
     height, width = picture.shape[:2]
     bottom, right = size[1] - height, size[0] - width
     if (bottom, right) == (0, 0):
@@ -63,7 +63,7 @@ def shifted_left(picture: Picture, shift_px: int) -> Picture:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tile:
-    """A window of both pictures, px, and the weight (h, w) of what the network says of it."""
+    """A window of both pictures, px, and the blending weight (h, w) of the network's output in it."""
 
     x_px: int
     y_px: int

@@ -1,4 +1,4 @@
-"""A pair whose disparities are known: a textured wall behind, or before, the place where the gazes cross."""
+"""Synthetic pair of known disparities: a textured wall and a box, behind and before the vergence point."""
 
 from dataclasses import dataclass
 

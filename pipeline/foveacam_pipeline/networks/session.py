@@ -1,4 +1,4 @@
-"""Runs an ONNX graph by onnxruntime; its errors in words. The only importer of onnxruntime."""
+"""ONNX sessions of onnxruntime, with its errors translated. The only importer of onnxruntime."""
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -42,20 +42,20 @@ class GraphSession(Protocol):
 
 
 class NetworkFault(DeviceFault):
-    """A network that failed on a picture: out of memory, numbers that are none, a wrong shape."""
+    """A network failed on a picture: out of memory, NaN or infinity, or a wrong shape."""
 
     code = "network_fault"
 
 
 def missing_runtime() -> str | None:
-    """Return how onnxruntime is installed where it is missing."""
+    """Return what is missing and how to install it; None if onnxruntime is installed."""
     if find_spec("onnxruntime") is not None:
         return None
     return f"it needs onnxruntime, which is not installed; {install_command('onnx')}"
 
 
 def open_session(network: StereoNetwork) -> GraphSession:
-    """Return a session of a network's graph on the processor; raise InvalidInput in words.
+    """Return a session of a network's graph on the processor; raise InvalidInput.
 
     The file must be the one whose SHA-256 the card has: a graph is data, and is never unpickled.
     """
@@ -89,7 +89,7 @@ def run_graph(
 ) -> NDArray[np.float32]:
     """Return the graph's outputs (1 or 2, h, w) for one pair of tensors: disparity, and its stated error.
 
-    Raise NetworkFault in words.
+    Raise NetworkFault.
     """
     names = [card.output.name] if card.output.sigma is None else [card.output.name, card.output.sigma]
     try:
@@ -166,17 +166,17 @@ def _port_error(card: NetworkCard, key: str, name: str, there: list[str]) -> Inv
 
 
 def _run_fault(card: NetworkCard, error: Exception, tensor: NDArray[np.float32]) -> NetworkFault:
-    said = _first_line(error)
+    message = _first_line(error)
     shape = " x ".join(str(side) for side in tensor.shape)
-    if any(word in said.lower() for word in _OUT_OF_MEMORY) or isinstance(error, MemoryError):
+    if any(word in message.lower() for word in _OUT_OF_MEMORY) or isinstance(error, MemoryError):
         return NetworkFault(
             f"{card.name}: not enough memory for a tensor of {shape}; set inputs.size_px of its card",
-            found=said,
+            found=message,
         )
     return NetworkFault(
-        f"{card.name}: it failed on a tensor of {shape}: {said}; compare layout, channels and divisor of its "
-        "card with the graph, by `foveacam depth check`",
-        found=said,
+        f"{card.name}: it failed on a tensor of {shape}: {message}; compare layout, channels and divisor of "
+        "its card with the graph, by `foveacam depth check`",
+        found=message,
     )
 
 

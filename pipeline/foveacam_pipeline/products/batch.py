@@ -1,4 +1,4 @@
-"""One batch: which products of which datasets, made by a pool of workers, and what came of each."""
+"""One batch: planned products of datasets, computed by a pool of workers, and the outcome of each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class BatchPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchCounts:
-    """What a run of a batch has done."""
+    """Result of a run of a batch."""
 
     made: int
     reused: int
@@ -73,7 +73,7 @@ def plan_batch(folders: Sequence[Path], settings: ProductSettings) -> BatchPlan:
             refused.append((BatchFailure(dataset=folder.name, unit=None, reason=str(error)), error))
     if not tasks:
         raise refused[0][1]
-    return BatchPlan(settings=settings, tasks=tuple(tasks), refused=tuple(told for told, _ in refused))
+    return BatchPlan(settings=settings, tasks=tuple(tasks), refused=tuple(refusal for refusal, _ in refused))
 
 
 def run_batch(
@@ -85,7 +85,7 @@ def run_batch(
     watch: ProgressWatcher,
     clock: Clock,
 ) -> BatchCounts:
-    """Make the products that are not there, until `watch` cancels. Raise WorkersLost, StorageFull."""
+    """Make the missing products until `watch` cancels. Raise WorkersLost, StorageFull."""
     made = reused = 0
     failures = list(plan.refused)
     work = partial(make_product, into=into, mesh_file=mesh_file)

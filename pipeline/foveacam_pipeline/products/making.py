@@ -49,25 +49,25 @@ PICTURE = {
     ProductKind.MOSAIC: "depth.png",
     ProductKind.EXPORT: "thumbnail.png",
 }
-"""The file of a product that stands for it in an overview."""
+"""File of a product that represents it in an overview, by kind."""
 EXPORTED = "data"
 """Folder of the exported files."""
 AGREED_PX = 1.0
-"""Left and right agree where their disparities differ by no more."""
+"""Largest difference at which left and right disparities count as agreeing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProductOutcome:
-    """How the work on a product ended: it was there, it is made, or why it failed."""
+    """Outcome of a product: it already existed, was made, or failed with a reason."""
 
     reused: bool = False
     failed: str = ""
 
 
 def make_product(task: ProductTask, *, into: ProductFolder, mesh_file: MeshFile) -> ProductOutcome:
-    """Make a product unless it is there; `mesh_file` returns the content of a GLB file.
+    """Make a product unless it exists; `mesh_file` returns the content of a GLB file.
 
-    Raise InvalidInput in a worker that has another program, StorageFull.
+    Raise InvalidInput in a worker of another program version, StorageFull.
     """
     ours = code_version()
     if task.code != ours:
@@ -91,7 +91,7 @@ def make_product(task: ProductTask, *, into: ProductFolder, mesh_file: MeshFile)
     except FoveaError as error:
         return ProductOutcome(failed=str(error))
     except Exception as error:  # noqa: BLE001 - the outermost frame of a task: the others go on
-        return ProductOutcome(failed=f"an error that nobody foresaw ({type(error).__name__}: {error})")
+        return ProductOutcome(failed=f"an unexpected error ({type(error).__name__}: {error})")
     return ProductOutcome()
 
 

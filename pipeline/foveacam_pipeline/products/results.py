@@ -1,4 +1,4 @@
-"""The folder of products: `KIND/KEY` each, whole or not there, with `result.json` beside its files.
+"""The folder of products: `KIND/KEY` each, complete or absent, with `result.json` beside its files.
 
 Nothing in it depends on when, where or by how many workers it was made.
 """
@@ -60,14 +60,14 @@ class ProductFolder:
         return self.path / task.settings.kind.value / task.key
 
     def find(self, task: ProductTask) -> ProductDocument | None:
-        """Return a product that is there with all its files; None otherwise."""
+        """Return an existing product with all its files; None otherwise."""
         found = _whole(self.place(task))
         return found if found is not None and found.key == task.key else None
 
     def store(self, task: ProductTask, make: Callable[[Path], Figures], *, check: Callable[[], None]) -> None:
-        """Have `make` write the files of a product into an empty folder, `check` it, and give it its name.
+        """Let `make` write a product's files into an empty folder, call `check`, then rename the folder.
 
-        Nothing is left of one that failed. What another worker has stored meanwhile stays.
+        A failed product leaves nothing. A product that another worker stored meanwhile is kept.
         """
         place = self.place(task)
         unfinished = place.with_name(f".{task.key}.{secrets.token_hex(4)}{PART}")
@@ -82,7 +82,7 @@ class ProductFolder:
                 shutil.rmtree(unfinished, ignore_errors=True)
 
     def remove_unfinished(self) -> None:
-        """Remove what workers that died have left."""
+        """Remove unfinished folders of workers that died."""
         for path in self.path.glob(f"*/.*{PART}"):
             shutil.rmtree(path, ignore_errors=True)
 

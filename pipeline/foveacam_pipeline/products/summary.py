@@ -1,4 +1,4 @@
-"""What a batch came to: a JSON document, a table (CSV) and one picture, made of the products on the disk."""
+"""Summary of a batch: a JSON document, a table (CSV) and one picture, from the products on disk."""
 
 import csv
 import io
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 FORMAT, VERSION = "foveacam-batch", 1
 MOST_PICTURED = 64
-"""Datasets in the picture; the table has all."""
+"""Largest number of datasets in the picture; the table lists all."""
 COLUMNS = 4
 _TRUTH = "truth_"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DatasetSummary:
-    """The products of one dataset: how many are planned and there, and its figures."""
+    """The products of one dataset: how many are planned, how many exist, and its figures."""
 
     name: str
     planned: int
@@ -44,7 +44,7 @@ class DatasetSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchSummary:
-    """A batch as it stands on the disk. `paths`: the files that say so."""
+    """State of a batch on disk. `paths`: the summary files."""
 
     complete: bool
     planned: int
@@ -100,7 +100,7 @@ def write_summary(plan: BatchPlan, into: ProductFolder, failures: Sequence[Batch
 
 
 def evaluation_figures(rows: Sequence[Figures]) -> Figures:
-    """Return the figures of several evaluated pairs by their sums; null where nothing was compared."""
+    """Return the figures of several evaluated pairs from their sums; null where nothing was compared."""
     total = {name: sum(row.get(name) or 0 for row in rows) for row in rows[:1] for name in row}
     figures: Figures = {
         "answered": _share(total["answered"], total["shown"]),
@@ -117,8 +117,8 @@ def evaluation_figures(rows: Sequence[Figures]) -> Figures:
 
 
 def _truth_sums(row: Figures) -> TruthSums:
-    told = {name.removeprefix(_TRUTH): value for name, value in row.items() if name.startswith(_TRUTH)}
-    return TypeAdapter(TruthSums).validate_python(told)
+    truth = {name.removeprefix(_TRUTH): value for name, value in row.items() if name.startswith(_TRUTH)}
+    return TypeAdapter(TruthSums).validate_python(truth)
 
 
 def _share(part: float, whole: float) -> float | None:

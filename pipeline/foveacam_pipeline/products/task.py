@@ -1,4 +1,4 @@
-"""What one product is made of, and the key that follows from it: settings, inputs, code.
+"""Task of making one product, and its key, a hash of settings, inputs and code.
 
 A dataset is cut into units: points for depth and evaluation, scans for mosaics, the whole for an export; a
 folder of pairs with truth into its pairs.
@@ -34,7 +34,7 @@ PACKAGE = "foveacam-duo"
 
 
 class ProductKind(StrEnum):
-    """What is made of a dataset."""
+    """Kind of a product."""
 
     DEPTH = "depth"
     MOSAIC = "mosaic"
@@ -43,12 +43,12 @@ class ProductKind(StrEnum):
 
 
 class DatasetChanged(InvalidInput):
-    """A dataset is not what it was when its products were planned."""
+    """A dataset has changed since its products were planned."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProductSettings:
-    """How products are made. `backend`: what computes depth; of a mosaic a network, or `sgbm`.
+    """How products are made. `backend`: the depth estimator; for a mosaic a network, or `sgbm`.
 
     `bracket`: which exposure; `eye`: whose mosaic; `to`: format of an export, `scale` of its images.
     """
@@ -62,7 +62,7 @@ class ProductSettings:
     seeds_per_pair: int = 100
 
     def __post_init__(self) -> None:
-        """Refuse what no dataset has."""
+        """Raise InvalidInput for settings that no dataset supports."""
         if self.kind is ProductKind.MOSAIC and self.backend == "live":
             raise InvalidInput(
                 "mosaics by the backend 'live': they are made by sgbm or by a network; give one"
@@ -76,7 +76,7 @@ class ProductSettings:
 
     @property
     def network(self) -> StereoNetwork | None:
-        """The network that computes depth; None where it is a backend that is built in."""
+        """The network that computes depth; None for a built-in backend."""
         return self.backend if isinstance(self.backend, StereoNetwork) else None
 
     def parameters(self) -> dict[str, object]:
@@ -91,7 +91,7 @@ class ProductSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProductTask:
-    """One product. `inputs_sha256`: of what it is made of; `code`: of the program that makes it."""
+    """One product. `inputs_sha256`: hash of its inputs; `code`: version of the program that makes it."""
 
     settings: ProductSettings
     folder: Path
@@ -135,7 +135,7 @@ def plan_products(folder: Path, settings: ProductSettings) -> tuple[ProductTask,
 
 
 def check_unchanged(task: ProductTask) -> None:
-    """Raise DatasetChanged unless the dataset is still what the task was planned for, every file of it."""
+    """Raise DatasetChanged unless every file of the dataset is unchanged since the task was planned."""
     remedy = "start the same command again"
     try:
         if is_pair_folder(task.folder):  # a pair is compared with its hash when it is read
@@ -169,7 +169,7 @@ def products_points(dataset: Dataset, settings: ProductSettings, unit: int) -> D
 
 @cache
 def code_version() -> str:
-    """Return the version of this program and of what its results depend on; equal where results are."""
+    """Return the version of this program and of the libraries that affect results; equal if results are."""
     folder = Path(foveacam_pipeline.__file__).parent
     sources = [
         (path.relative_to(folder).as_posix(), path.read_text()) for path in sorted(folder.rglob("*.py"))

@@ -1,1 +1,1 @@
-"""What HTML reports share: their base template, its style, and macros."""
+"""Shared parts of HTML reports: base template, style and macros."""

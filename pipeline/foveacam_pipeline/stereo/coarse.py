@@ -45,8 +45,7 @@ AGREEING_CELLS = 9
 class CoarseMap:
     """Disparities (n, m) of the coarse search, px at the window's scale, NaN where unknown.
 
-    `found_px`: what the matcher gives. `sure_px`: without doubtful matches; on blank surfaces any disparity
-    is as good.
+    `found_px`: all matches. `sure_px`: without doubtful ones: on a blank surface any disparity matches.
     """
 
     found_px: FloatImage

@@ -1,4 +1,4 @@
-"""Compares the disparities that two backends found for one pair, against the errors that they state."""
+"""Comparison of the disparities that two backends found for one pair, against their stated errors."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.stereo.values import DisparityMap
 
 SIGMAS = 5.0
-"""The histogram reaches so many standard errors to either side; what is beyond counts in its last bins."""
+"""Half width of the histogram, standard errors; values beyond count in its last bins."""
 BINS = 40
 SPREAD_OF_MAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -21,10 +21,10 @@ class DisparityComparison:
     """First minus second disparity, px: (h, w) float32, NaN where either is unknown.
 
     `known_first`, `known_second`, `known_both`: shares of all pixels. `median_px`, `spread_px`: median and
-    robust standard deviation of the difference; None without a pixel that both know. `within_1`, `within_2`:
+    robust standard deviation of the difference; None without a pixel known to both. `within_1`, `within_2`:
     shares of the differences of at most one and two standard errors of a difference of independent errors:
-    .683 and .954 where both state theirs rightly; backends that see the same noise agree better. `edges`,
-    (n + 1,), and `shares`, (n,): histogram of the difference in such standard errors.
+    .683 and .954 if both state their errors correctly; backends that see the same noise agree better.
+    `edges`, (n + 1,), and `shares`, (n,): histogram of the difference in such standard errors.
     """
 
     difference_px: NDArray[np.float32]

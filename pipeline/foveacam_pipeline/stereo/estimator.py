@@ -25,18 +25,18 @@ class DepthEstimator(Protocol):
         ...
 
     def estimate(self, pair: RectifiedPair) -> DisparityMap:
-        """Return signed residual disparity, its error, what is unknown, and what only the left eye sees."""
+        """Return signed residual disparity, its error, unknown pixels, and pixels hidden at right."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchedPair:
-    """The disparities of a pair, and who computed them."""
+    """The disparities of a pair, and the backend that computed them."""
 
     disparity: DisparityMap
     backend: str
     sha256: str | None
-    """Of the graph of a network; None of what is built in."""
+    """SHA-256 of the network's graph; None for a built-in backend."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

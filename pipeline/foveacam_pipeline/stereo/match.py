@@ -40,7 +40,7 @@ def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMa
 
 
 def acceptance(settings: MatchSettings) -> MatchSettings:
-    """Return the settings by which matches are accepted."""
+    """Return the settings with the limits by which matches are accepted."""
     if not settings.scene_decides:
         return settings
     return replace(settings, max_wrong=min(settings.max_wrong, MAX_WRONG_IN_SCENE))

@@ -25,8 +25,8 @@ class MatchSettings:
     """Settings of the matcher; px at the window's scale.
 
     `near_m`, `far_m`: range of depths (along z) to search, limited to 256 disparities. `disparities`: number
-    to search, centred on the verged depth. With none of them the scene decides. Disparities beyond infinity
-    are not searched.
+    to search, centred on the verged depth. If none is set, the coarse search finds the range of the scene.
+    Disparities beyond infinity are not searched.
     """
 
     disparities: int | None = None
@@ -42,7 +42,7 @@ class MatchSettings:
 
     @property
     def scene_decides(self) -> bool:
-        """Whether no range is set."""
+        """Whether no range is set, so that the coarse search finds it."""
         return self.near_m is None and self.far_m is None and self.disparities is None
 
 

@@ -38,7 +38,7 @@ BLOCK_CELLS = 8
 OVERLAP_PX = 24
 """Border that the search of a part includes around it: costs are summed along rows and columns."""
 FIXED_DISPARITIES = 24
-"""Cost of what the search does once a pixel, in disparities."""
+"""Cost per pixel that does not depend on the number searched, in disparities."""
 LEAST_SAVING = 0.05
 """Least share of the cost of the whole window that a division must save."""
 LEAST_DISPARITIES = 48
@@ -63,7 +63,7 @@ class SearchTile:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SearchPlan:
-    """The parts to search, and the coarse search that chose them; None where the caller or nothing did."""
+    """The parts to search, and the coarse search that chose them (None if the range was set or not found)."""
 
     tiles: list[SearchTile]
     coarse: CoarseMap | None
@@ -189,7 +189,7 @@ def _divided(blocks: _Blocks, part: tuple[slice, slice]) -> Iterator[tuple[slice
 
 
 def _best_cut(part: _Blocks) -> tuple[float, int]:
-    """Return what the best cut between two rows saves, and the row before which it lies."""
+    """Return the cost that the best cut between two rows saves, and the row before which it lies."""
     low, high = part.low.min(axis=1), part.high.max(axis=1)
     height, width = part.low.shape
     if height < 2:

@@ -55,7 +55,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def rename_durably(path: Path, target: Path, *, rename: Callable[[Path, Path], object] = Path.rename) -> None:
-    """Move `path` to `target` on its disk; both folders tell so after a power cut. Raise OSError."""
+    """Move `path` to `target` on its disk; durable in both folders after a power cut. Raise OSError."""
     target.parent.mkdir(parents=True, exist_ok=True)
     rename(path, target)
     sync_folder(target.parent)  # before the other: a cut between them leaves two names, not none
@@ -73,9 +73,9 @@ def write_file(path: Path, content: bytes | memoryview, *, mode: int | None = No
 
 
 def check_name(path: Path, *, name: str) -> None:
-    """Raise `InvalidInput` for a path that the file system or its encoding cannot have; nothing is made.
+    """Raise `InvalidInput` for a path that the file system or its encoding cannot have; nothing is created.
 
-    `name`: the name that somebody gave it.
+    `name`: the name as the user gave it.
     """
     try:
         os.lstat(part_path(path))  # which is longer than the file's own name
@@ -128,7 +128,7 @@ def is_disk_exhausted(error: OSError) -> bool:
 
 
 def describe_disk_error(error: OSError, folder: Path, *, again: str = TRY_AGAIN) -> tuple[str, str]:
-    """Return the cause of a disk error and its remedy; `again`: what to do after the disk is repaired."""
+    """Return the cause of a disk error and its remedy; `again`: the user's next step after the repair."""
     if error.errno == errno.EDQUOT:
         return f"the quota of the disk is used up ({_free(folder)})", f"free some space, {again}"
     if error.errno == errno.ENOSPC:

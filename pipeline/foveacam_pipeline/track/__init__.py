@@ -1,1 +1,1 @@
-"""Follows targets: image trackers, a filter of position and velocity, and the sharing of two foveae."""
+"""Tracking of targets: image trackers, a Kalman filter of position and velocity, scheduling of the foveae."""

@@ -1,7 +1,7 @@
-"""Finds a target that moves: followed in the wide view since its click, then seen in both foveae.
+"""Acquisition of a moving target: tracked in the wide view since the click, then found in both foveae.
 
-One look in which they agree is enough to follow it from there: a fixation goes on until the target is centred
-and still, which a walker is not while looks take a third of a second.
+One look in which both foveae agree is enough to start tracking. A fixation would go on until the target is
+centred and still, which a walker is not while looks take a third of a second.
 """
 
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ from foveacam_pipeline.verge.values import Target
 
 SETTINGS = VergeSettings()
 MATCH_SIGMA_PX = 1.0
-"""Error of the disparity of a match in a search, fovea px."""
+"""Standard error of the disparity of a match in the search, fovea px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AcquiredTarget:
-    """A look in which both foveae agree on the target, and where it was."""
+    """A look in which both foveae agree on the target, with the target's position and velocity."""
 
     sighting: Sighting
     point: LocatedPoint
     velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Across the line of sight, as the wide view showed it; 0 along it."""
+    """Across the line of sight as measured in the wide view; assumed 0 along it."""
 
 
 def acquire(
@@ -44,9 +44,9 @@ def acquire(
     speed_px_s: tuple[float, float],
     clock: Clock,
 ) -> AcquiredTarget | None:
-    """Look along the line of sight until both foveae agree on the target; None where they never do.
+    """Search along the line of sight until both foveae agree on the target; None if they never do.
 
-    `clicked`: the wide frame in which the target is at that place; `speed_px_s`: how it moves there. Raise
+    `clicked`: the wide frame to which `target` refers; `speed_px_s`: the target's speed in it, x and y. Raise
     `OutOfRange` for a target outside the wide image.
     """
     aim = resolve(target, calibration.wide, SETTINGS)
@@ -67,20 +67,20 @@ def acquire(
 
 
 class ClickTrack:
-    """The place of a click in newer wide frames, px; it moves on at its speed where it is not found."""
+    """Tracks a clicked point through newer wide frames; searches where its last speed predicts it."""
 
     def __init__(self, frame: Frame, box: TrackBox) -> None:
-        """`frame`: the one that was clicked. Raise `OutOfRange` where the box shows nothing to follow."""
+        """`frame`: the clicked wide frame. Raise `OutOfRange` if the box has no texture to track."""
         self._tracker = start_tracker(TrackerKind.TEMPLATE, gray(to_uint8(frame)), box, binning=frame.binning)
         self.frame = frame
-        """The newest frame in which it was found."""
+        """Newest frame in which the point was found."""
         self.place_px = (box.x_px, box.y_px)
-        """Where it is in that frame."""
+        """Its position in that frame, (x, y)."""
         self.speed_px_s = (0.0, 0.0)
-        """How it moves in the wide view, px/s along x and y."""
+        """Its speed in the wide view along x and y."""
 
     def see(self, frame: Frame) -> None:
-        """Take a frame; one that is not newer than the last in which it was found is left out."""
+        """Track the point in a frame; ignore one that is not newer than that of the last match."""
         passed_s = (frame.t_ns - self.frame.t_ns) / 1e9
         if passed_s <= 0.0:
             return

@@ -1,7 +1,7 @@
-"""Tracks a target by a kernelised correlation filter on grey values (Henriques et al., TPAMI 2015).
+"""Kernelised correlation filter (KCF) tracker on grey values (Henriques et al., TPAMI 2015).
 
-OpenCV 5 has no KCF of its own: its trackers are networks, whose weights it does not bring, and MIL, which
-takes 60 ms an image.
+OpenCV 5 has no KCF: its trackers are networks, whose weights it does not ship, and MIL, which takes 60 ms an
+image.
 """
 
 import numpy as np
@@ -12,20 +12,20 @@ from foveacam_pipeline.track.image_tracker import LEAST_SIDE_PX, GreyImage, Trac
 from foveacam_pipeline.track.template_tracker import TemplateTracker
 
 PADDING = 2.5
-"""The filter sees so many times the box."""
+"""Side of the filter's window, in sides of the box."""
 KERNEL_SIGMA = 0.2
 REGULARISATION = 1.0e-4
 LABEL_SHARE = 0.1
-"""Standard deviation of the wanted answer, as a share of the box's mean side."""
+"""Standard deviation of the desired response (a Gaussian), as a share of the box's mean side."""
 LEARNING = 0.075
 FOUND_PEAK = 0.25
-"""A lower answer of the filter (1 on the picture that it learned) means that the target is not there."""
+"""Least response for the target to count as found; it is 1 on the image that was learned."""
 
 
 class CorrelationFilterTracker:
-    """Learns a filter that answers with a peak at the target, from every image in which it finds it.
+    """Tracks by a filter whose response peaks at the target, updated with every image that shows it.
 
-    A target that it lost is found again by its first picture.
+    A lost target is found again by a `TemplateTracker` that keeps its first picture.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class CorrelationFilterTracker:
         self._lost = False
 
     def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
-        """Return where the target is; None where it is not found, and nothing is learned then."""
+        """Return the target's position; None if it is not found, in which case nothing is learned."""
         expected = self._at if near is None else near
         if self._lost:
             match = self._finder.update(image, near)
@@ -73,7 +73,7 @@ class CorrelationFilterTracker:
         return TrackMatch(x_px=self._at[0], y_px=self._at[1], score=min(1.0, height))
 
     def refuse(self) -> None:
-        """Take it that the last match was another thing: the target is searched for elsewhere."""
+        """Reject the last match as another object; the target is then searched for elsewhere."""
         self._lost = True
         self._finder.refuse()
 
@@ -90,7 +90,7 @@ class CorrelationFilterTracker:
         return np.fft.fft2(self._window * (part - part.mean()) / spread)
 
     def _correlate(self, seen: NDArray[np.complex128], model: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Return the Gaussian kernel of `seen` with every shift of `model` (Eq. 31 there)."""
+        """Return the Gaussian kernel of `seen` with every shift of `model` (Henriques et al., Eq. 31)."""
         count = seen.size
         energy = float(np.sum(np.abs(seen) ** 2) + np.sum(np.abs(model) ** 2)) / count
         cross = np.real(np.fft.ifft2(seen * np.conj(model)))
@@ -98,12 +98,12 @@ class CorrelationFilterTracker:
         return np.asarray(np.exp(-apart / KERNEL_SIGMA**2), dtype=np.float64)
 
     def _trained(self, model: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Return the dual coefficients of a ridge regression on one picture (Eq. 17 there)."""
+        """Return the dual coefficients of a ridge regression on one image (Henriques et al., Eq. 17)."""
         return self._wanted / (np.fft.fft2(self._correlate(model, model)) + REGULARISATION)
 
 
 def _peak_of_period(answer: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the (x, y) shift of the largest entry of a periodic answer, to a fraction, and its height."""
+    """Return the sub-pixel (x, y) shift of the peak of a periodic response, and the peak's height."""
     column, row = largest(answer)
     shifts = []
     for index, line in ((column, answer[row]), (row, answer[:, column])):

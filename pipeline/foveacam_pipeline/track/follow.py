@@ -1,4 +1,4 @@
-"""Follows several targets with the two foveae, which look at one of them after the other (Table 1)."""
+"""Tracks several targets with the two foveae by time multiplexing: one target a look (Table 1)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ from foveacam_pipeline.verge.aim import aim_at, clamp_gazes, volts_for
 
 MOST_TARGETS = 8
 FIRST_LEAD_NS = 20_000_000
-"""Time from the request of a look to the middle of its exposure, until measured."""
+"""Assumed time from the request of a look to mid-exposure, until it has been measured."""
 FIRST_LOOK_S = 0.05
 SMOOTHING = 0.2
 WIDE_PERIOD_NS = 100_000_000
-"""A wide frame is fetched before a look when the newest one known is older."""
+"""Age of the newest wide frame beyond which another is fetched before a look."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FollowStep:
-    """One step: the target that was looked at, the look and what it showed.
+    """One step: the target, the look at it and the reading from the look.
 
-    None where the eyes can look at no target now, and where the look did not show it.
+    All are None if no target is within reach; `reading` alone is None if the look does not show the target.
     """
 
     t_ns: int
@@ -47,7 +47,7 @@ class _MadeLook:
     sighting: Sighting
 
     def result(self) -> Sighting:
-        """Return what was seen."""
+        """Return the look, which is already complete."""
         return self.sighting
 
 
@@ -56,7 +56,7 @@ def _look(head: Head, volts: StereoVolts) -> PendingLook:
 
 
 class Follower:
-    """Shares both foveae among targets; one thread calls it."""
+    """Shares both foveae among the followed targets; for use by one thread."""
 
     def __init__(self, calibration: Calibration, *, clock: Clock) -> None:
         self._calibration = calibration
@@ -69,36 +69,36 @@ class Follower:
         self._look_s = FIRST_LOOK_S
         self._last_ns = 0
         self._turn: FollowedTarget | None = None
-        """The next target, where its look has to wait until its previous look is measured."""
+        """Next target, if its look has to wait until its previous look is evaluated."""
         self._begun: _BegunLook | None = None
 
     @property
     def targets(self) -> Mapping[str, FollowedTarget]:
-        """The targets by their ids."""
+        """Followed targets by id."""
         return self._targets
 
     @property
     def look_s(self) -> float:
-        """Time from one look to the next, smoothed, s."""
+        """Smoothed interval between looks, s."""
         return self._look_s
 
     def add(self, target: FollowedTarget) -> None:
-        """Follow a target as well; raise ValueError beyond `MOST_TARGETS`."""
+        """Add a target; raise ValueError beyond `MOST_TARGETS`."""
         if len(self._targets) >= MOST_TARGETS:
             raise ValueError(f"at most {MOST_TARGETS} targets are followed at once")
         self._targets[target.target_id] = target
 
     def remove(self, target_id: str) -> None:
-        """Follow a target no more; no effect when there is none of that id."""
+        """Stop following a target; no effect for an unknown id."""
         removed = self._targets.pop(target_id, None)
         if removed is self._turn:
             self._turn = None
 
     def step(self, head: Head) -> FollowStep:
-        """Look once at the target whose turn it is; with none in reach take a new wide frame alone.
+        """Look once at the next target of the schedule; if none is in reach, acquire only a wide frame.
 
-        Where the head can, the look at another target begins before this one is measured. Call `finish`
-        before the targets are changed, and before the head is given away.
+        On an `AheadHead` the look at another target begins before this one is evaluated. Call `finish` before
+        changing the targets and before releasing the head.
         """
         begun, self._begun = self._begun or self._begin_next(head), None
         if begun is None:
@@ -110,12 +110,12 @@ class Follower:
         return self._measured(begun, sighting)
 
     def finish(self) -> FollowStep | None:
-        """Wait for the look that has begun and measure it; None where none has."""
+        """Wait for the pending look and evaluate it; None if there is none."""
         begun, self._begun = self._begun, None
         return None if begun is None else self._measured(begun, begun.pending.result())
 
     def round(self, head: Head) -> list[FollowStep]:
-        """Look once at each target that both eyes reach, one right after the other; return the looks."""
+        """Look once at each target that both eyes reach, in immediate succession; return the looks."""
         steps = []
         for target in self._targets.values():
             expected_ns = self._clock.now_ns() + self._lead_ns
@@ -125,16 +125,16 @@ class Follower:
         return steps
 
     def watching(self, head: Head) -> Head:
-        """Return a head for other looks, whose wide frames the image trackers see as well."""
+        """Return a wrapper of `head` for other procedures that passes its wide frames to the trackers too."""
         return WatchingHead(head, self._see_wide)
 
     def reports(self) -> tuple[TargetReport, ...]:
-        """Return how all targets stand now."""
+        """Return the state of all targets now."""
         now_ns = self._clock.now_ns()
         return tuple(target.report(now_ns) for target in self._targets.values())
 
     def _begin_next(self, head: Head) -> _BegunLook | None:
-        """Begin the look at the target whose turn it is; None where the eyes can look at none."""
+        """Begin the look at the next target of the schedule; None if none is in reach."""
         if self._clock.now_ns() - self._wide_ns > WIDE_PERIOD_NS:
             self._see_wide(head.wide())
         expected_ns = self._clock.now_ns() + self._lead_ns
@@ -144,7 +144,7 @@ class Follower:
         return None if target is None else self._begin(head, target, expected_ns)
 
     def _begin_another(self, head: Head, measured: FollowedTarget) -> None:
-        """Begin the next look, unless it is at the target that is about to be measured."""
+        """Begin the next look, unless it is at `measured`, whose present look is not yet evaluated."""
         expected_ns = self._clock.now_ns() + self._lead_ns
         target = self._chosen(expected_ns, seen=measured)
         if target is measured:
@@ -153,7 +153,7 @@ class Follower:
             self._begun = self._begin(head, target, expected_ns)
 
     def _begin(self, head: Head, target: FollowedTarget, expected_ns: int) -> _BegunLook:
-        """Begin a look at a target; a head that cannot look ahead makes it at once."""
+        """Begin a look at a target; a head that is no `AheadHead` completes it before returning."""
         estimate = target.aim(expected_ns)
         gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
         volts = volts_for(self._calibration, clamp_gazes(self._calibration, gazes))
@@ -171,9 +171,9 @@ class Follower:
         )
 
     def _chosen(self, t_ns: int, *, seen: FollowedTarget | None = None) -> FollowedTarget | None:
-        """Return the target whose turn it is; None where the eyes can look at none.
+        """Return the next target of the schedule; None if none is in reach.
 
-        `seen`: a target whose last look is not measured yet; its position error counts as zero.
+        `seen`: a target whose last look is not evaluated yet; its position error counts as zero.
         """
         reachable = [target for target in self._targets.values() if target.reachable(t_ns)]
         if not reachable:

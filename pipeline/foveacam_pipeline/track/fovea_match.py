@@ -1,7 +1,7 @@
-"""Finds a followed target in a look of both foveae and measures where it is.
+"""Finds a followed target in a look of both foveae and triangulates its position.
 
-Each eye's picture at survey scale is compared with the target's own picture there, resized by its distance;
-left against right then gives the disparity. A place in the wide view that looks alike is told by this.
+Each eye's image at survey scale is correlated with the target's template of that eye, scaled by distance; a
+left-right match then gives the disparity. This rejects look-alikes that the wide view cannot distinguish.
 """
 
 from collections.abc import Sequence
@@ -21,27 +21,27 @@ from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook, red
 from foveacam_pipeline.verge.matching.wide_patch import survey_f_px
 
 HALF_PX = 30
-"""Half side of a target's picture, survey px: a quarter of a degree."""
+"""Half side of a target's template, survey px: a quarter of a degree."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
 LOST_RATIOS = (1.0, 0.8, 1.25)
-"""Ratios of 1/Z at which a lost target is looked for: it may return nearer or farther, larger or smaller."""
+"""Ratios of 1/Z at which a lost target is searched for: it may return nearer or farther, hence rescaled."""
 SAME_SCALE = 0.05
-"""Depths that differ by less make no other picture."""
+"""Relative difference of 1/Z below which two depths are not both tried."""
 FOUND_SCORE = 0.6
-"""Least correlation of an eye's picture with the target's."""
+"""Least correlation of both eyes with the target's templates."""
 RENEWED_SCORE = 0.6
 RENEWAL = 0.1
 FINE_SCORE = 0.6
 ROWS_APART_PX = 4.0
-"""A match whose rows differ by more is a false one, fovea px: a moving target is exposed while it moves."""
+"""Largest vertical residual of a valid match, fovea px; it allows for the target's motion in the exposure."""
 LARGEST_SIGMA_PX = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoveaReading:
-    """The target in one look: its point, the lines of sight of both eyes, and how well it fits.
+    """The target in one look: its triangulated point, both eyes' lines of sight to it, and the match.
 
-    `score`: the weaker correlation of both eyes with the target's picture, -1 to 1.
+    `score`: the lower of both eyes' correlations with the target's templates, -1 to 1.
     """
 
     t_ns: int
@@ -53,14 +53,14 @@ class FoveaReading:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _EyePicture:
-    """The target as one eye shows it: as it was first, and as it looked lately; odd sides, survey px."""
+    """Templates of the target in one eye: the first, and one updated slowly; odd sides, survey px."""
 
     first: NDArray[np.float32]
     renewed: NDArray[np.float32]
 
 
 class FoveaPicture:
-    """The target's picture in each eye, cut from a look in which it was measured."""
+    """Templates of the target in each eye, cut from a look in which its position was measured."""
 
     def __init__(
         self, sighting: Sighting, calibration: Calibration, target: Gazes, *, inverse_z_per_m: float
@@ -87,9 +87,9 @@ class FoveaPicture:
         least_score: float = FOUND_SCORE,
         ratios: Sequence[float] = (1.0,),
     ) -> FoveaReading | None:
-        """Return the target in a look; None where it is not there.
+        """Return the target in a look; None if it is not found.
 
-        `inverse_z_per_m`: 1/Z of the target as far as it is known, and `ratios` of it to try. `least_score`:
+        `inverse_z_per_m`: expected 1/Z of the target; `ratios`: multiples of it to try. `least_score`:
         correlation that both eyes must reach, -1 to 1.
         """
         look = reduce_look(sighting, self._calibration, f_px=self._f_px)
@@ -110,7 +110,7 @@ class FoveaPicture:
     def _best_scale(
         self, look: ReducedLook, tried_per_m: list[float]
     ) -> tuple[float, list[tuple[NDArray[np.float64], float]]]:
-        """Return the scale at which the pictures fit, one of those tried or the last hit's; their places."""
+        """Return the best scale for `tried_per_m` and the last hit, and each eye's place, score."""
         tried = list(tried_per_m)
         if all(abs(per_m / self._last_per_m - 1.0) >= SAME_SCALE for per_m in tried):
             tried.append(self._last_per_m)
@@ -155,7 +155,7 @@ class FoveaPicture:
         offsets: tuple[NDArray[np.float64], NDArray[np.float64]],
         scale: float,
     ) -> None:
-        """Let the second picture of each eye follow what the target looks like now."""
+        """Update each eye's second template with the target's present appearance, if it fits the first."""
         for index, (eye, offset) in enumerate(zip((left, right), offsets, strict=True)):
             picture = self._pictures[index]
             seen = _cut(eye, offset, self._f_px, scale=scale)
@@ -170,7 +170,7 @@ class FoveaPicture:
 def _cut(
     eye: ReducedEye, offset: NDArray[np.float64], f_px: float, *, scale: float = 1.0
 ) -> NDArray[np.float32]:
-    """Return the picture about a place, (2,) tangents from the gaze, as large as at scale 1."""
+    """Return the patch about `offset`, (2,) tangents from the gaze, resized to scale 1."""
     half = round(HALF_PX * scale)
     middle_y, middle_x = ((side - 1) / 2 for side in eye.image.shape)
     x, y = (offset * f_px).tolist()
@@ -187,7 +187,7 @@ def _resized(picture: NDArray[np.float32], side_px: int) -> NDArray[np.float32]:
 
 
 def _best_place(eye: ReducedEye, picture: _EyePicture, scale: float) -> tuple[NDArray[np.float64], float]:
-    """Return where an eye shows the target, (2,) survey px from the gaze, and the correlation."""
+    """Return the target's position in an eye, (2,) survey px from the gaze, and the correlation."""
     side = 2 * round(HALF_PX * scale) + 1
     middle_y, middle_x = ((length - side) / 2 for length in eye.image.shape)
     best, place = -1.0, np.zeros(2)

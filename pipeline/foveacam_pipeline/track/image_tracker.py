@@ -1,4 +1,4 @@
-"""What trackers of one target in a sequence of images share: the box, the match, the interface."""
+"""Interface and value types of single-target image trackers."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -27,7 +27,7 @@ class TrackBox:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrackMatch:
-    """Where a tracker finds its target, px, and how well: 1 is the best score, whatever the tracker."""
+    """Position of the target, px, and score of the match; the best score is 1 for every tracker."""
 
     x_px: float
     y_px: float
@@ -35,12 +35,12 @@ class TrackMatch:
 
 
 class TrackerKind(StrEnum):
-    """The image trackers."""
+    """Implementations of `ImageTracker`."""
 
     TEMPLATE = "template"
-    """Correlation with the first picture and with a slowly renewed one; finds a lost target again."""
+    """Correlation with the first template and a slowly updated one; finds a lost target again."""
     FILTER = "filter"
-    """Kernelised correlation filter: learns with every image, does not search far."""
+    """Kernelised correlation filter: updated with every image, has a short search range."""
 
 
 class ImageTracker(Protocol):
@@ -51,14 +51,14 @@ class ImageTracker(Protocol):
         ...
 
     def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
-        """Return where the target is; None where it is not found.
+        """Return the target's position; None if it is not found.
 
-        `near`: where it is expected, px; None: where it was found last.
+        `near`: its expected position, px; None: where it was found last.
         """
         ...
 
     def refuse(self) -> None:
-        """Take it that the last match was another thing: the target is searched for elsewhere."""
+        """Reject the last match as another object; the target is then searched for elsewhere."""
         ...
 
 
@@ -75,6 +75,6 @@ def check_inside(box: TrackBox, *, columns: int, rows: int) -> None:
 def cut_box(
     image: GreyImage, *, x_px: float, y_px: float, width_px: int, height_px: int
 ) -> NDArray[np.float32]:
-    """Return the box about a place to a fraction of a pixel, (h, w) float32; the rim is continued."""
+    """Return the patch about a sub-pixel centre, (h, w) float32; beyond the image its border is repeated."""
     part = cv2.getRectSubPix(image, (width_px, height_px), (x_px, y_px), patchType=cv2.CV_32F)
     return np.asarray(part, dtype=np.float32)

@@ -1,20 +1,20 @@
-"""Whose turn it is to be looked at, where the foveae look at several targets one after the other."""
+"""Scheduler of the foveae among several targets: weighted fair sharing with a starvation limit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 LATE = 1.2
-"""With several that are late at once the longest wait is 1.5 turns of equals."""
+"""Wait, in a target's turns, that gives it precedence. Equals that are late together wait 1.5 at most."""
 STRAY_WEIGHT = 0.5
-"""A target whose place is uncertain by half a fovea's field is preferred by so much of its share."""
+"""Bonus, in shares of a target, for one whose position error is half a fovea's field or more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """One target's claim to be looked at.
+    """Scheduling parameters of one target.
 
-    `priority`: its share of the looks against that of the others, 1 for all alike. `stray`: expected error of
-    its place over half a fovea's field.
+    `priority`: weight of its share of the looks, relative to the others. `stray`: standard error of its
+    position divided by half a fovea's field.
     """
 
     priority: float = 1.0
@@ -22,12 +22,11 @@ class Claim:
 
 
 class LookSchedule:
-    """Keeps what is owed to each target, looks, and for how many looks it has waited.
+    """Credit-based scheduler: keeps each target's credit, in looks, and its waiting time.
 
-    With every look each target gains its share of one look, and the one that is looked at pays a whole one.
-    The target to which most is owed comes next, but one that may have strayed far meanwhile comes earlier.
-    Who has waited for longer than `LATE` of its turns goes before all others: none can starve, whatever the
-    others claim.
+    With every look each target gains its share of one look as credit, and the chosen one pays a whole look.
+    The target with the highest credit is next; a large position error adds to it (`STRAY_WEIGHT`). A target
+    that has waited for `LATE` of its turns precedes all others, so that none starves at any priorities.
     """
 
     def __init__(self) -> None:
@@ -35,12 +34,12 @@ class LookSchedule:
         self._waited: dict[str, int] = {}
 
     def choose(self, claims: Mapping[str, Claim]) -> str:
-        """Return the name of the target to look at now; raise ValueError without a claim.
+        """Return the name of the target to look at now; raise ValueError if `claims` is empty.
 
-        What is owed to a target that claims nothing now is forgotten.
+        A target without a claim loses its credit.
         """
         if not claims:
-            raise ValueError("choose: there is no claim to choose from")
+            raise ValueError("choose: there is no claim; give at least one target")
         total = sum(claim.priority for claim in claims.values())
         shares = {name: claim.priority / total for name, claim in claims.items()}
         owed = {name: self._owed.get(name, 0.0) + share for name, share in shares.items()}

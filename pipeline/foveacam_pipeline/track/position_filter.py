@@ -1,7 +1,7 @@
-"""Estimates position and velocity of a moving point from directions and depths: an extended Kalman filter.
+"""Extended Kalman filter of position and velocity of a moving point, from directions and depths.
 
-Six states and two kinds of measurement are 60 lines of linear algebra; the libraries for it are either no
-longer kept (filterpy, 2018) or bring a framework of their own (Stone Soup).
+No library is used for six states and two kinds of measurement, 60 lines of linear algebra: filterpy is
+unmaintained since 2018, Stone Soup is a whole framework.
 """
 
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ ACCELERATION_PSD = 4.0
 FIRST_SPEED_M_PER_S = 2.0
 """Standard deviation of the speed along each axis before it has been measured."""
 GATE_SIGMAS = 6.0
-"""A measurement farther from what is expected is not taken."""
+"""Validation gate: a measurement with a larger Mahalanobis distance from the prediction is rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PositionEstimate:
-    """Where a target is and how it moves, rig frame: (3,) m, (3,) m/s, (6, 6) covariance of both."""
+    """Position (3,) m and velocity (3,) m/s of a target, rig frame, with their (6, 6) covariance."""
 
     t_ns: int
     position_rig_m: NDArray[np.float64]
@@ -28,7 +28,7 @@ class PositionEstimate:
 
     @property
     def tangents(self) -> NDArray[np.float64]:
-        """Its direction from the rig's origin, (2,) tangents."""
+        """Direction from the rig's origin, (2,) tangents."""
         return np.asarray(self.position_rig_m[:2] / self.position_rig_m[2], dtype=np.float64)
 
     @property
@@ -49,14 +49,14 @@ class PositionEstimate:
 
     @property
     def direction_sigma(self) -> float:
-        """Standard error of its direction, the larger of both axes, tangents."""
+        """Standard error of the direction, the larger of both axes, tangents."""
         jacobian = _jacobian(self.position_rig_m)[:2]
         spread = jacobian @ self.covariance[:3, :3] @ jacobian.T
         return float(np.sqrt(np.diag(spread).max()))
 
 
 class PositionFilter:
-    """Position and velocity of one point with white noise as its acceleration."""
+    """Kalman filter of one point under the nearly constant velocity model (white-noise acceleration)."""
 
     def __init__(
         self,
@@ -66,19 +66,19 @@ class PositionFilter:
         t_ns: int,
         velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """`sigma_m`: standard error of the position along each axis; the velocity is a guess."""
+        """`sigma_m`: standard error of the position, each axis; that of the velocity is a constant."""
         self._t_ns = t_ns
         self._state = np.concatenate([position_rig_m, velocity_rig_m_s])
         self._covariance = np.diag([sigma_m**2] * 3 + [FIRST_SPEED_M_PER_S**2] * 3)
 
     def copy(self) -> "PositionFilter":
-        """Return a filter of its own that knows the same."""
+        """Return an independent filter with the same state and covariance."""
         other = PositionFilter(self._state[:3], sigma_m=1.0, t_ns=self._t_ns)
         other._state, other._covariance = self._state.copy(), self._covariance.copy()
         return other
 
     def rest(self, t_ns: int) -> None:
-        """Take it that the point stands still from `t_ns` on, for nothing is known of its speed any more."""
+        """Set the velocity to zero from `t_ns` on, when the last estimate of it is too old to coast on."""
         self._state, self._covariance = self._moved(t_ns)
         self._t_ns = t_ns
         self._state[3:] = 0.0
@@ -99,10 +99,10 @@ class PositionFilter:
         inverse_z_per_m: float | None = None,
         inverse_z_sigma_per_m: float = 0.0,
     ) -> bool:
-        """Take a direction, (2,) tangents with their standard error, and 1/Z where it was measured.
+        """Update with a direction, (2,) tangents and their standard error, and with 1/Z if it was measured.
 
-        Return False for a measurement that cannot be of this target, which changes nothing. One older than
-        the newest counts for where the target was then.
+        Return False, unchanged, for a measurement outside the gate. One older than the newest is compared
+        with the position extrapolated back to its time.
         """
         state, covariance = self._moved(max(t_ns, self._t_ns))
         back_s = min(0.0, (t_ns - self._t_ns) / 1e9)
@@ -127,7 +127,7 @@ class PositionFilter:
         return True
 
     def _moved(self, t_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return state and covariance at a time."""
+        """Return state and covariance predicted to `t_ns`, with process noise for the interval."""
         dt_s = (t_ns - self._t_ns) / 1e9
         step = np.eye(6)
         step[:3, 3:] = dt_s * np.eye(3)

@@ -1,4 +1,4 @@
-"""Writes one look at each followed target as a dataset: a round."""
+"""Writes a round, one look at each followed target, as a dataset."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ RETAKE_REMEDY = "take the round again"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SeenTarget:
-    """A followed target in one look. `shown`: whether the look shows it."""
+    """A followed target and the look at it. `shown`: whether the target was found in the look."""
 
     target_id: str
     label: str
@@ -41,7 +41,7 @@ def write_round(folder: Path, seen: Sequence[SeenTarget], header: DatasetHeader)
 
 
 def target_conditions(seen: Sequence[SeenTarget]) -> list[JsonValue]:
-    """Return what is known of each target in its look, for the description of the dataset."""
+    """Return each target's estimate during its look, for the description of the dataset."""
     return [
         {
             "index": index,

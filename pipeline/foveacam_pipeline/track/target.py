@@ -1,4 +1,4 @@
-"""One followed target: its image tracker, its pictures in the foveae, its position and velocity."""
+"""One followed target: its image tracker, its templates in the foveae, its position and velocity."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -15,53 +15,53 @@ from foveacam_pipeline.track.trackers import start_tracker
 from foveacam_pipeline.verge.aim import aim_at, reaches
 
 WIDE_SIGMA_PX = 1.0
-"""Error of a place that the image tracker tells, wide px."""
+"""Standard error of the image tracker's position, wide px."""
 FOVEA_SIGMA_PX = 2.0
-"""Error of a direction that a look tells, fovea px; the same for the disparity."""
+"""Standard error of a direction measured in a look, fovea px; also added to that of the disparity."""
 BIAS_GAIN = 0.3
-"""Weight of the newest look in the mean offset of the image tracker from the target; larger at first."""
+"""Gain of the running mean of the tracker's offset from the target; larger for the first looks."""
 LOST_MISSES = 2
-"""After so many looks in a row that do not show it a target counts as lost."""
+"""Looks in a row without the target after which it counts as lost."""
 AGAIN_SCORE = 0.7
-"""A target that was lost must correlate so well in both foveae to be taken for found."""
+"""Least correlation of both foveae to re-acquire a lost target."""
 FASTEST_M_PER_S = 5.0
-"""What a look shows farther from where the target should be than this speed explains is another thing."""
+"""Speed limit of the motion gate: a reading farther from the prediction is of another object."""
 COAST_NS = 1_500_000_000
-"""A hidden target is taken to go on as it went for so long, then to stand."""
+"""Longest coasting: an occluded target is predicted at constant velocity this long, then at rest."""
 FIRST_SIGMA_SHARE = 0.02
 """Least standard error of the first position, as a share of its distance."""
 
 
 class FollowState(StrEnum):
-    """How a target stands."""
+    """State of a followed target."""
 
     FOLLOWED = "followed"
-    """The foveae saw it in one of the last looks."""
+    """Found in the foveae in one of the last looks."""
     LOST = "lost"
-    """Neither the last looks nor the wide view show it; it is searched for."""
+    """Not found in the last looks, or its image tracker jumped; it is searched for."""
     OUT_OF_FIELD = "out_of_field"
-    """It has gone where the mirrors cannot turn, or out of the wide view."""
+    """Beyond the mirrors' range or outside the wide view."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetReport:
-    """A followed target at one moment."""
+    """State and estimate of a followed target at one time."""
 
     target_id: str
     state: FollowState
     estimate: PositionEstimate
     looks: int
     hits: int
-    """Looks that showed it."""
+    """Looks in which it was found."""
     last_hit_ns: int
     score: float
-    """Weaker correlation of both eyes in the last look that showed it."""
+    """Lower correlation of both eyes in the last look that showed it."""
     wide_score: float | None
-    """How well the image tracker fits; None while it does not find the target."""
+    """Score of the image tracker; None while it does not find the target."""
 
 
 class FollowedTarget:
-    """A target that was verged on, followed from the look in which that was so."""
+    """Tracks one target from the look in which it was acquired, by the wide view and the foveae."""
 
     def __init__(
         self,
@@ -76,10 +76,9 @@ class FollowedTarget:
         priority: float = 1.0,
         velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """`sighting`, `point_rig_m`: a look that shows it, and its point, m. `wide`: the look's, grey.
+        """`sighting`, `point_rig_m`: a look at the target and its position; `wide`: its wide image in grey.
 
-        `velocity_rig_m_s`: as far as it is known. Raise `OutOfRange` where the wide view about it shows
-        nothing that could be followed.
+        `velocity_rig_m_s`: initial estimate. Raise `OutOfRange` if the wide image has no texture there.
         """
         self.target_id = target_id
         self.priority = priority
@@ -90,7 +89,7 @@ class FollowedTarget:
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns, velocity_rig_m_s=velocity_rig_m_s)
         self._confirmed = self._filter.copy()
-        """What the looks that showed it tell alone: the wide view may follow something in front of it."""
+        """Filter updated by the foveae alone, because the tracker may follow an occluder in the wide view."""
         self._picture = FoveaPicture(
             sighting,
             calibration,
@@ -104,9 +103,9 @@ class FollowedTarget:
         self.use_tracker(tracker, wide, sighting.wide.t_ns)
 
     def use_tracker(self, kind: TrackerKind, wide: NDArray[np.uint8], t_ns: int) -> None:
-        """Change the image tracker: the new one learns the target where it is now.
+        """Replace the image tracker; the new one learns the target at its estimated position.
 
-        Raise `OutOfRange` where it is not inside the wide view; the tracker stays as it was.
+        Raise `OutOfRange` if that is outside the wide view; the previous tracker then stays.
         """
         x_px, y_px = self._wide_place(t_ns).tolist()
         box = TrackBox(x_px=x_px, y_px=y_px, width_px=self._box_px[0], height_px=self._box_px[1])
@@ -116,29 +115,29 @@ class FollowedTarget:
         self._bias_px, self._compared = np.zeros(2), 0
 
     def at(self, t_ns: int) -> PositionEstimate:
-        """Return where it is expected at a time."""
+        """Return the position estimate at a time."""
         return self._filter.at(t_ns)
 
     def aim(self, t_ns: int) -> PositionEstimate:
-        """Return where to look for it at a time: a lost one in turns where it was seen last and elsewhere."""
+        """Return the position to look at; looks at a lost target alternate with and without the wide view."""
         return self._aim(t_ns)[0]
 
     def _aim(self, t_ns: int) -> tuple[PositionEstimate, bool]:
-        """Return where to look for it, and whether the wide view says so."""
-        told = self._filter.at(t_ns), True
+        """Return the position to look at, and whether it includes the wide view's measurements."""
+        fused = self._filter.at(t_ns), True
         if not self.lost:
-            return told
-        seen = self._confirmed.at(t_ns), False
-        first, second = (seen, told) if self._misses % 2 == 0 else (told, seen)
+            return fused
+        confirmed = self._confirmed.at(t_ns), False
+        first, second = (confirmed, fused) if self._misses % 2 == 0 else (fused, confirmed)
         return first if self._reaches(first[0]) or not self._reaches(second[0]) else second
 
     @property
     def lost(self) -> bool:
-        """Whether the last looks did not show it."""
+        """Whether the last `LOST_MISSES` looks did not show it."""
         return self._misses >= LOST_MISSES
 
     def reachable(self, t_ns: int) -> bool:
-        """Return whether both eyes can look at where it is expected."""
+        """Return whether both eyes can look at the position returned by `aim`."""
         return self._reaches(self.aim(t_ns))
 
     def _reaches(self, estimate: PositionEstimate) -> bool:
@@ -148,7 +147,7 @@ class FollowedTarget:
         return reaches(self._calibration, gazes)
 
     def see_wide(self, frame: Frame, wide: NDArray[np.uint8]) -> None:
-        """Take a newer wide frame; `wide`: it in grey."""
+        """Track the target in a newer wide frame and update its position; `wide`: the frame in grey."""
         expected = self._wide_place(frame.t_ns)
         near = expected + self._bias_px
         match = self._tracker.update(wide, None if self.lost else (float(near[0]), float(near[1])))
@@ -162,12 +161,12 @@ class FollowedTarget:
         jumped = float(np.hypot(*(place - expected))) > max(self._box_px)
         if not jumped and self._filter.see(frame.t_ns, tangents, sigma=sigma):
             return
-        self._misses = max(self._misses, LOST_MISSES)  # for the foveae to say whether it is the target
+        self._misses = max(self._misses, LOST_MISSES)  # the foveae have to confirm it
         inverse_z = self._confirmed.at(frame.t_ns).inverse_z_per_m
         self._filter = self._filter_at(tangents, inverse_z, frame.t_ns)
 
     def see_foveae(self, sighting: Sighting) -> FoveaReading | None:
-        """Take a look at it; return what it shows, None where it does not show the target."""
+        """Update with a look at the target; return the reading, None if the target is not found."""
         t_ns = sighting.left.t_ns
         expected, by_wide = self._aim(t_ns)
         reading = self._picture.find(
@@ -187,7 +186,7 @@ class FollowedTarget:
         return reading
 
     def report(self, t_ns: int) -> TargetReport:
-        """Return how it stands at a time."""
+        """Return state and estimate at a time."""
         state = FollowState.LOST if self.lost else FollowState.FOLLOWED
         if not self.reachable(t_ns):
             state = FollowState.OUT_OF_FIELD
@@ -203,7 +202,7 @@ class FollowedTarget:
         )
 
     def _possible(self, reading: FoveaReading) -> bool:
-        """Return whether the target can have come from where it was seen last to where a look shows it."""
+        """Motion gate: return whether the target can have reached the reading's position by now."""
         unseen_s = (reading.t_ns - self._last_hit_ns) / 1e9
         seen = self._confirmed.at(reading.t_ns)
         moved_m = float(np.linalg.norm(np.asarray(reading.point.point_rig_m) - seen.position_rig_m))
@@ -226,7 +225,7 @@ class FollowedTarget:
         )
         if not confirmed:
             self._confirmed = self._filter_at(tangents, inverse_z, reading.t_ns)
-        if not taken or self.lost:  # nothing that the wide view told meanwhile was of the target
+        if not taken or self.lost:  # the wide view followed something else
             self._filter = self._confirmed.copy()
         self._rests = False
         self._misses = self._other = 0
@@ -236,9 +235,9 @@ class FollowedTarget:
             self._compare(*self._wide)
 
     def _compare(self, t_ns: int, match: TrackMatch) -> None:
-        """Update the image tracker's offset from the target; refuse the match where it is of something else.
+        """Update the image tracker's offset from the target; refuse a match farther away than the box.
 
-        The position is that of the foveae alone: the other filter already contains the wide view's error.
+        Uses the position from the foveae alone: the other filter already contains the wide view's error.
         """
         beside = np.array([match.x_px, match.y_px]) - self._wide_place(t_ns, self._confirmed)
         if float(np.hypot(*beside)) > max(self._box_px):
@@ -249,7 +248,7 @@ class FollowedTarget:
         self._bias_px += max(BIAS_GAIN, 1.0 / self._compared) * (beside - self._bias_px)
 
     def _doubt(self) -> None:
-        """Refuse what the image tracker follows where two looks in a row at it do not show the target."""
+        """Refuse the tracker's match when two looks at it, without a hit between, do not show the target."""
         self._other += 1
         if self._other >= 2 and self._wide is not None:
             self._tracker.refuse()
@@ -258,19 +257,19 @@ class FollowedTarget:
             self._misses = max(self._misses, LOST_MISSES)
 
     def _coast(self, t_ns: int) -> None:
-        """Let a target that was not seen for long stand where it should be by now."""
+        """End the coasting of a target after `COAST_NS`: it then rests at its predicted position."""
         if t_ns - self._last_hit_ns > COAST_NS and not self._rests:
             self._rests = True
             self._confirmed.rest(self._last_hit_ns + COAST_NS)
 
     def _filter_at(self, tangents: NDArray[np.float64], inverse_z: float, t_ns: int) -> PositionFilter:
-        """Return a filter that begins anew at a place to which nothing led."""
+        """Return a new filter at a position that is unrelated to the previous track, with zero velocity."""
         point = np.append(tangents, 1.0) / inverse_z
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
         return PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
 
     def _wide_place(self, t_ns: int, known: PositionFilter | None = None) -> NDArray[np.float64]:
-        """Return where the wide view should show it by one of its filters, (2,) px."""
+        """Return the position in the wide view, (2,) px, predicted by `known` or the main filter."""
         tangents = (known or self._filter).at(t_ns).tangents
         pixels = self._calibration.wide.pixels(np.arctan(tangents)[None])
         return np.asarray(pixels[0], dtype=np.float64)

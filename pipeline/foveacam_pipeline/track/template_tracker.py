@@ -1,7 +1,7 @@
-"""Tracks a target by normalised cross-correlation with two templates, and finds it again when it was lost.
+"""Template tracker: normalised cross-correlation with two templates, with re-detection after occlusion.
 
-The first template never changes and decides what the target is; the second follows its looks. A hidden
-target is searched for about its place, wider from image to image, then in the whole image at half size.
+The first template never changes and prevents drift; the second adapts to the target's appearance. A lost
+target is searched for about its expected position, wider with each image, then in the whole image.
 """
 
 import cv2
@@ -21,25 +21,25 @@ from foveacam_pipeline.track.image_tracker import (
 
 FOUND_SCORE = 0.45
 LOCKED_SCORE = 0.6
-"""A target that was lost must fit so well to be taken for found."""
+"""Least correlation to re-acquire a lost target."""
 RENEWAL = 0.05
-"""Share of the newest picture in the second template."""
+"""Weight of the newest image in the second template."""
 RENEWED_SCORE = 0.6
-"""The second template learns only from pictures that fit the first so well."""
+"""Least correlation with the first template for the second to be updated."""
 LEAST_REACH_PX = 8
 MOST_REACH_PX = 256
 MOVES_REACH = 3.0
-"""The search reaches so many times the usual move from image to image."""
+"""Search radius in multiples of the smoothed residual of the prediction."""
 SMOOTHING = 0.3
 WIDENING_MISSES = 5
-"""After so many images without the target the whole image is searched."""
+"""Images in a row without the target after which the whole image is searched."""
 STRIDE = 2
 LEAST_CONTRAST = 1.0
-"""A box whose standard deviation is below this shows nothing to follow, grey levels."""
+"""Least standard deviation of a box with enough texture to track, grey levels."""
 
 
 class TemplateTracker:
-    """Correlates the image about the expected place with the first and the renewed template."""
+    """Correlates the image about the expected position with the first and the adaptive template."""
 
     def __init__(self) -> None:
         self._first = np.zeros((0, 0), dtype=np.float32)
@@ -61,7 +61,7 @@ class TemplateTracker:
         self._at, self._move_px, self.misses = (box.x_px, box.y_px), 0.0, 0
 
     def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
-        """Return where the target is; None where it is not found."""
+        """Return the target's position; None if it is not found."""
         expected = self._at if near is None else near
         lost = self.misses > 0
         if self.misses > WIDENING_MISSES:
@@ -81,7 +81,7 @@ class TemplateTracker:
         return found
 
     def refuse(self) -> None:
-        """Take it that the last match was another thing: the target is searched for elsewhere."""
+        """Reject the last match as another object; the target is then searched for elsewhere."""
         self.misses = WIDENING_MISSES + 1
         self._refused = self._at
 
@@ -92,9 +92,9 @@ class TemplateTracker:
     def _search(
         self, image: GreyImage, about: tuple[float, float], template: NDArray[np.float32]
     ) -> TrackMatch:
-        """Return the best place about another one; a place at the rim of the search makes it wider.
+        """Return the best match around `about`; a maximum on the border of the search window enlarges it.
 
-        There the score still rises outwards: what moves fast has gone farther than was searched.
+        There the score still rises outwards: a fast target has moved beyond the window.
         """
         height, width = template.shape
         x, y = (round(value) for value in about)
@@ -108,7 +108,7 @@ class TemplateTracker:
             reach = min(MOST_REACH_PX, 2 * reach)
 
     def search(self, image: GreyImage) -> TrackMatch:
-        """Return the best place in the whole image, but for a refused one: at half size, then about it."""
+        """Return the best match in the whole image except at a refused place, coarse (half size) to fine."""
         height, width = self._first.shape
         small, template = _halved(image), _halved(self._first)
         scores = score_map(small, template)

@@ -1,4 +1,4 @@
-"""Makes the image trackers by their kinds, and lets them see binned images."""
+"""Factory of the image trackers, and their adapter to binned images."""
 
 import cv2
 import numpy as np
@@ -18,9 +18,9 @@ from foveacam_pipeline.track.template_tracker import TemplateTracker
 
 
 class BinnedTracker:
-    """A tracker that sees binned images; boxes and places are in pixels of the sensor.
+    """Adapter of a tracker to binned images; boxes and positions are in pixels of the sensor.
 
-    Images of another binning than the first are resized to it.
+    Images of another binning than the first are resized to its size.
     """
 
     def __init__(self, tracker: ImageTracker, binning: Binning) -> None:
@@ -45,7 +45,7 @@ class BinnedTracker:
         )
 
     def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
-        """Return where the target is; None where it is not found."""
+        """Return the target's position; None if it is not found."""
         if image.shape[1::-1] != self._size:
             image = np.asarray(cv2.resize(image, self._size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         match = self._tracker.update(image, None if near is None else self._picture(*near))
@@ -55,7 +55,7 @@ class BinnedTracker:
         return TrackMatch(x_px=x_px, y_px=y_px, score=match.score)
 
     def refuse(self) -> None:
-        """Take it that the last match was another thing: the target is searched for elsewhere."""
+        """Reject the last match as another object; the target is then searched for elsewhere."""
         self._tracker.refuse()
 
     def _picture(self, x_px: float, y_px: float) -> tuple[float, float]:
@@ -66,9 +66,9 @@ class BinnedTracker:
 def start_tracker(
     kind: TrackerKind, image: GreyImage, box: TrackBox, *, binning: Binning = 1
 ) -> ImageTracker:
-    """Return a tracker that has learnt what is in the box; raise `OutOfRange` where that is nothing.
+    """Return a tracker that has learned the box's content; raise `OutOfRange` if that has no texture.
 
-    `box`: px of the sensor, as all that the tracker returns; `binning`: of the image.
+    `box`: px of the sensor, like all positions that the tracker returns; `binning`: of the image.
     """
     tracker: ImageTracker = TemplateTracker() if kind is TrackerKind.TEMPLATE else CorrelationFilterTracker()
     binned = BinnedTracker(tracker, binning)

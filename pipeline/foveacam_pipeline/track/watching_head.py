@@ -1,4 +1,4 @@
-"""A head whose wide frames a tracker sees as well, while a procedure looks through it."""
+"""Head wrapper that passes wide frames to a tracker while another procedure uses the head."""
 
 from collections.abc import Callable
 
@@ -6,14 +6,14 @@ from foveacam_hardware.contract import Frame, Head, LookOptions, Sighting, Stere
 
 
 class WatchingHead:
-    """A head that passes on every wide frame that it returns."""
+    """Wraps a head and calls `see_wide` with every wide frame that it returns."""
 
     def __init__(self, head: Head, see_wide: Callable[[Frame], None]) -> None:
         self._head = head
         self._see_wide = see_wide
 
     def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
-        """Look as the head does."""
+        """Look with the wrapped head."""
         sighting = self._head.look(volts, options=options)
         self._see_wide(sighting.wide)
         return sighting

@@ -15,11 +15,11 @@ from foveacam_pipeline.models.calibration import Calibration
 
 EYES = (Role.LEFT, Role.RIGHT)
 EDGE_MARGIN = 1.0e-3
-"""A gaze nearer to the edge of the field than this share of its way from the middle counts as beyond it."""
+"""A gaze this close to the edge of the field, relative to its distance from the middle, counts as outside."""
 CLAMP_STEPS = 400
-"""So finely the way from the middle of a mirror's field to a gaze beyond it is tried: 0.03 degrees."""
+"""Samples between the middle of a mirror's field and a gaze outside it: 0.03 degrees apart."""
 REACH_STEPS = 40
-"""So finely the reach along a line of sight is tried: 0.02 1/m, a tenth of a fovea's field."""
+"""Samples of 1/Z along a line of sight: 0.02 1/m apart, a tenth of a fovea's field."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,7 +34,7 @@ class Gazes:
         return self.left if role is Role.LEFT else self.right
 
     def apart(self, other: "Gazes") -> float:
-        """Return the largest difference of either eye's gaze along an axis, tangents."""
+        """Return the largest difference between two gazes of an eye along either axis, tangents."""
         return float(max(np.abs(self.eye(role) - other.eye(role)).max() for role in EYES))
 
     def moved(self, left: NDArray[np.float64], right: NDArray[np.float64]) -> "Gazes":
@@ -60,10 +60,10 @@ def _gaze_at(
 def centred_on_ray(
     calibration: Calibration, gazes: Gazes, target: NDArray[np.float64], *, within_tan: float
 ) -> Gazes:
-    """Return gazes that meet as deep as these do, on the ray of a target if these pass it so near.
+    """Return the gazes moved onto a target's ray at the depth where they meet, if within `within_tan` of it.
 
-    Where a patch is found again is less well known than where calibrated eyes look: on the simulated rig a
-    tenth of the clicks were 3.3 fovea px off by the patch, 1.1 by the ray.
+    Calibrated gazes are more accurate than a patch that is found again: on the simulated rig a tenth of the
+    clicks were 3.3 fovea px off by the patch, 1.1 by the ray.
     """
     left_m, right_m = (calibration.pivot_rig_m(role)[0] for role in EYES)
     inverse_z = float(gazes.left[0] - gazes.right[0]) / (right_m - left_m)
@@ -73,18 +73,18 @@ def centred_on_ray(
 
 
 def gazes_under(calibration: Calibration, volts: StereoVolts) -> Gazes:
-    """Return where the eyes look under `volts`."""
+    """Return the gazes that `volts` produce."""
     left, right = calibration.gaze_rad(volts)
     return Gazes(left=np.tan(left), right=np.tan(right))
 
 
 def reaches(calibration: Calibration, gazes: Gazes) -> bool:
-    """Return whether both eyes are calibrated to look so."""
+    """Return whether each gaze lies within its eye's calibrated field."""
     return len(reachable_eyes(calibration, gazes)) == len(EYES)
 
 
 def reachable_eyes(calibration: Calibration, gazes: Gazes) -> set[Role]:
-    """Return the eyes that are calibrated to look so."""
+    """Return the eyes whose gaze lies within their calibrated field."""
     return {
         role
         for role in EYES
@@ -95,7 +95,7 @@ def reachable_eyes(calibration: Calibration, gazes: Gazes) -> set[Role]:
 def reach_span(
     calibration: Calibration, target: NDArray[np.float64], *, nearest: float
 ) -> tuple[float, float] | None:
-    """Return the least and the largest 1/Z, 1/m, up to `nearest` at which both eyes can meet there."""
+    """Return the least and the largest 1/Z, 1/m, of 0 to `nearest` at which both eyes reach a target."""
     tried = np.linspace(0.0, nearest, REACH_STEPS + 1)
     inside = np.ones(len(tried), dtype=np.bool_)
     for role in EYES:
@@ -106,9 +106,9 @@ def reach_span(
 
 
 def nearest_reachable(calibration: Calibration, role: Role, gaze: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the gaze itself, or, beyond the calibrated field, the last one inside on the way to its middle.
+    """Return a gaze, or, outside the calibrated field, the last one inside on the way to the field's middle.
 
-    `gaze`: (2,) tangents, as is what is returned.
+    `gaze`: (2,) tangents, as is the result.
     """
     mirror = calibration.eye(role).mirror
     middle = np.tan(mirror.hull_rad.mean(axis=0))
@@ -121,13 +121,13 @@ def nearest_reachable(calibration: Calibration, role: Role, gaze: NDArray[np.flo
 
 
 def clamp_gazes(calibration: Calibration, gazes: Gazes) -> Gazes:
-    """Return each eye's gaze, or the nearest to it that the eye can take."""
+    """Return both gazes, each clamped to its eye's calibrated field."""
     left, right = (nearest_reachable(calibration, role, gazes.eye(role)) for role in EYES)
     return Gazes(left=left, right=right)
 
 
 def volts_for(calibration: Calibration, gazes: Gazes) -> StereoVolts:
-    """Return the drive for both gazes, or raise OutOfRange naming the eye."""
+    """Return the volts for both gazes, or raise OutOfRange naming the eye."""
     drives = []
     for role in EYES:
         ax_rad, ay_rad = (math.atan(t) for t in gazes.eye(role))

@@ -1,6 +1,6 @@
-"""The answer to one target, before it becomes a fixation, and the last look at it.
+"""Answer to one target, before it becomes a `Fixation`, and the last look at it.
 
-Both eyes are pointed at the answer, each as near as it can turn, and it is described what each sees there.
+The last look points each eye at the answer, as near as it can turn, and reports what it sees there.
 """
 
 import math
@@ -20,16 +20,16 @@ from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, VergePhase
 
 LOOKS, SECONDS = 24, 4.0
-"""Allowed to the search by single foveae, and to the last looks at an answer."""
+"""Budget granted to the search by single foveae, and to the last look at an answer."""
 THERE_PX = 2.0
-"""The eyes look at an answer when they are so near to it, fovea px."""
+"""Gazes within this distance of the answer count as pointed at it, fovea px."""
 REACH_LEVELS = 9
-"""So many distances are tried when it is asked whether an eye can look somewhere."""
+"""Number of depths tried to decide whether an eye can look at a target."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """How a distance is known, and the distance or its limits; `basis` None: no eye can look there."""
+    """Distance or its limits, and how it is known; `basis` is None if no eye can look at the target."""
 
     basis: Basis | None
     reason: str
@@ -43,7 +43,7 @@ class Answer:
 
 
 def both_foveae(verged: VergedTarget) -> Answer:
-    """Return the answer of a loop that verged."""
+    """Return the answer of a closed loop that verged."""
     return Answer(
         basis=Basis.BOTH_FOVEAE,
         reason=verdict.verged(verged.point, verged.fine),
@@ -56,13 +56,13 @@ def both_foveae(verged: VergedTarget) -> Answer:
 
 
 def beyond_reach(reason: str) -> Answer:
-    """Return the answer where no eye can look."""
+    """Return the answer for a target that no eye can look at."""
     out = EyeView(sees_target=False, reason=verdict.CANNOT_TURN)
     return Answer(basis=None, reason=reason, left_view=out, right_view=out)
 
 
 def alternative(basis: Basis, point: LocatedPoint, probability: float) -> Alternative:
-    """Return one of several answers to choose from."""
+    """Return one of several possible distances, with its probability."""
     return Alternative(
         basis=basis,
         distance_m=point.distance_m,
@@ -73,7 +73,7 @@ def alternative(basis: Basis, point: LocatedPoint, probability: float) -> Altern
 
 
 class LastLook:
-    """Looks at answers. Depths are 1/Z, 1/m, 0 at infinity; Z along the rig's axis."""
+    """Points both eyes at answers. Depths are 1/Z, 1/m, 0 at infinity; Z along the rig's axis."""
 
     def __init__(self, fixation_head: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
         self._fixation_head = fixation_head
@@ -81,23 +81,23 @@ class LastLook:
         self._limits = limits
 
     def in_reach(self, motion: TargetMotion) -> bool:
-        """Return whether any eye can look at the target, at whatever distance."""
+        """Return whether either eye can look at the target at any depth."""
         levels = np.linspace(0.0, 1.0 / self._limits.nearest_m, REACH_LEVELS)
         return any(reachable_eyes(self._calibration, self._gazes(level, motion)) for level in levels)
 
     def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
-        """Look at the answer; return the place."""
+        """Look at the answer; return its point at the time of that look."""
         self.steer(inverse_z_per_m, motion)
         return self.place(inverse_z_per_m, sigma_per_m, motion)
 
     def place(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
-        """Return the place of an answer at the time of the last look."""
+        """Return the point of an answer at the time of the last look."""
         last = self._fixation_head.last
         t_ns = self._fixation_head.next_ns if last is None else last.sighting.left.t_ns
         return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
 
     def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
-        """Look once with both eyes, each as near as it can turn, unless the last look was just there."""
+        """Look with both eyes, each as near as it can turn, unless the last look was already there."""
         gazes = clamp_gazes(self._calibration, self._gazes(inverse_z_per_m, motion))
         last = self._fixation_head.last
         apart_px = math.inf if last is None else gazes.apart(last.gazes) * self._calibration.fovea_f_px
@@ -110,7 +110,7 @@ class LastLook:
     def views(
         self, inverse_z_per_m: float, motion: TargetMotion, *, seeing: set[Role]
     ) -> dict[Role, EyeView]:
-        """Return what each eye shows of the target; `seeing`: the eyes that nothing hides it from."""
+        """Return what each eye shows of the target; `seeing`: the eyes from which it is not hidden."""
         reaching = reachable_eyes(self._calibration, self._gazes(inverse_z_per_m, motion))
         return {role: self._view(role, reached=role in reaching, hidden=role not in seeing) for role in EYES}
 

@@ -1,13 +1,14 @@
 """The closed loop of both foveae (Sec. 3.4): find the target in both, verge on it, confirm what is seen.
 
-Every look is measured twice, against the wide view and left against right; they must agree before the loop
-counts as verged, and the match must speak for the point itself (`support`). Where somebody passed and the
-target was lost, it is looked for a second time afterwards.
+Every look is matched twice, against the wide view and left against right; both must agree before the loop
+counts as verged, and the match must be of the point itself (`support`). If the target was lost while somebody
+crossed the view, the search is repeated afterwards.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
 from foveacam_hardware.contract.spans import span
@@ -24,7 +25,7 @@ from foveacam_pipeline.verge.looking.passing_detector import PassingDetector
 from foveacam_pipeline.verge.matching.centre_match import match_centres, shows_another
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
 from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
-from foveacam_pipeline.verge.matching.wide_patch import WidePatch, fit_at
+from foveacam_pipeline.verge.matching.wide_patch import MOVED_SCORE, WidePatch, fit_at
 from foveacam_pipeline.verge.measure import Measurement, measure, point_sigma_px
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, patches_for
 from foveacam_pipeline.verge.search import FoundTarget, TargetSearch
@@ -33,20 +34,21 @@ from foveacam_pipeline.verge.values import Basis, FixationState, VergePhase
 
 LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5
-"""A small residual that stays is the lag behind a target that comes or goes: it is led by their sum."""
+"""Integral gain that compensates the lag behind an approaching or receding target, and the largest residual
+that is integrated, fovea px."""
 GONE_SCORE = 0.3
-"""A patch that correlates less with the wide view at its place has gone."""
+"""A patch that correlates less with the wide view at its place counts as gone."""
 ROUGH_SIGMA_PX = 2.0
-"""A match with a larger error is nothing to steer by, fovea px."""
+"""A match with a larger standard error is not used for steering, fovea px."""
 SAME_LOOK_PX = 4.0
 """Looks whose gazes differ by less show the same, fovea px."""
 SUPPORT_HALF_PX = 64
-"""Half side of the pictures on which the support of a match is judged, fovea px."""
+"""Half side of the pictures that are compared to judge the support of a match, fovea px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VergedTarget:
-    """The end of a loop: where both lines of sight meet, the match, and what it says of the point itself."""
+    """Result of a loop that verged: where both lines of sight meet, the match, and its support."""
 
     point: LocatedPoint
     fine: FineMatch
@@ -54,15 +56,23 @@ class VergedTarget:
 
 
 class UnsupportedMatch(FixationEnded):
-    """Both foveae verged, but on something beside the point; `verged` says on what."""
+    """Both foveae verged, but on something beside the point; `verged` is the match there."""
 
     def __init__(self, verged: VergedTarget) -> None:
         super().__init__(FixationState.LOST, verdict.UNSUPPORTED)
         self.verged = verged
 
 
+class CoveredTarget(FixationEnded):
+    """Both foveae verged, but on something that moved in front of the target after the click."""
+
+    def __init__(self) -> None:
+        moved = verdict.moved_away()
+        super().__init__(moved.state, moved.reason)
+
+
 class ClosedLoop:
-    """Finds one target with both foveae and verges on it; keeps what it learned when it fails."""
+    """Finds one target with both foveae and verges on it; keeps its looks and its track after a failure."""
 
     def __init__(
         self,
@@ -72,7 +82,7 @@ class ClosedLoop:
         *,
         expected_per_m: float | None = None,
     ) -> None:
-        """`expected_per_m`: 1/Z of the target as far as it is known beforehand."""
+        """`expected_per_m`: 1/Z of the target if known beforehand; seeds the search."""
         self._expected_per_m = expected_per_m
         self._fixation_head = fixation_head
         self._calibration = calibration
@@ -81,8 +91,9 @@ class ClosedLoop:
         self._f_px = calibration.fovea_f_px
         self._lag_px = np.zeros(2)
         self._tracker: TargetTracker | None = None
+        self._hidden = False
         self.templates: tuple[WidePatch, ...] = ()
-        """The patches of the wide image that stand for the target; none before `run`."""
+        """Patches of the wide image that represent the target, best first; empty before `run`."""
 
     @property
     def looks(self) -> tuple[Observation, ...]:
@@ -95,10 +106,10 @@ class ClosedLoop:
         return None if self._tracker is None else self._tracker.motion
 
     def run(self, aim: ResolvedTarget, *, clicked: Frame | None = None) -> VergedTarget:
-        """Return the verged fixation, or raise FixationEnded.
+        """Return the verged target, or raise FixationEnded.
 
-        `clicked`: the wide frame on which the target was chosen, by default the newest one. What moves is
-        followed from there.
+        `clicked`: the wide frame on which the target was chosen, by default the newest one. A moving target
+        is tracked from that frame on.
         """
         frame = self._fixation_head.wide() if clicked is None else clicked
         try:
@@ -110,31 +121,67 @@ class ClosedLoop:
             return self._attempt(templates, frame)
         except UnsupportedMatch:
             raise
+        except CoveredTarget:
+            return self.once_passed()
         except FixationEnded as end:
             if not self._crossed(end, templates[0], frame):
                 raise
-        later = self._fixation_head.wide()
-        if self.gone(later):
+        return self.once_passed()
+
+    def once_passed(self) -> VergedTarget:
+        """Search the target of `run` again, when whatever crossed the view has passed.
+
+        Raise FixationEnded, `verdict.moved_away` if the wide view shows a textured target neither where it
+        was nor where its track predicts it; then further calls do not wait again.
+        """
+        if self._hidden:
             raise verdict.moved_away()
-        return self._attempt(templates, later)
+        self._fixation_head.wait_until_still(
+            PassingDetector(self._calibration.wide, self.templates[0].target)
+        )
+        frame = self._fixation_head.wide()
+        self._hidden = self.gone(frame)
+        if self._hidden:
+            raise verdict.moved_away()
+        place = self._place_in(frame)
+        self.templates = tuple(replace(template, target=place) for template in self.templates)
+        return self._attempt(self.templates, frame)
 
     @property
     def textured(self) -> bool:
-        """Whether the target itself has texture: a patch about a blank one had to grow until it held some."""
+        """Whether the target itself has texture: the patch of a blank one had to grow until it held some."""
         if not self.templates or max(self.templates[0].half_px) > self._limits.template_half_px:
             return False
         return self.templates[0].sigma_px <= self._limits.template_texture_sigma_px
 
     def gone(self, frame: Frame) -> bool:
-        """Return whether a wide frame shows a target with texture neither where it was nor on its track."""
+        """Return whether a wide frame shows a textured target neither where it was nor on its track."""
         if self._tracker is None or not self.textured:
             return False
-        expected = self._tracker.motion.at(frame.t_ns)
-        image, wide = gray(to_uint8(frame)), self._calibration.wide
-        return fit_at(self.templates[0], image, wide, expected) < GONE_SCORE
+        here, on_track = self._fits(frame)
+        least = MOVED_SCORE if self._tracker.motion.moves else GONE_SCORE
+        return here < least and on_track < GONE_SCORE
+
+    def _place_in(self, frame: Frame) -> NDArray[np.float64]:
+        """Return where a wide frame shows the target, (2,) tangents: where it was unless it is on its track.
+
+        A passer-by that was taken for the target leaves such a track.
+        """
+        here, on_track = self._fits(frame)
+        if self._tracker is None or on_track < max(here, MOVED_SCORE):
+            return self.templates[0].target
+        return self._tracker.motion.at(frame.t_ns)
+
+    def _fits(self, frame: Frame) -> tuple[float, float]:
+        """Return how well a wide frame shows the target where it was, and on its track: correlations."""
+        image, template = gray(to_uint8(frame)), self.templates[0]
+        here = fit_at(template, image, self._calibration.wide, template.target)
+        if self._tracker is None or not self._tracker.motion.moves:
+            return here, here
+        return here, fit_at(template, image, self._calibration.wide, self._tracker.motion.at(frame.t_ns))
 
     def close_at(self, inverse_z_per_m: float) -> VergedTarget | None:
-        """Verge on the target of `run` from a depth that is known otherwise; None when that fails."""
+        """Verge on the target of `run` from a depth known by other means; return None if that fails."""
         if self._tracker is None:
             return None
         self._lag_px = np.zeros(2)
@@ -155,7 +202,7 @@ class ClosedLoop:
             with span("search"):
                 found = self._search.find(templates, tracker, expected_per_m=self._expected_per_m)
             return self._close(found, tracker)
-        except UnsupportedMatch:
+        except (UnsupportedMatch, CoveredTarget):
             raise
         except FixationEnded as end:
             target_offset = (
@@ -168,20 +215,15 @@ class ClosedLoop:
             raise verdict.elsewhere(target_offset) from end
 
     def _doubtful(self, end: FixationEnded, template: WidePatch) -> bool:
-        """Return whether a failure may be due to something else than the target."""
+        """Return whether a failure may have a cause other than the target itself."""
         blank = template.sigma_px > self._limits.no_texture_sigma_px
         lost = end.state in {FixationState.LOST, FixationState.NO_TEXTURE} and end.missing is None
         return lost and not blank
 
     def _crossed(self, end: FixationEnded, template: WidePatch, frame: Frame) -> bool:
-        """Return whether a failure may be due to somebody who passed; wait until he is gone."""
-        if not self._doubtful(end, template):
-            return False
+        """Return whether something that crossed the view since a frame may have caused a failure."""
         around = PassingDetector(self._calibration.wide, template.target)
-        if not around.differ(frame, self._fixation_head.wide()):
-            return False
-        self._fixation_head.wait_until_still(around)
-        return True
+        return self._doubtful(end, template) and around.differ(frame, self._fixation_head.wide())
 
     def _close(self, found: FoundTarget, tracker: TargetTracker) -> VergedTarget:
         """Verge until left and right agree to half a pixel and the wide view agrees with both."""
@@ -205,11 +247,13 @@ class ClosedLoop:
             )
             if other is not None:
                 raise other
+            if settled and tracker.covered and self._fits(observation.sighting.wide)[0] < MOVED_SCORE:
+                raise CoveredTarget
             if settled:
                 return self._verged(observation, self._measured(observation, measurement), measurement.fine)
             if doubt is None:
                 lines = self._measured(observation, measurement)
-                self._fixation_head.tell(Basis.BOTH_FOVEAE, self._located(lines, measurement.fine))
+                self._fixation_head.report_estimate(Basis.BOTH_FOVEAE, self._located(lines, measurement.fine))
             doubts = 0 if doubt is None else doubts + 1
             if doubt is not None and doubts > self._limits.doubtful_looks:
                 raise doubt
@@ -219,7 +263,7 @@ class ClosedLoop:
                 raise doubt  # a further look would show the same
 
     def _led(self, target: Gazes, motion: TargetMotion) -> Gazes:
-        """Return the gazes moved to where a moving target will be at the next look."""
+        """Return the gazes moved to where a moving target is predicted at the next look."""
         if not motion.moves:
             return target
         ahead = motion.at(self._fixation_head.next_ns) - (target.left + target.right) / 2.0
@@ -237,9 +281,9 @@ class ClosedLoop:
     def _another(
         self, observation: Observation, measurement: Measurement, found: FoundTarget, motion: TargetMotion
     ) -> FixationEnded | None:
-        """Return the end of the fixation when the eyes see something else, or a neighbour nearly alike.
+        """Return the failure if both eyes see something else, or either a look-alike beside the target.
 
-        One eye that shows the target is proof enough: left and right agree on what they see.
+        A look-alike fits far better in one eye, or better in both. None where there is neither.
         """
         image = gray(to_uint8(observation.sighting.wide))
         target, half = (
@@ -257,7 +301,8 @@ class ClosedLoop:
             target,
             slope=measurement.fine.slope,
         )
-        if min(match.best - match.here for match in matches) <= self._limits.neighbour_lead:
+        leads = [match.best - match.here for match in matches]
+        if max(leads) <= self._limits.neighbour_lead and min(leads) <= self._limits.neighbour_lead_both:
             return None
         side, match = max(
             zip(("left", "right"), matches, strict=True), key=lambda sided: abs(sided[1].aside_wide_px)
@@ -265,14 +310,14 @@ class ClosedLoop:
         return verdict.neighbour(side, aside_px=match.aside_wide_px)
 
     def _measured(self, observation: Observation, measurement: Measurement) -> Gazes:
-        """Return the lines of sight to the target in a look."""
+        """Return the lines of sight to the target, as measured in a look."""
         half = measurement.fine.residual_px / (2.0 * self._f_px)
         return observation.gazes.moved(measurement.centre + half, measurement.centre - half)
 
     def _next(
         self, observation: Observation, measurement: Measurement, found: FoundTarget, tracker: TargetTracker
     ) -> Gazes | None:
-        """Return where to look next: where it was measured, or where else it is in this look, if anywhere."""
+        """Return the next gazes: at the measured target, else at another match in this look, else None."""
         if (
             measurement.fine.score >= self._limits.fine_score
             and measurement.fine.sigma_x_px <= ROUGH_SIGMA_PX
@@ -281,12 +326,13 @@ class ClosedLoop:
                 self._lag_px += LAG_GAIN * measurement.fine.residual_px
             lag = self._lag_px / (2.0 * self._f_px)
             lines = self._measured(observation, measurement)
-            gazes: Gazes | None = self._search.centred(lines, tracker).moved(lag, -lag)
+            onto = self._search.centred(lines, tracker, aside_lead=measurement.aside_lead)
+            gazes: Gazes | None = onto.moved(lag, -lag)
         else:
             gazes = self._search.recover(observation, found, tracker)
         doubtful = measurement.quality(self._limits) < 0.0
-        if gazes is not None and (tracker.motion.moves or doubtful):  # else it is for the wide view to say
-            tracker.sees((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
+        if gazes is not None and (tracker.motion.moves or doubtful):  # else only the wide view updates it
+            tracker.add_direction((gazes.left + gazes.right) / 2.0, observation.sighting.left.t_ns)
         return gazes
 
     def _settled(self, observation: Observation, measurement: Measurement, tracker: TargetTracker) -> bool:
@@ -294,17 +340,18 @@ class ClosedLoop:
         apart_px = abs(measurement.fine.residual_x_px)
         if (
             measurement.fine.sigma_y_px <= self._limits.fine_sigma_px
-        ):  # else the texture cannot tell the rows apart
+        ):  # otherwise the texture does not determine the row
             apart_px = max(apart_px, abs(measurement.fine.residual_y_px))
         centred_px = self._centred_wide_px(moving=moving)
-        there = self._search.centred(self._measured(observation, measurement), tracker)
+        lines = self._measured(observation, measurement)
+        there = self._search.centred(lines, tracker, aside_lead=measurement.aside_lead)
         aside = (there.left + there.right - observation.gazes.left - observation.gazes.right) / 2.0
         off_wide_px = float(np.abs(aside).max()) * self._calibration.wide.fx_px
         converged_px = self._limits.converged_moving_px if moving else self._limits.converged_px
         return apart_px <= converged_px and off_wide_px <= centred_px
 
     def _rows_apart_px(self, *, moving: bool) -> float:
-        """Return how far apart the rows of a match may be, fovea px; a false match knows no rows."""
+        """Return the largest row difference that a match may have, fovea px; true matches keep their row."""
         return self._limits.converged_moving_px if moving else self._limits.rows_apart_px
 
     def _centred_wide_px(self, *, moving: bool) -> float:
@@ -317,7 +364,7 @@ class ClosedLoop:
         return limits.centred_moving_wide_px if moving else limits.centred_wide_px
 
     def _located(self, target: Gazes, fine: FineMatch) -> LocatedPoint | None:
-        """Return the point on which the lines of sight of a match meet; None when they part."""
+        """Return the point where the lines of sight of a match meet; None if they diverge."""
         sigma_px = point_sigma_px(fine, self._calibration, self._limits)
         return triangulate(self._calibration, target, sigma_px=sigma_px)
 
@@ -326,8 +373,8 @@ class ClosedLoop:
         if point is None:
             raise FixationEnded(
                 FixationState.LOST,
-                "Left and right agree, but their lines of sight part: farther than the calibration can tell; "
-                "calibrate the mirrors anew.",
+                "Left and right agree, but their lines of sight diverge: the calibration cannot resolve this "
+                "distance; calibrate the mirrors again.",
             )
         verged = VergedTarget(point=point, fine=fine, support=self._support(observation, target, fine))
         if verged.support.support in {MatchSupport.DIFFERENT, MatchSupport.BESIDE}:
@@ -335,7 +382,7 @@ class ClosedLoop:
         return verged
 
     def _support(self, observation: Observation, target: Gazes, fine: FineMatch) -> SupportReport:
-        """Return what the match of a look says of the point itself."""
+        """Return the support of a look's match at the point itself."""
         guess = MatchGuess(
             left=target.left - observation.gazes.left, right=target.right - observation.gazes.right
         )

@@ -1,4 +1,4 @@
-"""Triangulate a point of the rig frame, with its error, from two lines of sight or from a depth."""
+"""Triangulation of a point of the rig frame, with its error, from two lines of sight or from a depth."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.aim import Gazes
 
 LEAST_SHARE = 0.25
-"""The far side of an error of 1/Z is at least such a share of it: distances end somewhere."""
+"""Least 1/Z at the far side of its error, as a share of 1/Z: keeps the far distance finite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,10 +24,10 @@ class LocatedPoint:
 
 
 def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> LocatedPoint | None:
-    """Return the point on which both eyes' lines of sight meet; None when they part.
+    """Return the point where both eyes' lines of sight meet; None if they diverge.
 
     `target`: lines of sight from the pivots. `sigma_px`: error of the match between the eyes, fovea px; the
-    calibration's own, mirrors and pivots, is added to it.
+    calibration's error (mirrors and pivots) is added to it.
     """
     meeting = closest_approach(
         calibration.pivot_rig_m(Role.LEFT),
@@ -54,7 +54,7 @@ def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> 
 def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_m: float) -> LocatedPoint:
     """Return the point along (2,) tangents at 1/Z = `inverse_z_per_m` > 0, whose error is `sigma_per_m`.
 
-    Of the two errors of the distance that an error of 1/Z makes, the larger one is stated: to the far side.
+    An error of 1/Z makes different errors of the distance on either side; the larger, far one is stated.
     """
     way = np.append(target, 1.0)
     x_m, y_m, z_m = (way / inverse_z_per_m).tolist()

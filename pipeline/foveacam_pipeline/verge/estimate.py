@@ -1,4 +1,4 @@
-"""What is known of the distance of a target while its fixation still goes on."""
+"""Provisional distance of a target while its fixation is running."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from foveacam_pipeline.verge.values import Basis
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DistanceEstimate:
-    """Where a target is as far as `looks` looks tell, and how that is known; later looks may correct it."""
+    """A target's point and its basis after `looks` looks; later looks may correct it."""
 
     looks: int
     basis: Basis

@@ -1,7 +1,7 @@
-"""What is answered when the closed loop of both foveae fails: the next best basis, never nothing.
+"""Fallback answers for targets on which the closed loop failed: the next best basis, never nothing.
 
-In this order: the loop again at a depth that single foveae suggest; one fovea against the wide camera; the
-surface inferred from what surrounds the target; limits of its distance. The foveae look at the answer.
+Tried in this order: the loop again at a depth that single foveae suggest; one fovea against the wide camera;
+the surface inferred from the surroundings; limits of the distance. The foveae look at the answer.
 """
 
 import math
@@ -28,11 +28,13 @@ from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.support import MatchSupport
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.single_eye.eye_match import EyeMatch
 from foveacam_pipeline.verge.single_eye.search import EyeSighting, OwnSide, SingleEyeSearch
 from foveacam_pipeline.verge.single_eye.weighing import (
     agree,
     confirmed,
     plausible,
+    same_surface,
     slack_per_m,
     weighted,
 )
@@ -49,12 +51,17 @@ from foveacam_pipeline.verge.values import (
 )
 
 SHOWN_SCORE = 0.5
-"""Least correlation of either fovea with the wide view at the depth that is inferred for a target with
-texture: of 6 inferences below it 5 were wrong, of 25 others 4."""
+"""Least correlation of either fovea with the wide view at the depth inferred for a textured target: of 6
+inferences below it 5 were wrong, of 25 others 4."""
+LISTED_CHANCE = 0.74
+"""Chance that the depth of a textured target is among those inferred where neither fovea shows it: of 207 the
+most probable one was right 127 times, another one 27 times."""
+EYE_CHANCE = 0.8
+"""Chance that a depth by one fovea is right that no surface about the target confirms: 68 of 87."""
 
 
 class FallbackEstimator:
-    """Answers one target that the closed loop did not verge on."""
+    """Estimates the distance of one target on which the closed loop failed."""
 
     def __init__(
         self,
@@ -76,23 +83,45 @@ class FallbackEstimator:
         )
 
     def answer(self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded) -> Answer:
-        """Return the answer to a target whose loop has ended, the foveae looking at it."""
+        """Return the best answer for a target whose loop has failed, and point the foveae at it."""
+        if ended.target_offset is None and self._gone(loop):
+            return self._once_passed(aim, loop)
         motion = loop.motion or TargetMotion(aim.tangents, self._fixation_head.next_ns)
         if not self._last_look.in_reach(motion):
             return beyond_reach(ended.reason)
-        if ended.target_offset is not None:  # whatever the eyes show, its distance would be wrong
+        if ended.target_offset is not None:  # the mounts have moved: any distance would be wrong
             return self._bounded(DepthSamples.none(), motion, ended)
-        if self._gone(loop):
-            return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
         answer = self._answered(aim, loop, ended, motion)
-        if answer.verged is None and self._gone(loop):
-            return self._bounded(DepthSamples.none(), motion, verdict.moved_away())
-        return answer
+        return self._once_passed(aim, loop) if answer.verged is None and self._gone(loop) else answer
+
+    def _once_passed(self, aim: ResolvedTarget, loop: ClosedLoop) -> Answer:
+        """Return the answer after whatever hid the target has passed; limits if the target stays hidden.
+
+        While the target is hidden its track is extrapolated, so the eyes look where it was clicked.
+        """
+        self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
+        try:
+            return both_foveae(self._within_span(loop.once_passed()))
+        except FixationEnded as end:
+            ended = end
+        if loop.motion is not None and not self._gone(loop):
+            answer = self._answered(aim, loop, ended, loop.motion)
+            if answer.verged is not None or not self._gone(loop):
+                return answer
+        clicked = TargetMotion(aim.tangents, self._fixation_head.next_ns)
+        return self._bounded(DepthSamples.none(), clicked, verdict.moved_away())
+
+    def _within_span(self, verged: VergedTarget) -> VergedTarget:
+        """Return a verged target, or raise UnsupportedMatch if its depth is outside the span to consider."""
+        farthest, nearest = self._span_per_m
+        if farthest <= 1.0 / verged.point.distance_m <= nearest:
+            return verged
+        raise UnsupportedMatch(verged)
 
     def _gone(self, loop: ClosedLoop) -> bool:
-        """Return whether the last look's wide view shows that a target has moved away."""
+        """Return whether the wide view of the last look shows that the target has moved away."""
         last = self._fixation_head.last
-        return last is not None and loop.gone(last.sighting.wide)
+        return last is not None and bool(loop.templates) and loop.gone(last.sighting.wide)
 
     def _answered(
         self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded, motion: TargetMotion
@@ -116,7 +145,7 @@ class FallbackEstimator:
     def _closed_in(
         self, depth: SurroundingDepth, loop: ClosedLoop, ended: FixationEnded
     ) -> VergedTarget | None:
-        """Verge on a target with texture whose neighbours tell its depth; None where that fails."""
+        """Verge on a textured target from the depth of its surroundings; return None if that fails."""
         best = depth.inferred[0]
         hopeless = ended.state is FixationState.TIMED_OUT or isinstance(ended, UnsupportedMatch)
         if hopeless or not loop.textured or best.probability < SURE_PROBABILITY:
@@ -129,7 +158,7 @@ class FallbackEstimator:
         return verged if apart <= slack_per_m(best) else None
 
     def _from_single_eyes(self, loop: ClosedLoop, motion: TargetMotion) -> Answer | None:
-        """Look where single foveae show the target; return the answer of both, of one, or None."""
+        """Look where single foveae match the target; return the answer of both, of one, or None."""
         f_px = loop.templates[0].f_px
         try:
             self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
@@ -153,14 +182,14 @@ class FallbackEstimator:
             return None
 
     def _own_side(self, motion: TargetMotion) -> OwnSide | None:
-        """Return the depth of the target's own side of an edge beside it, from the looks of the search."""
+        """Return the depth of the surface on the target's side of an edge beside it; uses earlier looks."""
         frame = self._fixation_head.wide()
         nearest = self._span_per_m[1]
         own = self._single.on_own_side(motion.at(frame.t_ns), frame, nearest_per_m=nearest)
         return own if own is not None and own.inverse_z_per_m >= self._span_per_m[0] else None
 
     def _of_own_side(self, own: OwnSide, loop: ClosedLoop, motion: TargetMotion) -> Answer:
-        """Return the answer from the depth of the target's own side of an edge; verge if both show it."""
+        """Return the answer from the depth on the target's side of an edge; verge if both eyes show it."""
         if len(own.roles) == len(EYES):
             verged = loop.close_at(own.inverse_z_per_m)
             if verged is not None and own.shares(1.0 / verged.point.point_rig_m[2]):
@@ -180,12 +209,12 @@ class FallbackEstimator:
         )
 
     def _near(self, loop: ClosedLoop, motion: TargetMotion) -> tuple[InferredDepth, ...]:
-        """Return the depths that are found next to a target."""
+        """Return the depths that the looks suggest around a target."""
         frame = self._fixation_head.wide()
         return self._surroundings.peek(motion.at(frame.t_ns), frame, self._looks(loop), loop.templates[0])
 
     def _looks(self, loop: ClosedLoop) -> tuple[Observation, ...]:
-        """Return the looks that were made until now."""
+        """Return the looks made so far."""
         return self._single.looks or loop.looks
 
     def _behind_edge(self, edges: list[EyeSighting], motion: TargetMotion) -> Answer | None:
@@ -212,17 +241,21 @@ class FallbackEstimator:
     def _one_eyed(
         self, sighted: list[EyeSighting], motion: TargetMotion, near: tuple[InferredDepth, ...]
     ) -> Answer:
-        """Return the answer of one fovea and the wide camera; of two that agree, their mean.
+        """Return the answer of one fovea and the wide camera; the weighted mean of two that agree.
 
-        `near`: what lies about the target. Where it does not say the same, what the eye shows may be the edge
-        of something nearer.
+        `near`: depths around the target. If they disagree with an eye, it may show the edge of something
+        nearer.
         """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
-        sigma = error_per_m(inverse_z, sigma, sure=all(confirmed(*depth, near) for depth in depths))
-        alternatives = self._rivals(sighted, motion) if len(sighted) == 2 and not both else ()
+        sure = all(confirmed(*depth, near) for depth in depths)
+        if len(sighted) == 2 and not both:
+            alternatives = self._rivals(sighted, motion)
+        else:
+            alternatives = () if sure else self._doubted(best.match, near, motion)
+        sigma = error_per_m(inverse_z, sigma, sure=sure)
         point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
         views = self._last_look.views(inverse_z, motion, seeing=roles)
@@ -236,8 +269,21 @@ class FallbackEstimator:
             score=best.match.score,
         )
 
+    def _doubted(
+        self, match: EyeMatch, near: tuple[InferredDepth, ...], motion: TargetMotion
+    ) -> tuple[Alternative, ...]:
+        """Return the depth by one eye and those of surfaces about the target; none where they agree."""
+        depth = match.inverse_z_per_m, match.sigma_per_m
+        others = tuple(one for one in near if not same_surface(*depth, one))
+        if not others:
+            return ()
+        target = motion.at(self._fixation_head.next_ns)
+        own = place_on_ray(target, *depth)
+        alternatives = self._listed(others, motion, listed=1.0 - EYE_CHANCE)
+        return (alternative(Basis.FOVEA_AND_WIDE, own, EYE_CHANCE), *alternatives)
+
     def _rivals(self, sighted: list[EyeSighting], motion: TargetMotion) -> tuple[Alternative, ...]:
-        """Return the depths of two foveae that disagree, each as probable as its share of the correlation."""
+        """Return the depths of two foveae that disagree, weighted by 1 / (1 - correlation)."""
         doubts = [1.0 / max(1.0 - one.match.score, 1e-3) for one in sighted]
         ranked = sorted(zip(sighted, doubts, strict=True), key=lambda pair: -pair[1])
         target = motion.at(self._fixation_head.next_ns)
@@ -253,7 +299,7 @@ class FallbackEstimator:
     def _inferred(
         self, depth: SurroundingDepth, loop: ClosedLoop, motion: TargetMotion, ended: FixationEnded
     ) -> Answer:
-        """Return the answer of the surroundings; limits where they are too vague."""
+        """Return the answer inferred from the surroundings, or limits if that is too uncertain."""
         stated = depth.stated
         if stated is None:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
@@ -261,7 +307,8 @@ class FallbackEstimator:
         self._last_look.steer(inverse_z, motion)
         shown = depth.blank or self._shown(inverse_z, loop, motion)
         point = self._last_look.place(inverse_z, error_per_m(inverse_z, sigma, sure=shown), motion)
-        alternatives = self._alternatives(depth.inferred, motion)
+        chance = 1.0 if shown else LISTED_CHANCE
+        alternatives = self._alternatives(depth.inferred, motion, listed=chance)
         views = self._last_look.views(inverse_z, motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
@@ -273,7 +320,7 @@ class FallbackEstimator:
         )
 
     def _shown(self, inverse_z_per_m: float, loop: ClosedLoop, motion: TargetMotion) -> bool:
-        """Return whether the last look shows the target itself where it was inferred to be."""
+        """Return whether the last look matches the target at the inferred depth."""
         last = self._fixation_head.last
         if last is None or not loop.templates:
             return False
@@ -281,12 +328,17 @@ class FallbackEstimator:
         return self._single.best_score(last, loop.templates, target, inverse_z_per_m) >= SHOWN_SCORE
 
     def _alternatives(
-        self, inferred: tuple[InferredDepth, ...], motion: TargetMotion
+        self, inferred: tuple[InferredDepth, ...], motion: TargetMotion, *, listed: float = 1.0
     ) -> tuple[Alternative, ...]:
-        """Return what the surroundings suggest, to choose from; nothing where that is one depth alone."""
-        if len(inferred) < 2:
-            return ()
-        target, total = motion.at(self._fixation_head.next_ns), sum(one.probability for one in inferred)
+        """Return the inferred depths as alternatives, like `_listed`; none if there is only one."""
+        return self._listed(inferred, motion, listed=listed) if len(inferred) > 1 else ()
+
+    def _listed(
+        self, inferred: tuple[InferredDepth, ...], motion: TargetMotion, *, listed: float
+    ) -> tuple[Alternative, ...]:
+        """Return the inferred depths as alternatives; `listed`: chance that one of them is right."""
+        target = motion.at(self._fixation_head.next_ns)
+        total = sum(one.probability for one in inferred) / listed
         return tuple(
             alternative(
                 Basis.SURROUNDINGS,
@@ -304,9 +356,9 @@ class FallbackEstimator:
         *,
         inferred: tuple[InferredDepth, ...] = (),
     ) -> Answer:
-        """Return limits: behind the nearest thing on its border, as far as there is one.
+        """Return limits: farther than the nearest measured surface around the target, if there is one.
 
-        `inferred`: depths that are too vague to tell, the first of which is looked at.
+        `inferred`: depths too uncertain to be stated; the eyes look at the first one.
         """
         target = motion.at(self._fixation_head.next_ns)
         length = float(np.linalg.norm([*target, 1.0]))
@@ -328,7 +380,7 @@ class FallbackEstimator:
 
 
 def _span_per_m(within: DistanceRange | None, limits: VergeSettings) -> tuple[float, float]:
-    """Return the least and the largest 1/Z to search; distance stands for depth within 3 %."""
+    """Return the least and the largest 1/Z to search, taking distance for depth (equal within 3 %)."""
     if within is None:
         return 0.0, 1.0 / limits.nearest_m
     return 1.0 / within.farthest_m, min(1.0 / within.nearest_m, 1.0 / limits.nearest_m)
@@ -337,7 +389,7 @@ def _span_per_m(within: DistanceRange | None, limits: VergeSettings) -> tuple[fl
 def _beside(
     calibration: Calibration, aim: ResolvedTarget, ended: FixationEnded
 ) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], LocatedPoint] | None:
-    """Return direction and place of what the loop verged on beside the target."""
+    """Return the direction and the point of a match beside the target; None if there was none."""
     if not isinstance(ended, UnsupportedMatch) or ended.verged.support.sectors == 0:
         return None
     offset = np.array(ended.verged.support.alike_offset_px) / calibration.fovea_f_px

@@ -1,4 +1,4 @@
-"""One fixation: the closed loop of both foveae, and where that fails the next best answer (Sec. 3.4)."""
+"""One fixation: the closed loop of both foveae, and its fallback if that fails (Sec. 3.4)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ from foveacam_pipeline.verge.values import DistanceRange, Fixation, FixationStat
 DEFAULT = VergeSettings()
 
 EXPECTED_REACH_PX = 8.0
-"""So near to a target an earlier measurement says where to look first, wide px."""
+"""Radius within which an earlier depth seeds the search, wide px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PriorKnowledge:
-    """What is known before a fixation: measured surroundings, and the distances that come into question."""
+    """What is known before a fixation: measured surroundings, and the range of distances accepted."""
 
     context: DepthContext | None = None
     within: DistanceRange | None = None
@@ -45,12 +45,12 @@ def fixate(
     on_estimate: Callable[[DistanceEstimate], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Fixation:
-    """Look at a target with both foveae and return its distance with its basis, or limits of it.
+    """Look at a target with both foveae; return its distance with its basis, or limits of it.
 
-    `clicked`: the wide frame on which the target was chosen, where that is known: what moves is looked for
-    in the newer ones. `on_estimate`: called after each look that told more of the distance.
+    `clicked`: the wide frame on which the target was chosen, if known: a moving target is tracked from there.
+    `on_estimate`: called after each look that gave an estimate of the distance.
 
-    Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` says so.
+    Raise OutOfRange for a target outside the wide image, Cancelled when `cancelled()` returns True.
     """
     aim = resolve(target, calibration.wide, limits)
     fixation_head = FixationHead(
@@ -81,7 +81,7 @@ def fixate(
 def _expected_per_m(
     context: DepthContext | None, aim: ResolvedTarget, calibration: Calibration
 ) -> float | None:
-    """Return 1/Z of what was measured nearest to a target before, None where nothing was near."""
+    """Return 1/Z of the earlier measurement nearest to a target; None if none is near."""
     if context is None:
         return None
     px_tan = 1.0 / calibration.wide.fx_px
@@ -93,7 +93,7 @@ def _expected_per_m(
 
 
 def _within(verged: VergedTarget, span: DistanceRange | None) -> VergedTarget:
-    """Return what the loop verged on, or raise FixationEnded when that is not at the distances asked for."""
+    """Return what the loop verged on, or raise FixationEnded if its distance is out of range."""
     if span is None or span.holds(verged.point.distance_m):
         return verged
     raise UnsupportedMatch(verged)

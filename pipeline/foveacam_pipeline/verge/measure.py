@@ -1,7 +1,7 @@
-"""What one look near the target says: where it is, from the wide view and from left against right.
+"""Measurement of the target in one look, against the wide view and left against right.
 
-The two must fit together. Where they do not at first, other patches and a wider search are tried before the
-look is doubted.
+The two must agree. If they do not at first, other patches and a wider search are tried before the look is
+rejected.
 """
 
 import math
@@ -20,27 +20,29 @@ from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.settings import VergeSettings
 
 ROWS_SHARE = 0.2
-"""Least change of a patch from row to row, as a share of that along them, squared: pure lines have 0.11 by
-noise, paint has 1.2."""
+"""Least gradient energy of a patch across the rows, as a share of that along them: vertical lines reach 0.11
+by noise, paint 1.2."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measurement:
-    """The target in one look.
+    """Measurement of the target in one look.
 
-    `centre`: (2,) tangents from the mean gaze to the target. `fine`: left against right. `wide_score`: how
-    well the wide patch fits where both say; `wide_peak`: how well it fits at best near there. `look`: what
-    the foveae showed, at survey scale.
+    `centre`: (2,) tangents from the mean gaze to the target. `fine`: left against right. `wide_score`:
+    correlation of the wide patch at the place that both give; `wide_peak`: its best correlation near there.
+    `aside_lead`: how much more it correlates there than where the calibration expects it. `look`: the foveae
+    at survey scale.
     """
 
     centre: NDArray[np.float64]
     fine: FineMatch
     wide_score: float
     wide_peak: float
+    aside_lead: float
     look: ReducedLook
 
     def quality(self, limits: VergeSettings) -> float:
-        """Return how far above all thresholds it is; negative when any is missed."""
+        """Return the smallest margin to the thresholds; negative when any is missed."""
         return min(
             self.fine.score - limits.fine_score,
             limits.largest_sigma_px(self.fine.score) - self.fine.sigma_x_px,
@@ -57,7 +59,7 @@ def measure(
     calibration: Calibration,
     limits: VergeSettings,
 ) -> Measurement:
-    """Return the first sound measurement, or else the least bad one.
+    """Return the first measurement that passes all thresholds, or else the best one.
 
     `templates`: best first. `target`: (2,) tangents from the rig's origin at the time of the look.
     """
@@ -68,9 +70,14 @@ def measure(
     for template, guess in _guesses(look, templates, expected):
         fine = match_fine(observation.sighting, calibration, guess)
         leaning = vicinity(look, template, expected, slope=fine.slope)
-        centre, score = leaning.given(fine.residual_px / f_px)
+        mean = leaning.given(fine.residual_px / f_px)
         found = Measurement(
-            centre=centre, fine=fine, wide_score=score, wide_peak=leaning.peaks()[2], look=look
+            centre=mean.centre,
+            fine=fine,
+            wide_score=mean.score,
+            wide_peak=leaning.peaks()[2],
+            aside_lead=mean.lead,
+            look=look,
         )
         if best is None or found.quality(limits) > best.quality(limits):
             best = found
@@ -82,7 +89,7 @@ def measure(
 
 
 def point_sigma_px(fine: FineMatch, calibration: Calibration, limits: VergeSettings) -> float:
-    """Return the error of disparity at a point, fovea px; that of not being quite there is part of it."""
+    """Return the standard error of disparity at a point, fovea px, placement on a slope included."""
     beside_px = limits.placed_sigma_wide_px * calibration.fovea_f_px / calibration.wide.fx_px
     return math.hypot(fine.sigma_x_px, math.hypot(*fine.slope) * beside_px)
 
@@ -90,7 +97,7 @@ def point_sigma_px(fine: FineMatch, calibration: Calibration, limits: VergeSetti
 def _guesses(
     look: ReducedLook, templates: tuple[WidePatch, ...], expected: NDArray[np.float64]
 ) -> Iterator[tuple[WidePatch, MatchGuess]]:
-    """Yield what to try: the first patch where each eye sees it, the middle, other patches, a long reach."""
+    """Yield guesses: the first patch at each eye's place, then at the mean; others; a wider search."""
     first = templates[0]
     left, right = _peaks(look, first, expected)
     centre = (left + right) / 2.0
@@ -105,15 +112,15 @@ def _guesses(
 def _peaks(
     look: ReducedLook, patch: WidePatch, expected: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where each eye shows a patch, (2,) tangents from its gaze; lines across the rows in one row."""
+    """Return each eye's place of a patch, (2,) tangents from its gaze; one row for vertical lines."""
     left, right, _ = vicinity(look, patch, expected).peaks()
-    if _tells_rows(patch.patch):
+    if _varies_by_row(patch.patch):
         return left, right
     row = (left[1] + right[1]) / 2.0
     return np.array([left[0], row]), np.array([right[0], row])
 
 
-def _tells_rows(patch: NDArray[np.float32]) -> bool:
-    """Return whether a patch changes from row to row; lines across the rows fit anywhere along themselves."""
+def _varies_by_row(patch: NDArray[np.float32]) -> bool:
+    """Return whether a patch varies from row to row; vertical lines fit anywhere along themselves."""
     down, along = np.gradient(patch)
     return float((down**2).sum()) >= ROWS_SHARE * float((along**2).sum())

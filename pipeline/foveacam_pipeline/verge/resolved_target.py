@@ -1,4 +1,4 @@
-"""What a target means on this rig: its direction, and the patch of the wide image that stands for it."""
+"""Resolution of a target: its direction, and the patches of the wide image that represent it."""
 
 import math
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ GROWTH = 1.35
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ResolvedTarget:
-    """A target resolved: (2,) tangents from the rig's origin; half sides of its patch when it says them."""
+    """A resolved target: (2,) tangents from the rig's origin; half sides of its patch if it sets them."""
 
     tangents: NDArray[np.float64]
     half_px: tuple[int, int] | None
@@ -31,7 +31,7 @@ class ResolvedTarget:
 
 
 def resolve(target: Target, wide: Intrinsics, limits: VergeSettings) -> ResolvedTarget:
-    """Return what is meant, or raise InvalidInput or OutOfRange."""
+    """Return a target's direction and patch size, or raise InvalidInput or OutOfRange."""
     if isinstance(target, DirectionTarget):
         _finite(target.ax_rad, target.ay_rad, name="direction")
         return ResolvedTarget(tangents=np.tan([target.ax_rad, target.ay_rad]), half_px=None)
@@ -44,9 +44,9 @@ def resolve(target: Target, wide: Intrinsics, limits: VergeSettings) -> Resolved
 def patches_for(
     gray: NDArray[np.uint8], aim: ResolvedTarget, wide: Intrinsics, limits: VergeSettings
 ) -> tuple[WidePatch, ...]:
-    """Cut the patches to look for, best first: as small as the texture allows, then others.
+    """Cut the patches to search for, best first: as small as the texture allows, then others.
 
-    A rectangle says its size itself. Raise OutOfRange when the target is too near to the image's edge.
+    A rectangle sets its own size. Raise OutOfRange when the target is too near to the image's edge.
     """
     room = room_px(wide, aim.tangents)
     pixel = wide.pixels(np.array([aim.angles_rad]))[0]

@@ -1,7 +1,7 @@
-"""Search the target in both foveae: look parallel first, then nearer along the epipolar line.
+"""Search for the target in both foveae: a parallel look first, then nearer ones along the epipolar line.
 
 A candidate counts as found when left and right agree on it at full resolution: then it is a surface on the
-target's line of sight, whatever the wide view alone would have taken it for.
+target's line of sight, whatever the wide view alone suggests.
 """
 
 import math
@@ -29,20 +29,20 @@ from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import Basis, VergePhase
 
 ALIKE = 0.08
-"""Candidates whose correlations differ by less fit alike."""
+"""Candidates whose correlations differ by less fit equally well."""
 ASTRAY_SLACK_PX = 24
-"""How far along the row a target may be from where it was thought to be, when it is looked for again."""
+"""Search range along the row about the predicted place when a target is searched for again, survey px."""
 SAME_PX = 3.0
-"""Candidates nearer to each other than this are one, survey px."""
+"""Candidates closer to each other than this are the same, survey px."""
 SAME_FINE_PX = 12.0
-"""Matches of left and right whose disparities differ by less are of one surface, fovea px."""
+"""Left-right matches whose disparities differ by less are of one surface, fovea px."""
 LEAST_STEP_PER_M = 0.02
-"""A last look nearer by less than this shows nothing new, 1/m."""
+"""A last look that is nearer by less than this is left out: it shows nothing new, 1/m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoundTarget:
-    """The gazes that bring the target to both centres; the patches, the one that was found first."""
+    """Gazes that centre the target in both eyes; its patches, that by which it was found first."""
 
     gazes: Gazes
     templates: tuple[WidePatch, ...]
@@ -51,7 +51,7 @@ class FoundTarget:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Sure:
-    """The outcome of one look: a candidate, the patch it was found with, and the match if one was good."""
+    """Outcome of one look: a candidate, the patch it was found with, and its left-right match if good."""
 
     candidate: MatchCandidate
     template: WidePatch
@@ -59,7 +59,7 @@ class _Sure:
 
 
 class TargetSearch:
-    """Looks for a target in both foveae."""
+    """Searches for a target in both foveae."""
 
     def __init__(self, fixation_head: FixationHead, calibration: Calibration, limits: VergeSettings) -> None:
         self._fixation_head = fixation_head
@@ -75,7 +75,7 @@ class TargetSearch:
     def find(
         self, templates: tuple[WidePatch, ...], tracker: TargetTracker, *, expected_per_m: float | None = None
     ) -> FoundTarget:
-        """Return where it is, or raise FixationEnded; look first at the expected 1/Z, if there is one."""
+        """Return the target, or raise FixationEnded; look first at the expected 1/Z, if there is one."""
         best: FoundTarget | None = None
         blank = templates[0].sigma_px > self._limits.no_texture_sigma_px
         self._looks = []
@@ -98,7 +98,7 @@ class TargetSearch:
                 continue
             found = self._found(observation, outcome, templates, tracker)
             if outcome.fine is not None:
-                self._tell(found.gazes, outcome.fine)
+                self._report_distance(found.gazes, outcome.fine)
                 return found
             if best is None or found.joint > best.joint:
                 best = found
@@ -106,20 +106,22 @@ class TargetSearch:
             raise verdict.not_found(self._limits, nearest_m=1.0 / inverse_z if inverse_z else math.inf)
         return best
 
-    def _tell(self, lines: Gazes, fine: FineMatch) -> None:
-        """Report the distance of what left and right agree on."""
+    def _report_distance(self, lines: Gazes, fine: FineMatch) -> None:
+        """Report the distance on which left and right agree."""
         sigma_px = point_sigma_px(fine, self._calibration, self._limits)
-        self._fixation_head.tell(Basis.BOTH_FOVEAE, triangulate(self._calibration, lines, sigma_px=sigma_px))
+        self._fixation_head.report_estimate(
+            Basis.BOTH_FOVEAE, triangulate(self._calibration, lines, sigma_px=sigma_px)
+        )
 
     def recover(self, observation: Observation, found: FoundTarget, tracker: TargetTracker) -> Gazes | None:
-        """Return where else in a doubtful look left and right agree on the patch; it may have moved on."""
+        """Return gazes to another place of a doubtful look where left and right agree on the patch."""
         outcome = self._examine(observation, found.templates, tracker.motion, slack_px=ASTRAY_SLACK_PX)
         if outcome is None or outcome.fine is None or outcome.candidate.score < self._limits.offset_score:
             return None
         return self._found(observation, outcome, found.templates, tracker).gazes
 
     def target_offset(self, templates: tuple[WidePatch, ...], motion: TargetMotion) -> TargetOffset | None:
-        """Return how far from its place the looks of a search in vain show a target that stands still."""
+        """Return the offset from its place at which a failed search shows a stationary target, or None."""
         for observation in () if motion.moves else self._looks:
             look = observation.reduced(self._calibration, f_px=templates[0].f_px)
             target = motion.at(observation.sighting.left.t_ns)
@@ -148,9 +150,9 @@ class TargetSearch:
         *,
         slack_px: int,
     ) -> _Sure | None:
-        """Return the candidate on which left and right agree, or else the best unproven one.
+        """Return the candidate on which left and right agree, or else the best unconfirmed one.
 
-        Raise Ended when they agree on several that fit the wide view alike, whichever patch is taken.
+        Raise FixationEnded when they agree on several that fit the wide view equally well, with every patch.
         """
         look = observation.reduced(self._calibration, f_px=templates[0].f_px)
         target = motion.at(observation.sighting.left.t_ns)
@@ -158,7 +160,7 @@ class TargetSearch:
         alike: list[_Sure] = []
         for template in templates:
             if alike and template.half_px < alike[0].template.half_px:
-                continue  # less of a pattern tells its repeats apart no better
+                continue  # a smaller patch of a pattern is as ambiguous
             places = candidates(look, template, target, slack_px=slack_px)
             proven = self._proven(observation, template, places, tried)
             if len(proven) == 1:
@@ -177,7 +179,7 @@ class TargetSearch:
         places: tuple[MatchCandidate, ...],
         tried: list[_Sure],
     ) -> list[_Sure]:
-        """Return the candidates on which left and right agree and that fit the wide view alike.
+        """Return the candidates on which left and right agree and that fit the wide view equally well.
 
         `tried`: all places of this look that were matched before, for any patch; new ones are added.
         """
@@ -197,11 +199,11 @@ class TargetSearch:
         return proven
 
     def _prove(self, observation: Observation, candidate: MatchCandidate) -> FineMatch | None:
-        """Return the match of left and right on a candidate if it is a good one."""
+        """Return the left-right match of a candidate if it is good, else None."""
         guess = MatchGuess(left=candidate.left, right=candidate.right)
         fine = match_fine(observation.sighting, self._calibration, guess)
-        tells = fine.sigma_x_px <= self._limits.largest_sigma_px(fine.score)
-        good = tells and fine.score >= self._limits.fine_score
+        precise = fine.sigma_x_px <= self._limits.largest_sigma_px(fine.score)
+        good = precise and fine.score >= self._limits.fine_score
         return fine if good else None
 
     def _worth_trying(self, candidate: MatchCandidate) -> bool:
@@ -211,11 +213,16 @@ class TargetSearch:
             and candidate.rows_apart_px <= limits.rows_apart_survey_px
         )
 
-    def centred(self, lines: Gazes, tracker: TargetTracker) -> Gazes:
-        """Return the lines of sight to a target, on its ray where it stands still and they pass it."""
+    def centred(self, lines: Gazes, tracker: TargetTracker, *, aside_lead: float = math.inf) -> Gazes:
+        """Return the lines of sight to a target, moved onto its ray if it is stationary and close to them.
+
+        `aside_lead`: how much better its patch fits on these lines than on its ray.
+        """
         if not tracker.stands:
             return lines
-        within_tan = self._limits.centred_wide_px / self._calibration.wide.fx_px
+        clear = aside_lead > self._limits.aside_lead
+        within_px = self._limits.centred_wide_px if clear else self._limits.aside_wide_px
+        within_tan = within_px / self._calibration.wide.fx_px
         target = tracker.motion.at(tracker.motion.seen_ns)
         return centred_on_ray(self._calibration, lines, target, within_tan=within_tan)
 
@@ -249,15 +256,15 @@ class TargetSearch:
         return StepResult(score=outcome.candidate.score, residual_x_px=x, residual_y_px=y)
 
     def _depths(self, template: WidePatch, expected_per_m: float | None) -> Iterator[float]:
-        """Yield 1/Z, 1/m, of the looks of a search, from parallel (Sec. 3.4) to as near as both eyes turn in.
+        """Yield 1/Z, 1/m, of a search's looks, from parallel (Sec. 3.4) to the nearest that both eyes reach.
 
-        What is expected comes first. Where an eye cannot look parallel, the farthest that both can counts
-        as parallel.
+        The expected depth comes first. If an eye cannot look parallel, the farthest depth that both reach
+        replaces it.
         """
         wanted = list(epipolar_looks(self._calibration, template, self._limits.nearest_m))
         span = reach_span(self._calibration, template.target, nearest=wanted[-1])
         if span is None:
-            yield 0.0  # refused there, by name of the eye
+            yield 0.0  # the look raises the error, which names the eye
             return
         if expected_per_m is not None:
             yield min(max(expected_per_m, span[0]), span[1])
@@ -270,7 +277,7 @@ class TargetSearch:
 
 
 def _same(one: _Sure, other: _Sure) -> bool:
-    """Return whether two candidates are one place."""
+    """Return whether two candidates are the same place."""
     gaps = [
         one.candidate.left - other.candidate.left,
         one.candidate.right - other.candidate.right,
@@ -279,7 +286,7 @@ def _same(one: _Sure, other: _Sure) -> bool:
 
 
 def _one_surface(one: _Sure, other: _Sure) -> bool:
-    """Return whether left and right agree on one and the same disparity for both."""
+    """Return whether left and right agree on one disparity for both candidates."""
     if one.fine is None or other.fine is None:
         return False
     apart_px = abs(one.fine.residual_x_px - other.fine.residual_x_px)

@@ -1,4 +1,4 @@
-"""Good targets in a wide image for whoever looks for the first time.
+"""Suggest good targets in a wide image to a first-time user.
 
 Each is textured, stands out by its colour, lies inside one thing and in reach of both eyes.
 """
@@ -22,23 +22,23 @@ STEP_PX = 12
 PATCH_PX = 41
 """Side of the patch about a candidate that must have texture throughout."""
 COLOUR_WEIGHTS = (0.3, 1.0, 1.0)
-"""What lightness and the two colour axes of CIELAB count for standing out."""
+"""Weights of lightness and the two colour axes of CIELAB in a patch's salience."""
 REACH_MARGIN_PX = 30.0
 NEAR_M = 2.5
-"""Both eyes reach a suggestion at infinity and here: its distance is not known yet."""
+"""Depth at which both eyes must reach a suggestion, as at infinity: its distance is not known yet."""
 APART_PX = 260.0
 EDGE_COST = 0.5
-"""How much a difference of colour between a patch and its surroundings counts against it."""
+"""Weight of the colour difference between a patch and its surroundings, which is subtracted."""
 LEAST_SLOPE = 1.5
 """Root mean square gradient along x that every quarter of a patch must have, grey levels per px."""
 ALIKE_REACH_PX = 160
-"""So far to either side a patch must not be found again: half of what the eyes search."""
+"""Range to either side in which nothing may look like a patch: half of what the eyes search."""
 ALIKE_SCORE = 0.75
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Suggestion:
-    """A good target: wide px, and how well it stands out from 0 to 1, the best of the image."""
+    """A good target: wide px, and its salience from 0 to 1, relative to the best of the image."""
 
     x_px: float
     y_px: float
@@ -70,7 +70,7 @@ def suggest_targets(
 
 
 def _candidates(shape: tuple[int, ...], calibration: Calibration) -> NDArray[np.intp]:
-    """Return (n, 2) px of a grid over what both eyes reach, near and far."""
+    """Return (n, 2) px of a grid over what both eyes reach, both at infinity and at `NEAR_M`."""
     height, width = shape[:2]
     edge = 2 * PATCH_PX
     x, y = np.meshgrid(np.arange(edge, width - edge, STEP_PX), np.arange(edge, height - edge, STEP_PX))
@@ -94,7 +94,7 @@ def _texture(gray: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.fl
 
 
 def _salience(image: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return (n,) its difference in colour from the image, less that from its neighbours.
+    """Return (n,) each patch's difference in colour from the image, less that from its neighbours.
 
     A patch beside another colour lies at an edge, and what is beside an edge may be hidden from one eye.
     """
@@ -110,7 +110,7 @@ def _salience(image: NDArray[np.uint8], points: NDArray[np.intp]) -> NDArray[np.
 
 
 def _spread(points: NDArray[np.intp], scores: NDArray[np.float64], *, apart_px: float) -> Iterator[int]:
-    """Yield candidates from the best on, each at least `apart_px` from all before it."""
+    """Yield candidates, best first, each at least `apart_px` from all before it."""
     free = np.ones(len(points), dtype=np.bool_)
     while free.any():
         best = int(np.argmax(np.where(free, scores, -np.inf)))
@@ -119,7 +119,7 @@ def _spread(points: NDArray[np.intp], scores: NDArray[np.float64], *, apart_px: 
 
 
 def _unlike_its_row(gray: NDArray[np.uint8], point: NDArray[np.intp]) -> bool:
-    """Return whether nothing beside a patch looks like it, so that the eyes cannot take one for the other."""
+    """Return whether nothing beside a patch looks like it, so that the eyes cannot confuse them."""
     x, y = (int(value) for value in point)
     half = PATCH_PX // 2
     left = max(0, x - ALIKE_REACH_PX - half)

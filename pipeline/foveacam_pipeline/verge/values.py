@@ -72,7 +72,7 @@ Target: TypeAlias = PixelTarget | RectangleTarget | DirectionTarget
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VergeStep:
-    """One look of the loop: where the eyes pointed, and what was found there."""
+    """One look of the loop: where the eyes pointed, and what was matched there."""
 
     index: int
     phase: VergePhase
@@ -86,18 +86,18 @@ class VergeStep:
     score: float
     """Normalised cross-correlation of the match that this step used, -1..1."""
     compute_ms: float
-    """Time of our own code in this step; frames and settling are not in it."""
+    """Computing time of this step, without frames and settling."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DistanceRange:
-    """Distances from the rig's origin in which a target is looked for, m; `farthest_m` may be infinite."""
+    """Distances from the rig's origin at which a target may lie, m; `farthest_m` may be infinite."""
 
     nearest_m: float
     farthest_m: float
 
     def holds(self, distance_m: float) -> bool:
-        """Return whether a distance is one of them."""
+        """Return whether a distance lies in the range."""
         return self.nearest_m <= distance_m <= self.farthest_m
 
 
@@ -111,7 +111,10 @@ class DistanceBound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alternative:
-    """One of several distances that a target may have; the probabilities of all add up to 1."""
+    """One of several distances that a target may have.
+
+    The probabilities of all add up to 1, or to less where it may have none of them.
+    """
 
     basis: Basis
     distance_m: float
@@ -124,7 +127,7 @@ class Alternative:
 class EyeView:
     """What one fovea shows at the end of a fixation.
 
-    `sees_target`: whether the target is visible in it. `reason`: one sentence when it is not, else empty.
+    `sees_target`: whether it shows the target. `reason`: one sentence when it does not, else empty.
     """
 
     sees_target: bool
@@ -135,14 +138,14 @@ class EyeView:
 class Fixation:
     """The answer to one target.
 
-    `state` is how the closed loop of both foveae ended; `basis` is how the distance is known, which may be by
-    other means. `distance_m` is the distance of the point from the rig's origin (the wide camera's centre);
+    `state` is how the closed loop of both foveae ended; `basis` is how the distance is known, even where the
+    loop failed. `distance_m` is the distance of the point from the rig's origin (the wide camera's centre);
     `point_rig_m` is (X, Y, Z) in the rig frame. All three are None when `basis` is `bound` or None.
     """
 
     state: FixationState
     reason: str
-    """One sentence for the operator: why it ended so, and what would help."""
+    """One sentence for the operator: why it ended like this, and what would help."""
     target_ax_rad: float
     target_ay_rad: float
     steps: tuple[VergeStep, ...]
@@ -153,7 +156,7 @@ class Fixation:
     bound: DistanceBound | None = None
     """Set when `basis` is `bound`."""
     alternatives: tuple[Alternative, ...] = ()
-    """Empty, or two and more, the most probable first: that one is the answer above."""
+    """Empty, or at least two, the most probable first: that one is the answer above."""
     left_view: EyeView | None = None
     right_view: EyeView | None = None
     residual_px: float | None = None
@@ -162,5 +165,5 @@ class Fixation:
     sighting: Sighting | None = None
     """The last look, from which depth is computed."""
     target_offset: TargetOffset | None = None
-    """How far from its place both eyes show a target that was not found: the mounts have moved."""
+    """Offset of a target that both eyes show away from its place, which means that the mounts have moved."""
     duration_ms: float = 0.0

@@ -1,4 +1,4 @@
-"""The sentences for the operator: why a fixation ended as it did, and what would help."""
+"""Sentences for the operator: why a fixation ended as it did, and what would help."""
 
 import math
 from collections.abc import Mapping
@@ -13,11 +13,11 @@ from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import DistanceBound, EyeView, FixationState
 
 NEAR_ENOUGH = 1.6
-"""The last look of a complete search stands at most this much farther than the nearest depth it sees."""
+"""The last look of a complete search is at most this many times farther than `nearest_m`."""
 
 
 def verged(point: LocatedPoint, fine: FineMatch) -> str:
-    """Return the sentence of a success."""
+    """Return the sentence of a fixation that verged."""
     return (
         f"Verged at {point.distance_m:.3f} m ± {1e3 * point.distance_sigma_m:.1f} mm, left and right agree "
         f"to {max(abs(fine.residual_x_px), abs(fine.residual_y_px)):.2f} px."
@@ -25,7 +25,7 @@ def verged(point: LocatedPoint, fine: FineMatch) -> str:
 
 
 COARSE_SIGMA_M = 0.1
-"""Larger errors are told in metres."""
+"""Errors from this size on are stated in metres, smaller ones in millimetres."""
 CANNOT_TURN = "This eye cannot turn that far; it looks as near as it can."
 NO_CAMERA = "The camera of this eye is not there; check its cable and power."
 HIDDEN = "Something nearer hides the target from this eye."
@@ -36,7 +36,7 @@ UNSUPPORTED = (
 
 
 def camera_gone(role: Role) -> FixationEnded:
-    """Return the end of the loop of both eyes where one has no camera."""
+    """Return the failure of a loop of which one eye has no camera."""
     return FixationEnded(
         FixationState.LOST,
         f"The {role} camera is not there; check its cable and power.",
@@ -58,10 +58,10 @@ def one_eyed(point: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView
 
 
 def inferred(point: LocatedPoint, *, samples: int, alternatives: int) -> str:
-    """Return the sentence of an answer by what surrounds the point."""
+    """Return the sentence of an answer inferred from what surrounds the point."""
     return (
         f"{_distance_words(point)}, inferred from {samples} measured points around it: the point itself "
-        f"shows nothing that could be matched{_choice(alternatives)}."
+        f"has no texture to match{_choice(alternatives)}."
     )
 
 
@@ -77,21 +77,21 @@ def _distance_words(point: LocatedPoint) -> str:
 
 
 def bounded(bound: DistanceBound, ended: FixationEnded, *, alternatives: int) -> str:
-    """Return the sentence of an answer that is only a limit."""
+    """Return the sentence of an answer that only limits the distance."""
     far = f", nearer than {bound.farthest_m:.1f} m" if math.isfinite(bound.farthest_m) else ""
     return f"Farther than {bound.nearest_m:.1f} m{far}{_choice(alternatives)}. {ended.reason}"
 
 
 def moved_away() -> FixationEnded:
-    """Return the end at a target that is no longer where it was, nor where its track leads."""
+    """Return the failure at a target that is neither where it was nor where its track leads."""
     return FixationEnded(
         FixationState.LOST,
-        "What was clicked moved away, or something came before it, while it was looked at; click it again.",
+        "What was clicked moved away, or something hid it, during the measurement; click it again.",
     )
 
 
 def blank_patch() -> FixationEnded:
-    """Return the end at a patch of the wide image that shows nothing but noise."""
+    """Return the failure at a patch of the wide image that shows nothing but noise."""
     return FixationEnded(
         FixationState.NO_TEXTURE,
         "The wide image shows no texture there, only noise; choose a point on a pattern or an edge, or draw "
@@ -100,7 +100,7 @@ def blank_patch() -> FixationEnded:
 
 
 def not_found(limits: VergeSettings, *, nearest_m: float) -> FixationEnded:
-    """Return the end of a search that found nothing; `nearest_m`: depth of its last look."""
+    """Return the failure of a search that found nothing; `nearest_m`: depth of its last look."""
     if nearest_m > NEAR_ENOUGH * limits.nearest_m:
         return FixationEnded(
             FixationState.OUT_OF_RANGE,
@@ -115,27 +115,28 @@ def not_found(limits: VergeSettings, *, nearest_m: float) -> FixationEnded:
 
 
 def elsewhere(target_offset: TargetOffset) -> FixationEnded:
-    """Return the end of a fixation whose target both eyes show far from its place."""
+    """Return the failure at a target that both eyes show far from its place."""
     return FixationEnded(
         FixationState.LOST,
-        f"Both foveae show it, but not where the calibration says: {abs(target_offset.across_px):.0f} px "
-        f"across, {abs(target_offset.down_px):.0f} px up or down, {abs(target_offset.rows_px):.0f} px apart "
-        "in height. The mounts may have moved: measure the drift and correct it.",
+        "Both foveae show it, but not where the calibration expects it: "
+        f"{abs(target_offset.across_px):.0f} px across, {abs(target_offset.down_px):.0f} px up or down, "
+        f"{abs(target_offset.rows_px):.0f} px apart in height. The mounts may have moved: measure the drift "
+        "and correct it.",
         target_offset=target_offset,
     )
 
 
 def many_alike(places: int) -> FixationEnded:
-    """Return the end at a pattern that fits itself at several distances."""
+    """Return the failure at a repeated pattern, which fits at several distances."""
     return FixationEnded(
         FixationState.LOST,
-        f"The pattern repeats: {places} distances fit alike; draw a rectangle that holds its edge or a "
-        "flaw, or choose a point beside it.",
+        f"The pattern repeats: {places} distances fit equally well; draw a rectangle that holds its "
+        "edge or a flaw, or choose a point beside it.",
     )
 
 
 def neighbour(side: str, *, aside_px: float) -> FixationEnded:
-    """Return the end at a look-alike: what one eye sees fits the wide view better `aside_px` wide px away."""
+    """Return the failure at a look-alike: one eye's view fits better `aside_px` wide px aside."""
     return FixationEnded(
         FixationState.LOST,
         f"The {side} eye sees a look-alike {abs(aside_px):.0f} px beside the target, which may be hidden "
@@ -153,31 +154,31 @@ def doubt(found: Measurement, limits: VergeSettings) -> FixationEnded | None:
             f"The target left the foveae or is hidden from one (correlation {found.wide_peak:.2f} with the "
             "wide view); try again, or choose a point beside it.",
         )
-    tells = found.fine.sigma_x_px <= limits.largest_sigma_px(found.fine.score)
-    alike = limits.fine_score if tells else limits.grain_score
+    precise = found.fine.sigma_x_px <= limits.largest_sigma_px(found.fine.score)
+    alike = limits.fine_score if precise else limits.grain_score
     if found.fine.score < alike and found.fine.contrast >= limits.contrast:
         return FixationEnded(
             FixationState.LOST,
             f"Left and right do not show the same there (correlation {found.fine.score:.2f}): it may be "
             "hidden from the left or the right eye; choose a point beside it that both can see.",
         )
-    if found.fine.score >= limits.fine_score and not tells:
+    if found.fine.score >= limits.fine_score and not precise:
         return FixationEnded(
             FixationState.NO_TEXTURE,
-            "The texture there tells no distance: it runs from side to side, along the line between the "
-            "eyes, or changes too slowly; choose a point where something crosses it.",
+            "The texture there does not determine a distance: it runs from side to side, along the line "
+            "between the eyes, or changes too slowly; choose a point where something crosses it.",
         )
     if found.fine.score < limits.fine_score:
         return FixationEnded(
             FixationState.NO_TEXTURE,
-            f"The point itself shows no texture that tells its distance (correlation {found.fine.score:.2f} "
-            "between the foveae), though its surroundings do; choose a point on the pattern.",
+            f"The point itself shows no texture to match (correlation {found.fine.score:.2f} between the "
+            "foveae), though its surroundings do; choose a point on the pattern.",
         )
     return another(found)
 
 
 def rows_differ(found: Measurement) -> FixationEnded:
-    """Return the end at a match in different rows of the two eyes: one point has the same row in both."""
+    """Return the failure at a match in different rows of the two eyes: one point has the same row in both."""
     return FixationEnded(
         FixationState.LOST,
         f"Left and right agree only {abs(found.fine.residual_y_px):.1f} px apart in height, so not on the "
@@ -186,7 +187,7 @@ def rows_differ(found: Measurement) -> FixationEnded:
 
 
 def another(found: Measurement) -> FixationEnded:
-    """Return the end at a match that shows something else than the wide view does."""
+    """Return the failure at a match that shows something else than the wide view does."""
     return FixationEnded(
         FixationState.LOST,
         f"Left and right agree on another place than the wide view (correlation {found.wide_score:.2f} "

@@ -62,7 +62,7 @@ def cluster_client(cluster: str) -> Generator["Client", None, None]:
 
 @contextmanager
 def cluster_workers(cluster: str, *, modules: Sequence[str] = ()) -> Generator[WorkPool, None, None]:
-    """Use the workers of a cluster, each of which computes one part at a time.
+    """Use a cluster's workers as a pool; each computes one part at a time.
 
     `modules`: what a worker must be able to import beside the package. Raise as `cluster_client`, and
     InvalidInput for workers of another version, or without a module.
@@ -109,19 +109,19 @@ class _Cluster:
 
     @property
     def most_under_way(self) -> int:
-        """For the workers that the scheduler has now."""
+        """Number of parts to submit at a time, for the current workers."""
         with self._scheduler_within_reach():
             workers = self._client.scheduler_info(n_workers=-1)["workers"]
         return (1 + AHEAD) * max(1, len(workers))
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
-        """Give a part to the scheduler; where a worker dies, another one computes it."""
+        """Submit a part to the scheduler; if a worker dies, another one computes the part."""
         with self._scheduler_within_reach():
             part: Part[T] = self._client.submit(_in_turn, work, *arguments, pure=False, **named)
         return part
 
     def result(self, part: Part[T]) -> T:
-        """Wait for a part."""
+        """Wait for the result of a part."""
         from distributed import KilledWorker
 
         try:
@@ -136,7 +136,7 @@ class _Cluster:
 
     @contextmanager
     def _scheduler_within_reach(self) -> Generator[None, None, None]:
-        """Turn the errors of a lost scheduler into WorkersLost."""
+        """Translate the errors of a lost scheduler into WorkersLost."""
         from distributed.comm.core import CommClosedError
 
         try:

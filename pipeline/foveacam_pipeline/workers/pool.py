@@ -1,4 +1,4 @@
-"""Where the parts of a batch are computed, and how their results come back in order.
+"""Pools of workers that compute the parts of a batch, with results returned in order.
 
 A part depends on its arguments alone, so that a batch has the same results wherever it runs.
 """
@@ -15,28 +15,28 @@ Result = TypeVar("Result", covariant=True)
 P = ParamSpec("P")
 
 AHEAD = 2
-"""Parts that wait for each worker: none idles, and a few results at most are held."""
+"""Parts queued for each worker: no worker idles, and few results are held in memory."""
 
 
 class WorkersLost(DeviceFault):
-    """Workers ended, or are no longer within reach, while a batch ran; its message says why."""
+    """Workers ended or became unreachable while a batch ran; the message gives the reason."""
 
 
 class PartLost(WorkersLost):
-    """Workers ended in a part, or beside it; the pool goes on with others."""
+    """Workers ended during a part; the pool continues with others."""
 
 
 class Part(Protocol[Result]):
     """A part that a worker computes."""
 
     def done(self) -> bool:
-        """Return whether it has ended, one way or another."""
+        """Return whether the part has finished, failed or been cancelled."""
 
     def result(self) -> Result:
-        """Wait for the result; raise what the part has raised."""
+        """Wait for the result; raise the part's exception."""
 
     def cancel(self) -> object:
-        """Leave it out, unless it has begun."""
+        """Cancel the part unless it has begun."""
 
 
 class WorkPool(Protocol):
@@ -44,17 +44,17 @@ class WorkPool(Protocol):
 
     @property
     def most_under_way(self) -> int:
-        """How many parts are given to it at a time."""
+        """Number of parts to submit at a time."""
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
-        """Give a part to a worker; raise WorkersLost."""
+        """Submit a part to a worker; raise WorkersLost."""
 
     def result(self, part: Part[T]) -> T:
-        """Wait for the result of a part; raise WorkersLost, or what the part has raised."""
+        """Wait for the result of a part; raise WorkersLost or the part's exception."""
 
 
 class HereAndNow:
-    """Computes each part in this process, as it is given."""
+    """Computes each part in this process, when it is submitted."""
 
     most_under_way = 1
 

@@ -38,7 +38,7 @@ class _Processes:
         self._executor = self._open()
 
     def submit(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Part[T]:
-        """Give a part to a process; one that may be started for it leaves Ctrl-C to this program."""
+        """Submit a part to a process; a process started for it leaves Ctrl-C to this program."""
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             return self._executor.submit(work, *arguments, **named)
@@ -49,7 +49,7 @@ class _Processes:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def result(self, part: Part[T]) -> T:
-        """Wait for a part."""
+        """Wait for the result of a part."""
         try:
             return part.result()
         except BrokenProcessPool as error:
@@ -68,7 +68,7 @@ class _Processes:
 
 
 def _start_worker() -> None:
-    """Use one core, and end with the program that started the worker, however that ends."""
+    """Use one core, and end when the program that started the worker ends, in whatever way."""
     cv2.setNumThreads(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

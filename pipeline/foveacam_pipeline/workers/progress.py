@@ -1,4 +1,4 @@
-"""Progress and cancelling of long work: what it reports to, and how it counts its steps."""
+"""Progress and cancellation of long work: the watcher it reports to, and the counter of its steps."""
 
 from typing import Protocol
 
@@ -9,7 +9,7 @@ class ProgressWatcher(Protocol):
     """Receives the progress of a long task and may cancel it; called on the thread of the task."""
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Receive that `done` of `total` steps are over."""
+        """Record that `done` of `total` steps are finished."""
         ...
 
     def cancelled(self) -> bool:

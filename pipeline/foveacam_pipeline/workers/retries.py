@@ -1,7 +1,7 @@
-"""Runs tasks in the order in which they end; those whose workers die are tried again.
+"""Retries of tasks whose workers die; results are yielded in the order in which tasks finish.
 
-Where several tasks were under way as a worker died, each is tried alone: the one that ends its workers is
-found, and no other is given up for it. A task that takes much longer than the others is computed twice when
+If several tasks were under way when a worker died, each is retried alone, to find the one that kills its
+workers without giving up the others. A task that takes much longer than the others is computed twice when
 workers idle; its first result counts.
 """
 
@@ -18,18 +18,18 @@ Task = TypeVar("Task")
 T = TypeVar("T")
 
 MOST_DEATHS = 3
-"""A task that has ended its worker so often is given up."""
+"""Worker deaths of a task that ran alone, after which it is given up."""
 POLL_S = 0.01
 COUNT_S = 1.0
-"""Interval of asking how many workers there are."""
+"""Interval of querying the number of workers."""
 LATE_S, LATE_FACTOR = 30.0, 4.0
-"""A task is late after this time, and after this multiple of the median of the others."""
+"""A task is late after this time and after this multiple of the median duration of the others."""
 REMEMBERED = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskEnd(Generic[Task, T]):
-    """The end of a task: its result, or None and why it was given up."""
+    """Outcome of a task: its result, or None and the reason why it was given up."""
 
     task: Task
     result: T | None
@@ -80,7 +80,7 @@ class _Run(Generic[Task, T]):
         self._most, self._counted_ns = pool.most_under_way, clock.now_ns()
 
     def fill(self) -> bool:
-        """Give tasks to the pool as far as it takes them; return whether any is under way."""
+        """Submit tasks up to the pool's capacity; return whether any is under way."""
         while not self._suspects and not self._exhausted and len(self._under_way) < self._most:
             following = next(self._todo, None)
             if following is None:
@@ -94,7 +94,7 @@ class _Run(Generic[Task, T]):
         return bool(self._under_way)
 
     def ended(self) -> Generator[TaskEnd[Task, T], None, None]:
-        """Yield the ends of the tasks that have ended; wait a little where none has."""
+        """Yield the outcomes of finished tasks; wait a little if there is none."""
         ended = [attempt for attempt in self._under_way if attempt.part.done()]
         if not ended:
             self._clock.sleep_until_ns(self._clock.now_ns() + round(1e9 * POLL_S))
@@ -105,12 +105,12 @@ class _Run(Generic[Task, T]):
             yield from self._settle(attempt)
 
     def cancel(self) -> None:
-        """Leave out what has not begun."""
+        """Cancel the tasks that have not begun."""
         for attempt in self._under_way:
             attempt.part.cancel()
 
     def _count_workers(self) -> None:
-        """Ask how many workers there are, which a cluster is slow to tell, once a second."""
+        """Query the number of workers once a second at most: a cluster answers slowly."""
         now_ns = self._clock.now_ns()
         if now_ns - self._counted_ns > 1e9 * COUNT_S:
             self._most, self._counted_ns = self._pool.most_under_way, now_ns
@@ -147,7 +147,7 @@ class _Run(Generic[Task, T]):
         yield TaskEnd(task=attempt.task, result=None, lost=f"given up after {deaths} workers died: {why}")
 
     def _repeat_late(self) -> None:
-        """Compute once more what is late, and not under way twice."""
+        """Submit a late task a second time, unless it is already computed twice."""
         if not self._took_s:
             return
         late_ns = 1e9 * max(LATE_S, LATE_FACTOR * median(self._took_s))

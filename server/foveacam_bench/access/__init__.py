@@ -1,1 +1,1 @@
-"""Who may do what: every route by every role, and credentials that must not be accepted (`bench auth`)."""
+"""Access control: every route with every role, and credentials that must be refused (`bench auth`)."""

@@ -48,7 +48,7 @@ def _is_open(route: ServedRoute) -> bool:
 
 
 def _bad_headers(server: GuardedServer, store: Store) -> Iterator[tuple[str, dict[str, str]]]:
-    """Yield name and headers of each kind of credential that is not good."""
+    """Yield name and headers of each kind of invalid credential."""
     accounts = server.accounts
     good = server.cookie_of("otto")["cookie"].removeprefix(f"{COOKIE}=")
     secret, _, signature = good.rpartition(".")
@@ -114,7 +114,7 @@ def _expired_token(server: GuardedServer, store: Store) -> str:
 
 
 def _replayed(server: GuardedServer) -> list[bool]:
-    """Use one-time links again and again; return whether each further use was accepted."""
+    """Reuse one-time links; return whether each further use was accepted."""
     users = server.accounts.users
     found = []
     for number in range(20):

@@ -1,7 +1,7 @@
-"""What is left of a user's sign-ins when a link was used, a password changed, the user removed or disabled.
+"""What remains of a user's sign-ins after a link was used, a password changed, the user removed or disabled.
 
 Each time a browser of that user has an event stream, an MJPEG stream and both WebSockets open, then tries its
-cookie again. All of it goes by REST, to a server with a rig.
+cookie again. Everything goes through REST, to a server with a rig.
 """
 
 import threading
@@ -27,7 +27,7 @@ STREAMS = (f"{API}/events", f"{API}/views/wide/stream.mjpeg")
 WEBSOCKETS = (f"{API}/views/ws", f"{API}/mirrors/steering")
 REQUESTS = (("GET", f"{API}/rig"), ("POST", f"{API}/stop"))
 LONGEST_S = 2.0
-"""What has not ended so long after the change is alive."""
+"""A connection that lasts this long after the change counts as alive."""
 _ANOTHER = "another horse battery"
 _PATIENCE_S = 30.0
 _POLL_S = 0.5
@@ -44,7 +44,7 @@ class _OpenConnection:
     ended_s: float = 0.0
 
     def read(self, url: str, cookies: dict[str, str]) -> None:
-        """Read to the end, however that comes."""
+        """Read to the end, whatever causes it."""
         with suppress(httpx.HTTPError, WebSocketException, OSError):
             if self.path in WEBSOCKETS:
                 self._listen(url, cookies)
@@ -74,7 +74,7 @@ class _OpenConnection:
 
 
 def ended_figures(url: str, admin: httpx.Client) -> Figures:
-    """Return what was alive after each change; `url`: of the server, `admin`: signed in there as one."""
+    """Return what was alive after each change; `url`: of the server, `admin`: a client signed in as admin."""
     alive: list[str] = []
     longest_s = 0.0
     for change, work in _CHANGES.items():
@@ -98,7 +98,7 @@ def ended_figures(url: str, admin: httpx.Client) -> Figures:
 
 
 def served_ended_figures() -> Figures:
-    """Return `ended_figures` of a server of its own, whose first admin it makes."""
+    """Return `ended_figures` of a new server, whose first admin it creates."""
     with (
         TemporaryDirectory() as folder,
         ServerProcess(Path(folder), port=free_port()) as server,
@@ -138,7 +138,7 @@ _CHANGES: dict[str, Callable[[str, httpx.Client, str], None]] = {
 
 @contextmanager
 def _open_connections(url: str, http: httpx.Client, name: str) -> Iterator[list[_OpenConnection]]:
-    """Sign a user in and open all that lasts; end what is left."""
+    """Sign a user in and open all long-lived connections; close what is left."""
     _send(http, "POST", "/session", {"name": name, "password": PASSWORD})
     connections = [_OpenConnection(path) for path in (*STREAMS, *WEBSOCKETS)]
     with ExitStack() as stack:

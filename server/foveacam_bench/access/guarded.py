@@ -31,7 +31,7 @@ class ServedRoute:
     method: str
     path: str
     endpoint: object = None
-    """What answers it."""
+    """The object that handles its requests."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Answer:
 
 
 class GuardedServer:
-    """The access rules with accounts, and what they let through."""
+    """The access rules with accounts, in front of routes that only record that they were reached."""
 
     def __init__(self, accounts: Accounts, runner: asyncio.Runner) -> None:
         app = create_app(Settings(viewer=False))
@@ -80,12 +80,12 @@ class GuardedServer:
         return Answer(statuses[0], self._reached) if statuses else Answer(200, self._reached)
 
     def cookie_of(self, name: str) -> dict[str, str]:
-        """Return the headers of a browser in which a user has signed in now."""
+        """Return the headers of a browser in which a user has just signed in."""
         cookie = self.accounts.begin(self.accounts.users.get(name), address="10.0.0.9", browser="bench")
         return {"cookie": f"{COOKIE}={cookie}"}
 
     def _served(self, app: FastAPI) -> list[ServedRoute]:
-        """Return every route, file and WebSocket, and have each note that it was reached."""
+        """Return every route, file and WebSocket, each made to record that it was reached."""
         found = []
         for context in self.rules.routes.contexts:
             methods, path = context.methods, (context.path or "").replace("{", "").replace("}", "")
@@ -114,13 +114,13 @@ class GuardedServer:
         self._noting.append(route)
 
     def close(self) -> None:
-        """Let the routes serve again: their routers belong to every application of this process."""
+        """Restore the routes, whose routers are shared by all applications of this process."""
         for route in self._noting:
             vars(route).pop("handle", None)
 
 
 def _handling(context: RouteContext) -> BaseRoute:
-    """Return the object whose `handle` the router calls: FastAPI keeps its own of a WebSocket in a router."""
+    """Return the object whose `handle` the router calls; for WebSockets of a router it is FastAPI's own."""
     if isinstance(context.original_route, APIRoute):
         return context.original_route
     found: BaseRoute = context.handle.__self__

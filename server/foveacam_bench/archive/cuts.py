@@ -1,4 +1,4 @@
-"""Cuts uploads at random places: kills the process or drops its connections; checks what is there."""
+"""Interrupts uploads at random points, by SIGKILL or by dropping connections; checks what is stored."""
 
 import hashlib
 import os
@@ -26,14 +26,15 @@ from foveacam_pipeline.storage.archive.store import ENDPOINT
 CUTS_AN_UPLOAD = 5
 LARGE_PART_BYTES = 1 << 19
 LARGE_PARTS = 64
-"""Parts of the large file; small ones, so that the bench is short."""
+"""Number of parts of the large file; small ones keep the bench short."""
 
 
 @dataclass(slots=True, kw_only=True)
 class CutFigures:
-    """Counts. `lost`: files that were there before a cut and are not after it, or are not in the end.
+    """Counts.
 
-    `damaged`: objects whose content is not what their key says.
+    `lost`: files that were there before a cut and are not after it, or are not in the end. `damaged`: objects
+    whose content does not match their key.
     """
 
     cuts: int = 0
@@ -45,7 +46,7 @@ class CutFigures:
 def cut_figures(
     server: StorageServer, folder: Path, *, kills: int, drops: int, seed: int = 1
 ) -> dict[str, int]:
-    """Cut uploads of the dataset in `folder`, let each end after five cuts, and return the counts."""
+    """Cut uploads of the dataset in `folder`, complete each after five cuts, and return the counts."""
     figures, rng = CutFigures(), np.random.default_rng(seed)
     by_kill = rng.permutation([True] * kills + [False] * drops)
     with storage_proxy(server.port) as proxy, _uploader(server, proxy) as uploader:
@@ -66,9 +67,10 @@ def cut_figures(
 
 
 def resent_figures(server: StorageServer, folder: Path, *, cuts: int, seed: int = 2) -> Figures:
-    """Cut the upload of one large file, by killing and by dropping, let it end, and return what was sent.
+    """Cut the upload of one large file, by killing and by dropping, complete it, and return what was sent.
 
-    `resent_ratio`: bytes sent, with those of HTTP, over the file's; `resent_parts_a_cut`: what more was sent.
+    `resent_ratio`: bytes sent, with those of HTTP, over the file's; `resent_parts_a_cut`: parts sent beyond
+    it.
     """
     rng, figures, url = np.random.default_rng(seed), CutFigures(), f"s3://{BUCKET}/large"
     path = folder / "large.fcap"
@@ -140,7 +142,7 @@ def _uploader(
 def _cut(
     uploader: _Uploader, proxy: StorageProxy, url: str, place: Path, *, kill: bool, figures: CutFigures
 ) -> None:
-    """Upload until the proxy's budget of bytes has gone, and cut there."""
+    """Upload until the proxy's budget of bytes is spent, and cut there."""
     child = uploader.start(url, place)
     if kill:
         proxy.wait_until_gone()
@@ -152,7 +154,7 @@ def _cut(
 
 
 def _compare(before: Mapping[str, bytes], after: dict[str, bytes], figures: CutFigures) -> dict[str, bytes]:
-    """Count what a cut lost and damaged; return what is there after it."""
+    """Count what a cut lost and damaged; return what is stored after it."""
     figures.lost += sum(name not in after for name in before)
     figures.damaged += _damaged(after)
     return after
@@ -174,7 +176,7 @@ def _check_end(prefix: str, folder: Path, figures: CutFigures) -> None:
 
 
 def _damaged(objects: Mapping[str, bytes]) -> int:
-    """Count the objects whose content is not what their key says."""
+    """Count the objects whose content does not match their key."""
     named = {key: content for key, content in objects.items() if not key.endswith("manifest.json")}
     return sum(hashlib.sha256(content).hexdigest() not in key for key, content in named.items())
 

@@ -55,7 +55,7 @@ def run(*, quick: bool = False) -> Figures:
 
 @contextmanager
 def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Set variables of this process for a while."""
+    """Set environment variables of this process within the context."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:

@@ -1,4 +1,4 @@
-"""A proxy before a storage server that counts bytes, drops connections and answers for the server."""
+"""A proxy before a storage server that counts bytes, drops connections and can answer in its place."""
 
 import socket
 import threading
@@ -45,7 +45,7 @@ class StorageProxy:
         self._cut.wait(PATIENCE_S)
 
     def restore(self) -> None:
-        """Pass everything again."""
+        """Forward everything again."""
         with self._lock:
             self.gone, self.budget, self.refusal = False, None, b""
             self._cut.clear()

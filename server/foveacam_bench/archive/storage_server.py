@@ -58,7 +58,7 @@ class StorageServer:
 
 @contextmanager
 def storage_server() -> Iterator[StorageServer]:
-    """Start a server and yield it with its bucket; end it afterwards."""
+    """Start a server and yield it with its bucket; stop it afterwards."""
     server = StorageServer(port=free_port())
     command = [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(server.port)]
     environment = {**os.environ, **CREDENTIALS, "S3_UPLOAD_PART_MIN_SIZE": str(SMALLEST_PART_BYTES)}
@@ -75,7 +75,7 @@ def storage_server() -> Iterator[StorageServer]:
 
 
 def free_port() -> int:
-    """Return a port of loopback that nobody uses."""
+    """Return a free port of loopback."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         return int(listener.getsockname()[1])
 

@@ -18,12 +18,12 @@ from foveacam_pipeline.storage.archive import upload_item
 
 UTC = "2026-01-01T00:00:00+00:00"
 CUT = 3
-"""Exit status of an uploader whose storage went away."""
+"""Exit status of an uploader whose storage became unavailable."""
 
 
 def serve() -> None:
     """Fork an uploader for each line of stdin."""
-    s3fs.S3FileSystem.retries = 1  # storage that is gone stays gone here
+    s3fs.S3FileSystem.retries = 1  # unavailable storage does not come back here
     for line in sys.stdin:
         url, place, part_bytes = line.rstrip("\n").split("\t")
         child = os.fork()

@@ -1,7 +1,7 @@
-"""The bare baseline of two workers: the same products by processes that share nothing, without a scheduler.
+"""Baseline of two workers: the same products by independent processes, without a scheduler.
 
 Two processes on two cores rarely do twice the work of one: cores share caches, memory and the disk, and those
-of a virtual machine their host. What a cluster could reach at most is therefore measured in the same run.
+of a virtual machine their host. The limit of a cluster is therefore measured in the same run.
 """
 
 import multiprocessing
@@ -25,7 +25,7 @@ class BareTimes:
 
     @property
     def efficiency(self) -> float:
-        """What two do of twice one."""
+        """Parallel efficiency: speed-up by two processes, over 2."""
         return self.one_s / (2.0 * self.two_s)
 
 
@@ -36,7 +36,7 @@ def bare_times(make: Make, datasets: list[Path], folder: Path) -> BareTimes:
 
 
 def _took_s(make: Make, datasets: list[Path], folder: Path, *, processes: int) -> float:
-    """Return the time in which processes make equal shares, once they have loaded all code."""
+    """Return the time in which processes make equal shares, after they have loaded all code."""
     spawned = multiprocessing.get_context("spawn")
     name = f"bare-{processes}"
     with ExitStack() as stack:

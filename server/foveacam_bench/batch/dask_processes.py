@@ -50,7 +50,7 @@ class DaskProcesses:
         self._stack.close()
 
     def resize(self, workers: int) -> None:
-        """Start or end workers until there are so many, and wait for them."""
+        """Start or end workers until this many run, and wait for them."""
         while len(self._workers) > workers:
             _end(self._workers.pop())
         while len(self._workers) < workers:
@@ -66,7 +66,7 @@ class DaskProcesses:
         return ClusterCpu(scheduler=_cpu_s(self._scheduler), workers=tuple(map(_cpu_s, self._workers)))
 
     def kill_worker(self, number: int) -> None:
-        """Kill a worker, which can do nothing about it, and start another one."""
+        """Kill a worker without warning, and start another one."""
         _end(self._workers.pop(number))
         self._add_worker()
 
@@ -77,7 +77,7 @@ class DaskProcesses:
         log = self._stack.enter_context((self._folder / f"dask-{time.monotonic_ns()}.log").open("wb"))
         stored: tuple[str, ...] = ("--local-directory", str(self._folder), "--death-timeout", "60")
         if arguments[0] == "scheduler":
-            stored = ("--idle-timeout", "600")  # all of them end with a bench that was killed
+            stored = ("--idle-timeout", "600")  # they end by themselves after a bench that was killed
         process = subprocess.Popen(  # noqa: S603 - Dask's own program
             [sys.executable, "-m", "dask", *arguments, "--no-dashboard", *stored],
             stdout=log,
@@ -102,6 +102,6 @@ def _cpu_s(process: subprocess.Popen[bytes]) -> float:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process; it can do nothing about it."""
+    """Kill a process without warning."""
     process.kill()
     process.wait()

@@ -5,8 +5,8 @@
 `double_results`: over all runs in which a worker was killed at a random moment. `overhead_ratio`: time of
 tasks that sleep 1 s over the time that they sleep, less 1. `worker_growth_kib_per_1000`: slope of a worker's
 resident memory over small tasks. `scheduling_ms_per_task`: of tasks that do nothing; `plan_and_summary_s`: of
-all datasets. `bare_efficiency_2_processes`: the same of processes without a scheduler, what this machine
-allows. The model of the times, and its terms, are those of `scaling.py`.
+all datasets. `bare_efficiency_2_processes`: the same of processes without a scheduler, the limit of this
+machine. The model of the times, and its terms, are those of `scaling.py`.
 """
 
 import random
@@ -45,7 +45,7 @@ SIDE = 2
 SEED = 4
 SMALL_PX = 96, 64
 WARM_UP_SHARE = 0.2
-"""Of the small tasks, after which memory is expected to be flat."""
+"""Share of the small tasks after which memory is expected to be flat."""
 PAGE_KIB = 4
 DEPTH = ProductSettings(kind=ProductKind.DEPTH)
 EXPORT = ProductSettings(kind=ProductKind.EXPORT, to="nerfstudio", scale=0.5)
@@ -69,11 +69,11 @@ class Extent:
 
 
 WHOLE = Extent(datasets=8, runs=20, sleepers=16, naps=1000, small_tasks=1000)
-QUICK = Extent(datasets=2, runs=2, sleepers=2, naps=12, small_tasks=200)
+QUICK = Extent(datasets=2, runs=1, sleepers=2, naps=6, small_tasks=100)
 
 
 def run(*, quick: bool = False, report: Report) -> Figures:
-    """Measure and return the figures; some ten minutes, quick one. `report` is told how far it is."""
+    """Measure and return the figures; `report` is told how far it is."""
     extent = QUICK if quick else WHOLE
     with TemporaryDirectory(prefix="foveacam-batch-") as name:
         folder = Path(name)
@@ -95,7 +95,7 @@ def run(*, quick: bool = False, report: Report) -> Figures:
 
 
 def simulated_rasters(folder: Path, *, count: int) -> list[Path]:
-    """Return datasets of 2 x 2 points; all but the first are copies of it with ids of their own."""
+    """Return datasets of 2 x 2 points; all but the first are copies of it with other ids."""
     folder.mkdir()
     calibration = load_calibration(CERTIFICATE)
     with open_simulated(SCENE, inline=True) as rig:
@@ -113,7 +113,7 @@ def simulated_rasters(folder: Path, *, count: int) -> list[Path]:
 
 
 def equal_bytes(dataset: Path, folder: Path, cluster: str) -> Figures:
-    """Return for each kind whether it has the same bytes wherever it is made."""
+    """Return for each kind whether its bytes are the same wherever it is made."""
     figures: Figures = {}
     for settings in KINDS:
         plan, kind = plan_batch([dataset], settings), settings.kind.value
@@ -128,7 +128,7 @@ def equal_bytes(dataset: Path, folder: Path, cluster: str) -> Figures:
 
 
 def killed_workers(datasets: list[Path], folder: Path, cluster: DaskProcesses, *, runs: int) -> Figures:
-    """Return how many products were lost or there twice when a worker was killed, over all runs."""
+    """Return how many products were lost or duplicated when a worker was killed, over all runs."""
     plan, rng = plan_batch(datasets, DEPTH), random.Random(SEED)  # noqa: S311 - moments, not secrets
     whole_s = depth_usage(datasets, folder / "undisturbed", cluster).took_s
     expected = contents(folder / "undisturbed" / "depth")
@@ -171,7 +171,7 @@ def scaling(datasets: list[Path], folder: Path, cluster: DaskProcesses, *, empty
 
 
 def depth_usage(datasets: list[Path], out: Path, cluster: DaskProcesses) -> Usage:
-    """Return the time for depth of all points by the workers of a cluster, once they have loaded all code."""
+    """Return the time for depth of all points by a cluster's workers, after they have loaded all code."""
     with cluster_workers(cluster.address) as pool:
         make(plan_batch(datasets[: pool.most_under_way], DEPTH), pool, out.with_name(f"{out.name}-loaded"))
         plan = plan_batch(datasets, DEPTH)
@@ -179,7 +179,7 @@ def depth_usage(datasets: list[Path], out: Path, cluster: DaskProcesses) -> Usag
 
 
 def overhead(cluster: str, *, workers: int, tasks: int) -> Figures:
-    """Return how much longer tasks of 1 s take than they sleep."""
+    """Return the overhead of tasks of 1 s: their time over the time that they sleep, less 1."""
     with cluster_workers(cluster) as pool:
         list(run_tasks(pool, nap, range(workers), clock=MonotonicClock(), stopped=lambda: False))
         began_s = time.perf_counter()

@@ -1,6 +1,6 @@
 """Depth of all points by 1, 2 and 4 workers of a cluster on this machine, and the model of its time.
 
-The processor time of every process is read, so that the terms of the model are measured apart.
+The processor time of every process is read, so that the terms of the model are measured separately.
 """
 
 import os
@@ -12,13 +12,13 @@ from foveacam_bench.batch.dask_processes import DaskProcesses
 from foveacam_bench.figures import Figures
 
 WORKERS = {"four": 4, "two": 2, "one": 1}
-"""In this order; the last worker stays."""
+"""Numbers of workers, in this order; the last worker stays."""
 EXTRAPOLATED = 16, 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Usage:
-    """Time of some work, and the processor time of those who took part in it, s."""
+    """Time of some work, and the processor time of the processes involved, s."""
 
     took_s: float
     workers_cpu_s: float
@@ -30,7 +30,7 @@ class Usage:
 class ScalingModel:
     """The terms of a batch's time, s, for one product: a worker computes it and waits for its files.
 
-    `scheduler_cpu_s`, `waiting_cpu_s`: what the scheduler, and the process that waits, take for one task.
+    `scheduler_cpu_s`, `waiting_cpu_s`: time for one task of the scheduler, and of the process that waits.
     """
 
     cpu_s: float
@@ -39,7 +39,7 @@ class ScalingModel:
     waiting_cpu_s: float
 
     def time_s(self, products: int, *, workers: int, shared_cores: int | None = None) -> float:
-        """Return the time of a batch; `shared_cores`: of all processes, None: each has a core of its own."""
+        """Return the time of a batch; `shared_cores`: number for all processes, None: a core for each."""
         by_workers_s = (self.cpu_s + self.io_s) / workers
         all_s = self.cpu_s + self.scheduler_cpu_s + self.waiting_cpu_s
         limits_s = [all_s / shared_cores] if shared_cores else [self.scheduler_cpu_s, self.waiting_cpu_s]
@@ -47,12 +47,12 @@ class ScalingModel:
 
     @property
     def most_workers(self) -> float:
-        """Workers with cores of their own beyond which the scheduler, or who waits, sets the pace."""
+        """Number of workers with a core each at which the scheduler or the waiting process saturates."""
         return (self.cpu_s + self.io_s) / max(self.scheduler_cpu_s, self.waiting_cpu_s)
 
 
 def used_by(work: Callable[[], object], cluster: DaskProcesses) -> Usage:
-    """Do work by the workers of a cluster and return the time that it took of whom."""
+    """Do work by the workers of a cluster; return its time, and the processor time of each process."""
     before, own_s, began_s = cluster.cpu_s(), time.process_time(), time.perf_counter()
     work()
     took_s, after = time.perf_counter() - began_s, cluster.cpu_s()

@@ -24,7 +24,7 @@ from foveacam_bench.calibration.truth import (
     pointing_errors_px,
     random_poses,
 )
-from foveacam_bench.figures import Figures
+from foveacam_bench.figures import Figures, Report
 from foveacam_bench.judging import rms
 from foveacam_hardware.contract import PARKED, Binning, DeviceFault, NotCalibrated, Role
 from foveacam_hardware.rig import Rig
@@ -46,8 +46,9 @@ from foveacam_server.resources.studying.studies.click_truth import truth_of
 
 SEED = 4_711
 JUDGE_SEED = 99
-POSES, QUICK_POSES = 200, 40
-QUICK_NODES = [5, 5]
+POSES, QUICK_POSES = 200, 16
+QUICK_NODES, QUICK_VIEWS = [5, 5], 6
+"""Of the sweeps, and of the board; a whole run takes as many as a calibration does."""
 SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 ROUND_TRIPS = 2_000
 
@@ -57,11 +58,13 @@ class StageTimer:
     """Times each stage, by the rig's clock, by the wall clock and by the processor's time."""
 
     rig: Rig
+    report: Report = lambda progress: None
     seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Time a stage."""
+        self.report(stage)
         rig_ns, wall_s, cpu_s = self.rig.clock.now_ns(), time.perf_counter(), time.process_time()
         yield
         self.seconds[f"{stage}_simulated_s"] = round((self.rig.clock.now_ns() - rig_ns) / 1e9, 1)
@@ -69,12 +72,18 @@ class StageTimer:
         self.seconds[f"{stage}_cpu_s"] = round(time.process_time() - cpu_s, 1)
 
 
-def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120", binning: Binning = 2) -> Figures:
-    """Calibrate a rig, judge it, knock it, correct it; `quick`: a coarser sweep and fewer poses.
+def run(
+    *,
+    quick: bool = False,
+    seed: int = SEED,
+    preset: str = "rig120",
+    binning: Binning = 2,
+    report: Report = lambda progress: None,
+) -> Figures:
+    """Calibrate a rig, judge it, knock it, correct it; `quick`: fewer views, a coarser sweep, fewer poses.
 
     `binning`: the rig's working binning, at which the sweeps are measured.
     """
-    nodes = QUICK_NODES if quick else None
     poses = QUICK_POSES if quick else POSES
     with (
         TemporaryDirectory() as folder,
@@ -83,8 +92,9 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120", binnin
         truth = truth_of(rig)
         rig.working_binning = binning
         rig.mirrors.enable()
-        watch = StageTimer(rig)
-        calibration, paper = calibrate_rig(rig, Path(folder), nodes=nodes, watch=watch)
+        watch = StageTimer(rig, report)
+        calibration, paper = calibrate_rig(rig, Path(folder), quick=quick, watch=watch)
+        report("comparing with the truth")
         at_sweep_end = TruthAtMoment(truth, rig.clock.now_ns())
         ours = judge(CalibrationModel(calibration), at_sweep_end, seed=JUDGE_SEED, count=poses)
         plain = {} if paper is None else judge(paper, at_sweep_end, seed=JUDGE_SEED, count=poses)
@@ -100,13 +110,14 @@ def run(*, quick: bool = False, seed: int = SEED, preset: str = "rig120", binnin
 
 
 def calibrate_rig(
-    rig: Rig, folder: Path, *, nodes: list[int] | None, watch: StageTimer, label: str = "bench"
+    rig: Rig, folder: Path, *, watch: StageTimer, quick: bool = False, label: str = "bench"
 ) -> tuple[Calibration, JudgedModel | None]:
     """Run all three stages as an operator would; return our calibration and the paper's model."""
+    nodes, views = (QUICK_NODES, QUICK_VIEWS) if quick else (None, None)
     session = SessionCollection(folder).create(label=label, rig_id=rig.rig_id, baseline_m=rig.baseline_m)
     environment, silent = environment_of(rig), SilentStepWatcher()
     with watch.timed("wide"):
-        measure_wide(session, WideOptions(), environment=environment, watch=silent)
+        measure_wide(session, WideOptions(views=views), environment=environment, watch=silent)
     lens = lens_of(session)
     with watch.timed("sweep"):
         measure_mirrors(session, MirrorsOptions(nodes=nodes), lens, environment=environment, watch=silent)

@@ -26,9 +26,8 @@ def write(preset: str, folder: Path) -> dict[str, float]:
     ):
         rig.mirrors.enable()
         watch = StageTimer(rig)
-        calibration, _ = calibrate_rig(
-            rig, Path(session), nodes=None, watch=watch, label=f"shipped with {rig.rig_id}"
-        )
+        label = f"shipped with {rig.rig_id}"
+        calibration, _ = calibrate_rig(rig, Path(session), watch=watch, label=label)
         save_calibration(calibration, folder / f"{rig.rig_id}.json")
     return watch.seconds
 

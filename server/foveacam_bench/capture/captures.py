@@ -71,15 +71,15 @@ class SilentCaptureWatcher:
 
 
 def run(*, quick: bool = False) -> Figures:
-    """Measure; `quick`: 20 kills, one round of each, short recordings, a small mosaic."""
+    """Measure; `quick`: 20 kills, one round of each, one scan, short recordings, a small mosaic."""
     load_before = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         (folder / "kills").mkdir()
         figures = {
             **pace_figures(rounds=1 if quick else PACE_ROUNDS),
-            **write_figures(folder, rounds=2 if quick else WRITE_ROUNDS),
-            **memory_figures(folder, scans=2 if quick else MANY_SCANS),
+            **write_figures(folder, rounds=1 if quick else WRITE_ROUNDS),
+            **memory_figures(folder, scans=1 if quick else MANY_SCANS),
             **kill_figures(folder / "kills", KillPlan(kills=20 if quick else 200)),
             **measure_recording(quick=quick),
             **measure_mosaic(quick=quick),

@@ -61,7 +61,7 @@ CENTRE_DEG = (0.0, 1.0)
 DISTANCE_M = 4.0
 REFERENCE_M = 10.0
 EDGE_SHARE, EDGE_CELLS = 0.01, 5
-"""A cell lies beside a depth edge where true depth varies by more per cell in a window of so many cells."""
+"""A cell lies beside a depth edge where true depth varies by more per cell in a window of this many cells."""
 WRONG_SHARE = 0.02
 BLANK_PX, BLANK_SHARE = 64, 0.01
 """One grey level of a hundred: the sensor noise of one px."""

@@ -51,7 +51,7 @@ SCENE = "bench"
 DISTANCE_M = 4.0
 POLL_NS = 20_000_000
 EDGE_SHARE = 0.003
-"""A sample lies at an edge kept the true depths of the four px about it differ by more."""
+"""A sample counts as at an edge if the true depths of the four px about it differ by a larger share."""
 WRONG = 0.05
 
 

@@ -2,20 +2,18 @@
 
 Rendered figures are of surfaces 7 to 13 m away that both eyes see: `depth_rel_rms` (disparity and pose errors
 as depth at 10 m), `density`, `within_1_sigma` (errors of pixels without the median of their look, which is
-the pose error and judged separately). Real pairs are compared with bare OpenCV SGBM, which has no answers at
-the left border, `margin_` figures with SGBM on pictures with margins. Ground truth in whole px widens sigma
-by its rounding.
+the pose error and evaluated separately). Real pairs are compared with bare OpenCV SGBM, which has no
+disparities at the left border, `margin_` figures with SGBM on pictures with margins. Ground truth in whole px
+widens sigma by its rounding.
 
 `speedup_vs_sgbm` compares the live backend, its error model included, with OpenCV's StereoSGBM (3-way,
 block 5) on the same 720 x 540 px look with as many threads. SGBM searches 128 px about the verged depth, on
-pictures with margins, so that both answer at the borders. `_cpu` is the ratio of processor times, which other
+pictures with margins, so that both reach the borders. `_cpu` is the ratio of processor times, which other
 load hardly changes; for `speedup_no_margins` SGBM has no margins, for `speedup_same_range` it searches the
 depth range of the scene.
 """
 
-import json
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -72,7 +70,7 @@ Estimator: TypeAlias = type[SemiGlobalEstimator] | type[LiveEstimator]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JudgedDepth:
-    """Errors, errors without their look's median, and sigmas, (n,) px, of the answered of `asked` pixels."""
+    """Errors, errors less their look's median, and sigmas, (n,) px, of disparities of `asked` pixels."""
 
     error_px: NDArray[np.float64]
     own_error_px: NDArray[np.float64]
@@ -83,12 +81,12 @@ class JudgedDepth:
 
     @property
     def density(self) -> float:
-        """Share of the pixels that have an answer."""
+        """Share of the pixels that have a disparity."""
         return len(self.error_px) / self.asked
 
     @property
     def bad1(self) -> float:
-        """Share of the answers with an error above 1 px."""
+        """Share of the disparities with an error above 1 px."""
         return float((np.abs(self.error_px) > WRONG_PX).mean())
 
     def within(self, *, rounding_px: float = 0.0) -> float:
@@ -140,7 +138,7 @@ def _rendered(judged: JudgedDepth, pair: RectifiedPair) -> Figures:
 
 
 def _gross_fraction(looks: list[RenderedLook]) -> float:
-    """Return the share of answers at any distance with an error above both 3 px and 5 sigma."""
+    """Return the share of disparities at any distance with an error above both 3 px and 5 sigma."""
     gross, answers = 0, 0
     for look in looks:
         found = SemiGlobalEstimator().estimate(look.pair)
@@ -352,8 +350,3 @@ def _quantiles(sigmas_px: NDArray[np.float64], rounding_px: float) -> Iterator[f
     rounding = (shares - 0.5) * rounding_px
     for sigma_px in sigmas_px.tolist():
         yield float(np.quantile(np.abs(sigma_px * normal[:, None] + rounding), ONE_SIGMA))
-
-
-if __name__ == "__main__":
-    folder = Path(sys.argv[sys.argv.index("--data") + 1]) if "--data" in sys.argv else None
-    json.dump(run(quick="--quick" in sys.argv, data=folder), sys.stdout, indent=1)

@@ -3,13 +3,9 @@
 Each look is a fixation on the simulated rig with the calibration that ships, at a seeded random wide pixel.
 The truth of a pixel of a look is where the ray of its raw left pixel, by the true optics, meets the scene.
 Lengths are measured between random known pixels of one object in one look, planes over truly flat squares.
-`python -m foveacam_bench.depth.measurements [--quick]` prints the figures.
 """
 
-import json
 import math
-import sys
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -223,9 +219,3 @@ def _quantile(values: NDArray[np.float64], part: float) -> float | None:
 
 def _share(values: NDArray[np.float64], limit: float) -> float | None:
     return float(np.mean(values <= limit)) if len(values) else None
-
-
-if __name__ == "__main__":
-    began_s = time.perf_counter()
-    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)
-    sys.stderr.write(f"{time.perf_counter() - began_s:.0f} s\n")

@@ -3,14 +3,11 @@
 `overhead_ratio`: CPU time of rectify + match + depth map, errors included, of looks at the simulated bench,
 minus and over that of one call of OpenCV's matcher on the same images, 128 px about the verged depth
 (left-right check included); medians of alternating runs, one thread; of frames at binning 1 (`_full`) and 2
-(`_binned`), both at 720 x 540 px. `stages_ms`: where it goes. `density`, `epe_px`, `bad1`: on the Motorcycle
-pair (Middlebury 2014, in scikit-image): share of pixels with ground truth that are answered, their mean
-error, and the share of them with an error above 1 px. The `rendered_` figures compare the looks with the
-renderer's exact depth.
+(`_binned`), both at 720 x 540 px. `stages_ms`: time of each stage. `density`, `epe_px`, `bad1`: on the
+Motorcycle pair (Middlebury 2014, in scikit-image): share of pixels with ground truth that have a disparity,
+their mean error, and the share of them with an error above 1 px. The `rendered_` figures compare the looks
+with the renderer's exact depth.
 """
-
-import json
-import sys
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,7 +161,3 @@ def true_residual_px(
         residual_px = pair.f_px * pair.baseline_m / points[:, 2] - pair.offset_px
     seen = hit.reshape(height, width) & pair.valid_left
     return residual_px.reshape(height, width), seen
-
-
-if __name__ == "__main__":
-    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)

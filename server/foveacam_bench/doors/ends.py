@@ -1,7 +1,7 @@
-"""How fast a server ends in twelve situations, and whether any program shows a traceback (`bench doors`).
+"""How fast a server shuts down in twelve situations, and whether any program prints a traceback.
 
-SIGTERM is sent twice, once the work of the situation is under way. A server on a damaged database and a
-doctor that asks a server that answers nothing are started too.
+SIGTERM is sent twice, once the work of the situation runs. A server on a damaged database, and a doctor whose
+server answers nothing, are started too.
 """
 
 import signal
@@ -29,25 +29,31 @@ from foveacam_hardware.contract import DeviceFault
 from foveacam_pipeline.storage.archive.store import ENDPOINT
 from foveacam_server.foundation.store import DATABASE
 
+TRAINING_NAME = "training"
+QUICK_NAMES = ("recording",)
+"""Of a quick run, as each situation starts a server of its own."""
 TRACEBACK = "Traceback (most recent call last)"
 WAITED_S = 30.0
-"""So long a server is waited for; it counts as having ended then."""
+"""Longest wait for a server; it counts as having ended then."""
 PAIRS = ("--size", "360x270", "--count", "1", "--json")
 TRAINED_S = 2.0
-"""Processor time after which a training has begun for sure."""
+"""Processor time after which a training has certainly begun."""
 TRAINING = ("--crop", "64x64", "--batch", "1", "--steps", "1000000")
 
 
-def end_figures(folder: Path) -> Figures:
+def end_figures(folder: Path, *, quick: bool = False) -> Figures:
     """Return how long each situation took to end, and the tracebacks in all that the programs wrote."""
     folder.mkdir(exist_ok=True)
     took_s, statuses = dict[str, float](), dict[str, int]()
     texts: list[str] = []
     with socket.create_server(("127.0.0.1", 0)) as storage:
         storage.settimeout(PATIENCE_S)
-        for name, situation in SITUATIONS.items():
-            took_s[name], statuses[name] = _end_server(folder, situation, storage=storage, texts=texts)
-    took_s["training"], statuses["training"] = _end_training(folder, texts)
+        for name in QUICK_NAMES if quick else (*SITUATIONS, TRAINING_NAME):
+            took_s[name], statuses[name] = (
+                _end_training(folder, texts)
+                if name == TRAINING_NAME
+                else _end_server(folder, SITUATIONS[name], storage=storage, texts=texts)
+            )
     texts += [_damaged_database(folder), _silent_server()]
     return {
         "exit_after_sigterm_max_s": max(took_s.values()),
@@ -60,7 +66,7 @@ def end_figures(folder: Path) -> Figures:
 def _end_server(
     folder: Path, situation: Situation, *, storage: socket.socket, texts: list[str]
 ) -> tuple[float, int]:
-    """Return how long a server took to end, and its status; add what it wrote to `texts`."""
+    """Return the time and the status with which a server ends; add its output to `texts`."""
     options = [*situation.options]
     if situation.replays:
         options += ["--replay", str(folder / "data" / "recordings" / f"{WHOLE}.fcap")]
@@ -86,7 +92,7 @@ def _terminated(process: subprocess.Popen[bytes]) -> tuple[float, int]:
 
 
 def _end_training(folder: Path, texts: list[str]) -> tuple[float, int]:
-    """Return how long a training took to end, and its status."""
+    """Return the time and the status with which a training ends."""
     for split in ("train", "held-out"):
         _program("learn", "pairs", "--out", str(folder / split), "--split", split, *PAIRS).wait()
     out, log = folder / "trained", folder / "training.log"
@@ -111,7 +117,7 @@ def _wait_for(shown: Callable[[], bool], *, process: subprocess.Popen[bytes], lo
 
 
 def _damaged_database(folder: Path) -> str:
-    """Return what a server writes about a damaged database."""
+    """Return the output of a server on a damaged database."""
     data = folder / "damaged"
     data.mkdir()
     (data / DATABASE).write_bytes(b"no database" * 1000)
@@ -119,15 +125,15 @@ def _damaged_database(folder: Path) -> str:
 
 
 def _silent_server() -> str:
-    """Return what the doctor writes about a server that takes connections and answers nothing."""
+    """Return the doctor's output on a server that accepts connections and answers nothing."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
         return _output("doctor", "--server", f"http://127.0.0.1:{silent.getsockname()[1]}")
 
 
 def _output(*arguments: str) -> str:
     process = _program(*arguments, output=subprocess.PIPE)
-    said, _ = process.communicate(timeout=PATIENCE_S)
-    return bytes(said).decode()
+    output, _ = process.communicate(timeout=PATIENCE_S)
+    return bytes(output).decode()
 
 
 def _program(*arguments: str, output: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]:

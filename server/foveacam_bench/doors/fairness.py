@@ -1,13 +1,13 @@
-"""What one person's greed does to another (`bench doors`), of one limited thing after the other.
+"""Whether one person can starve another (`bench doors`), for one limited resource after the other.
 
 One person takes all that the server gives, and a second one then asks for it. The server has users and a
-simulated rig. The second is starved where that is refused, or comes later than `BOUND_S`.
+simulated rig. The second is starved if refused, or served later than `BOUND_S`.
 """
 
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,12 +27,14 @@ from foveacam_server.foundation.store import Store
 from foveacam_web.viser_page import viser_subprotocol
 
 BOUND_S = 10.0
-"""Longest time until the second person has it, on two cores."""
+"""Longest time until the second person is served, on two cores."""
 TAKEN_S = 2.0
-"""After so long the first person has what there is to have; what waits then goes on waiting."""
+"""Time after which the first person has all that is available; requests that still wait keep waiting."""
 PATIENCE_S = 60.0
+QUICK_RESOURCES = ("views", "events", "uploads")
 MANY, FEW = 80, 12
-"""So often the first person asks for what is held, and for what computes; more than one person may have."""
+"""Requests of the first person for resources that are held, and for those that compute; more than one person
+may have."""
 CROSSING = 900
 """Bars of a map each way: 9 000 corners, and some 810 000 places where they cross."""
 RECORDED_S = 2
@@ -42,7 +44,7 @@ PASSWORD = "correct horse battery"  # noqa: S105 - of users that live as long as
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Person:
-    """Somebody who is signed in."""
+    """A signed-in person."""
 
     url: str
     cookie: str
@@ -58,7 +60,7 @@ class _Person:
 
     @asynccontextmanager
     async def stream(self, path: str) -> AsyncIterator[None]:
-        """Hold an answer that does not end."""
+        """Hold a response that does not end."""
         async with self.client.stream("GET", f"/api/v1{path}") as answer:
             answer.raise_for_status()
             yield
@@ -84,22 +86,25 @@ class _Person:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Thing:
-    """Something limited. `take`: gets it for a person, with a number of its own, and holds it meanwhile."""
+class _Resource:
+    """A limited resource. `take` acquires it for a person and holds it; its number differs a request."""
 
     name: str
     take: Callable[[_Person, int], AbstractAsyncContextManager[object]]
     first: str = "vera"
-    """Who takes all of it."""
+    """The user who takes all of it."""
     many: int = MANY
-    """How often it is asked for."""
+    """Number of requests for it."""
 
 
-def fairness_figures(folder: Path) -> Figures:
-    """Return on how many things one person starved another, and how long the other waited for each."""
+def fairness_figures(folder: Path, *, quick: bool = False) -> Figures:
+    """Return on how many resources one person starved another, and how long the other waited for each.
+
+    `quick`: of `QUICK_RESOURCES` alone, which come at once.
+    """
     cookies = _sign_in_all(folder / "data")
     with ServerProcess(folder, port=free_port()) as server:
-        waited_s = asyncio.run(_ask_for_all(server.url, cookies))
+        waited_s = asyncio.run(_ask_for_all(server.url, cookies, QUICK_RESOURCES if quick else ()))
     starved = [name for name, wait_s in waited_s.items() if wait_s is None or wait_s > BOUND_S]
     return {
         "one_person_starves_another": len(starved),
@@ -110,7 +115,7 @@ def fairness_figures(folder: Path) -> Figures:
 
 
 def _sign_in_all(data: Path) -> dict[str, str]:
-    """Make the users, and return the cookie of each."""
+    """Create the users, and return the cookie of each."""
     with Store(data) as store:
         accounts = Accounts(store)
         try:
@@ -125,8 +130,8 @@ def _sign_in_all(data: Path) -> dict[str, str]:
             accounts.close()
 
 
-async def _ask_for_all(url: str, cookies: dict[str, str]) -> dict[str, float | None]:
-    """Return how long the second person waited for each thing; None where it was refused."""
+async def _ask_for_all(url: str, cookies: dict[str, str], names: Sequence[str]) -> dict[str, float | None]:
+    """Return the second person's wait for each resource, or for those in `names`; None: it was refused."""
     limits = httpx.Limits(max_connections=None)
     people: dict[str, _Person] = {}
     for name, cookie in cookies.items():
@@ -136,19 +141,23 @@ async def _ask_for_all(url: str, cookies: dict[str, str]) -> dict[str, float | N
         people[name] = _Person(url=url.rstrip("/"), cookie=cookie, client=client)
     otto = people["otto"]
     try:
-        things = _things(await _recording_id(otto), await _calibration_id(otto))
-        return {thing.name: await _second_wait_s(thing, people[thing.first], otto) for thing in things}
+        resources = _resources(await _recording_id(otto), await _calibration_id(otto))
+        return {
+            resource.name: await _second_wait_s(resource, people[resource.first], otto)
+            for resource in resources
+            if not names or resource.name in names
+        }
     finally:
         for person in people.values():
             await person.client.aclose()
 
 
-async def _second_wait_s(thing: _Thing, first: _Person, second: _Person) -> float | None:
-    greed = [asyncio.create_task(_hold(thing.take(first, number))) for number in range(thing.many)]
+async def _second_wait_s(resource: _Resource, first: _Person, second: _Person) -> float | None:
+    greed = [asyncio.create_task(_hold(resource.take(first, number))) for number in range(resource.many)]
     await asyncio.sleep(TAKEN_S)
     began_s = time.monotonic()
     try:
-        async with asyncio.timeout(2.0 * BOUND_S), thing.take(second, MANY):
+        async with asyncio.timeout(2.0 * BOUND_S), resource.take(second, MANY):
             return time.monotonic() - began_s
     except (httpx.HTTPError, OSError, WebSocketException, TimeoutError):
         return None
@@ -157,13 +166,13 @@ async def _second_wait_s(thing: _Thing, first: _Person, second: _Person) -> floa
             task.cancel()
         await asyncio.gather(*greed, return_exceptions=True)
         await _cancel_jobs(second)
-        await _drain(thing, first)
+        await _drain(resource, first)
 
 
-async def _drain(thing: _Thing, first: _Person) -> None:
-    """Wait until all that the first person asked for has ended: the next comes after it."""
+async def _drain(resource: _Resource, first: _Person) -> None:
+    """Wait until all requests of the first person have ended, before the next resource is tried."""
     with contextlib.suppress(httpx.HTTPError, OSError, WebSocketException, TimeoutError):
-        async with asyncio.timeout(PATIENCE_S), thing.take(first, MANY):
+        async with asyncio.timeout(PATIENCE_S), resource.take(first, MANY):
             pass
 
 
@@ -193,8 +202,8 @@ async def _recording_id(person: _Person) -> str:
         return str(answer.json()["id"])
 
 
-def _things(recording_id: str, calibration_id: str) -> list[_Thing]:
-    """Return what is limited, with what comes at once before what computes."""
+def _resources(recording_id: str, calibration_id: str) -> list[_Resource]:
+    """Return the limited resources: those that answer at once before those that compute."""
     crossing = {"kind": "geojson", "document": _crossing_bars()}
     films, compared = f"/recordings/{recording_id}/films", f"a={calibration_id}&b={calibration_id}"
     pixel = {"pixel": {"x_px": 700.0, "y_px": 540.0}}
@@ -214,26 +223,26 @@ def _things(recording_id: str, calibration_id: str) -> list[_Thing]:
         return person.answered("POST", films, {"fps": 5.0 + number}, **headers)
 
     return [
-        _Thing(name="views", take=lambda person, _: person.socket("/api/v1/views/ws")),
-        _Thing(
+        _Resource(name="views", take=lambda person, _: person.socket("/api/v1/views/ws")),
+        _Resource(
             name="3D panes", take=lambda person, _: person.socket("/viser/", protocol=viser_subprotocol())
         ),
-        _Thing(name="events", take=lambda person, _: person.stream("/events")),
-        _Thing(name="MJPEG", take=lambda person, _: person.stream("/views/wide/stream.mjpeg")),
-        _Thing(
+        _Resource(name="events", take=lambda person, _: person.stream("/events")),
+        _Resource(name="MJPEG", take=lambda person, _: person.stream("/views/wide/stream.mjpeg")),
+        _Resource(
             name="figures",
             many=FEW,
             take=lambda person, _: person.answered("GET", f"/calibrations/compare.png?{compared}"),
         ),
-        _Thing(name="maps", take=planned_map, many=FEW),
-        _Thing(
+        _Resource(name="maps", take=planned_map, many=FEW),
+        _Resource(
             name="steering",
             take=lambda person, _: person.socket("/api/v1/mirrors/steering", begin=BEGIN),
             first="olga",
         ),
-        _Thing(name="uploads", take=upload, first="olga"),
-        _Thing(name="fixations", take=fixation, first="olga", many=FEW),
-        _Thing(name="films", take=film, first="olga", many=FEW),
+        _Resource(name="uploads", take=upload, first="olga"),
+        _Resource(name="fixations", take=fixation, first="olga", many=FEW),
+        _Resource(name="films", take=film, first="olga", many=FEW),
     ]
 
 

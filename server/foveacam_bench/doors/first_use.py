@@ -1,8 +1,9 @@
-"""How long a first request holds the event loop: each route is asked once on a fresh server."""
+"""How long a first request blocks the event loop: each route is requested once on a fresh server."""
 
 import re
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 
 import httpx
@@ -39,11 +40,11 @@ SOCKETS = ("/api/v1/views/ws", "/api/v1/mirrors/steering")
 _PARAMETER = re.compile(r"\{[^}]*\}")
 
 
-def first_use_figures(folder: Path) -> Figures:
+def first_use_figures(folder: Path, *, every: int = 1) -> Figures:
     """Return the longest block of the event loop by a first request, and which requests held it too long.
 
     A block is measured by the clock, and by the processor time of the loop's thread: on a busy machine the
-    clock counts what other programs do too.
+    clock counts what other programs do too. `every`: step through the requests; n sends every n-th one.
     """
     folder.mkdir(exist_ok=True)
     log = folder / "callbacks.txt"
@@ -51,7 +52,7 @@ def first_use_figures(folder: Path) -> Figures:
     server = ServerProcess(folder, port=free_port(), options=(str(log),), program=PROGRAM)
     with server, httpx.Client(base_url=server.url, timeout=PATIENCE_S, trust_env=False) as http:
         begin = len(log.read_text().splitlines()) if log.exists() else 0  # the start itself serves nobody
-        for number, (method, path, body) in enumerate(first_requests(http)):
+        for number, (method, path, body) in enumerate(islice(first_requests(http), 0, None, every)):
             request_id = f"first-{number}"
             asked[request_id] = f"{method} {path}"
             _ask(http, method, path, body, request_id=request_id)
@@ -80,7 +81,7 @@ def first_requests(http: httpx.Client) -> Iterator[tuple[str, str, object]]:
 
 
 def _ask(http: httpx.Client, method: str, path: str, body: object, *, request_id: str) -> None:
-    """Send a request; of an answer that never ends only the beginning is read."""
+    """Send a request; a response that never ends is read at its beginning only."""
     headers = {"X-Request-ID": request_id}
     request = http.build_request(method, path, json=body, headers=headers)
     with suppress(httpx.HTTPError):

@@ -22,10 +22,10 @@ BODY_BYTES = 63_000_000
 CHUNK_BYTES = 256 * 1024
 ESTIMATES = 8
 ESTIMATING_ADDRESSES = ("127.0.0.2", "127.0.0.3")
-"""One person has fewer at a time."""
+"""Addresses of the clients that request estimates: one person may run fewer at a time."""
 ESTIMATE = {"plan": {"points": {"kind": "grid", "columns": 60, "rows": 60}}, "distance_m": 5.0}
 VIEWERS = 12
-"""One of them never reads."""
+"""Number of viewers; one of them never reads."""
 BURST = 20
 BURST_PAUSE_S, BODY_PAUSE_S, FIXATION_PAUSE_S = 0.25, 0.5, 2.0
 GETS = (

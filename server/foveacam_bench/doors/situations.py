@@ -26,7 +26,7 @@ from foveacam_server.commands.server_rig import server_rig
 PATIENCE_S = 120.0
 POLL_S = 0.05
 RECORDED_S, ENDLESS_S = 6.0, 60.0
-"""The longer one must fit on the disk, and last longer than its situation."""
+"""Durations of recordings; the longer one must fit on the disk, and outlast its situation."""
 WHOLE = "whole"
 """Name of the recording that other situations use."""
 NOISE_PX = 2000
@@ -40,19 +40,19 @@ Begin: TypeAlias = Callable[["RunningWork"], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunningWork:
-    """A server, and what a situation opens on it, which is closed once the server has ended."""
+    """A server, and the connections that a situation opens on it, closed once the server has ended."""
 
     server: ServerProcess
     stack: ExitStack
     storage: socket.socket
-    """Takes connections, answers nothing; the servers' archive."""
+    """Accepts connections and never answers; serves as the servers' archive."""
 
     def start(self, path: str, body: object) -> JsonObject:
         """Start a job and return it."""
         return dict(self.server.send("POST", path, body).json())
 
     def wait_for(self, what: str, shown: Callable[[], bool]) -> None:
-        """Wait until something shows; raise `DeviceFault` when it does not."""
+        """Wait until a condition holds; raise `DeviceFault` when it does not."""
         end_s = time.monotonic() + PATIENCE_S
         while not shown():
             if time.monotonic() > end_s:
@@ -60,7 +60,7 @@ class RunningWork:
             time.sleep(POLL_S)
 
     def wait_for_job(self, job: JsonObject) -> None:
-        """Wait until a job has done a step."""
+        """Wait until a job reports progress."""
 
         def runs() -> bool:
             found = self.server.send("GET", f"/jobs/{job['id']}").json()
@@ -71,7 +71,7 @@ class RunningWork:
         self.wait_for(f"the {job['kind']}", runs)
 
     def ask_beside(self, method: str, path: str, body: object) -> None:
-        """Send a request on a thread of its own, whose answer nobody needs."""
+        """Send a request on a separate thread; ignore its answer."""
 
         def ask() -> None:
             with suppress(httpx.HTTPError):
@@ -80,7 +80,7 @@ class RunningWork:
         threading.Thread(target=ask, daemon=True).start()
 
     def read_nothing(self, request: bytes) -> None:
-        """Send a request on a connection of its own, and read none of the answer."""
+        """Send a request on a separate connection, and read none of the answer."""
         address = httpx.URL(self.server.url)
         peer = self.stack.enter_context(socket.socket())
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SMALL_BUFFER_BYTES)
@@ -93,7 +93,7 @@ class RunningWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
-    """What a server does when it is told to end; `replays`: in place of a rig it has the recording."""
+    """Work of a server at the time of SIGTERM; `replays`: it plays the recording in place of a rig."""
 
     begin: Begin
     options: Sequence[str] = ()
@@ -105,7 +105,7 @@ def begin_idle(_work: RunningWork) -> None:
 
 
 def begin_computing(work: RunningWork) -> None:
-    """Ask for estimates, and for a map of a picture that is nothing but edges."""
+    """Request estimates, and a map of a picture that has nothing but edges."""
     picture = (np.random.default_rng(1).integers(0, 2, (NOISE_PX, NOISE_PX)) * 255).astype(np.uint8)
     text = base64.b64encode(cv2.imencode(".png", picture)[1].tobytes()).decode()
     before_s = used_cpu_s(work.server.process.pid)
@@ -130,7 +130,7 @@ def begin_downloading(work: RunningWork) -> None:
 
 
 def begin_recording(work: RunningWork) -> None:
-    """Record something whole, then without an end."""
+    """Make a complete recording, then start an endless one."""
     request = models.RecordingRequest(name=WHOLE, duration_s=RECORDED_S, rate="live")
     with server_rig(work.server.url, token=None) as rig:
         rig.wait(rig.api.recordings.create(request), timeout_s=PATIENCE_S)
@@ -151,7 +151,7 @@ def begin_capturing(work: RunningWork) -> None:
 
 
 def begin_uploading(work: RunningWork) -> None:
-    """Send half of a recording, and then nothing."""
+    """Send half of a recording, then stall."""
     body = {"name": "half", "size_bytes": UPLOADED_BYTES}
     upload_id = work.server.send("POST", "/recordings/uploads", body).json()["id"]
     address = httpx.URL(work.server.url)
@@ -171,7 +171,7 @@ def begin_calibrating(work: RunningWork) -> None:
 
 
 def begin_following(work: RunningWork) -> None:
-    """Follow what is in the middle."""
+    """Follow the target in the middle."""
     work.start("/follows", {"pixel": {"x_px": 700.0, "y_px": 500.0}})
 
     def follows() -> bool:
@@ -181,7 +181,7 @@ def begin_following(work: RunningWork) -> None:
 
 
 def begin_archiving(work: RunningWork) -> None:
-    """Archive a recording in storage that takes connections and never answers."""
+    """Archive a recording in storage that accepts connections and never answers."""
     work.start(f"/recordings/{_recording_id(work)}/archive", {"remove_local": False})
     work.stack.enter_context(work.storage.accept()[0])
 
@@ -214,4 +214,4 @@ SITUATIONS: Mapping[str, Situation] = {
     "archive": Situation(begin=begin_archiving, options=("--archive", "s3://rig/bench")),
     "idle": Situation(begin=begin_idle),
 }
-"""All but the training, which is no server's work. The first leaves a recording, which others use."""
+"""All but the training, which is not a server's. The first one leaves a recording that others use."""

@@ -2,8 +2,8 @@
 
 The stop is requested several hundred times while bodies of 63 MB, estimates, viewers (one of which never
 reads), bursts of requests and fixations run; once without the bodies, to compare memory. Then follow 64
-viewers that never read, requests that every port must refuse, the end of servers at work, first requests,
-generated requests to every operation, and a person who takes all that there is while another asks for it.
+viewers that never read, requests that every port must refuse, shutdown of servers at work, first requests,
+generated requests to every operation, and a person who takes all of a resource while another asks for it.
 """
 
 import http.client
@@ -13,9 +13,11 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.parse import urlsplit
@@ -24,14 +26,18 @@ from foveacam_bench.doors.ends import end_figures
 from foveacam_bench.doors.fairness import fairness_figures
 from foveacam_bench.doors.first_use import first_use_figures
 from foveacam_bench.doors.foreign import foreign_figures
-from foveacam_bench.doors.generated import check_generator, generated_figures
-from foveacam_bench.figures import Figures
+from foveacam_bench.doors.generated import generated_figures
+from foveacam_bench.figures import Figures, Report
 from foveacam_bench.judging import peak_memory_kib, percentile
 from foveacam_bench.servers import ServerProcess, free_port
 from foveacam_bench.stream.clients import upgrade
 from foveacam_server.rig.stream import CLIENTS_EACH
 
-STOPS, QUICK_STOPS = 320, 40
+STOPS, QUICK_STOPS = 320, 5
+EVERY, QUICK_EVERY = 1, 4
+"""The first use is timed of one request in this many."""
+AT_ONCE, QUICK_AT_ONCE = 1, 3
+"""Parts after the stops that run at once; a quick run's times are those of a busy machine."""
 PAUSE_S = 0.15
 """Pause between two stops; the rig may move in its second half."""
 WARM_UP_S = 3.0
@@ -48,27 +54,49 @@ class TimedStop:
     controller_ms: float | None
 
 
-def run(*, quick: bool = False) -> Figures:
-    """Measure and return the figures; about twenty minutes, quick about nine."""
-    check_generator()
+def run(*, quick: bool = False, report: Report = lambda progress: None) -> Figures:
+    """Measure and return the figures; `quick`: fewer stops, situations, limited resources and requests."""
     count = QUICK_STOPS if quick else STOPS
     with TemporaryDirectory() as folder:
+        report("stops")
         quiet_mb, _, _ = _time_stops(Path(folder) / "quiet", count=count, bodies=False)
         peak_mb, stops, counts = _time_stops(Path(folder) / "loaded", count=count, bodies=True)
         figures = {**_stop_figures(stops), "rss_peak_mb": peak_mb, "rss_peak_ratio": peak_mb / quiet_mb}
-        with _server(Path(folder) / "open") as server:
-            figures["dead_viewers_after_30_s"] = count_held_viewers(server.url)
-            figures |= foreign_figures(server.url, pid=server.process.pid)
-        figures |= end_figures(Path(folder) / "ends")
-        figures |= first_use_figures(Path(folder) / "first")
-        token_file = Path(folder) / "token"
-        token_file.write_text(TOKEN)
-        with _server(Path(folder) / "generated", options=("--token-file", str(token_file))) as server:
-            figures |= generated_figures(server.url, Path(folder), token=TOKEN, quick=quick)
-        fair = Path(folder) / "fair"
-        fair.mkdir()
-        figures |= fairness_figures(fair)
+        parts: dict[str, Callable[[Path], Figures]] = {
+            "viewers that never read": _open_figures,
+            "ends": partial(end_figures, quick=quick),
+            "generated requests": partial(_generated_figures, quick=quick),
+            "first requests": partial(first_use_figures, every=QUICK_EVERY if quick else EVERY),
+            "fairness": partial(fairness_figures, quick=quick),
+        }
+        with ThreadPoolExecutor(QUICK_AT_ONCE if quick else AT_ONCE) as pool:
+            for part in [
+                pool.submit(_run_part, name, work, Path(folder), report) for name, work in parts.items()
+            ]:
+                figures |= part.result()
     return {**figures, "load": counts}
+
+
+def _run_part(name: str, work: Callable[[Path], Figures], folder: Path, report: Report) -> Figures:
+    """Run a part in a folder of its own."""
+    report(name)
+    own = folder / name.replace(" ", "-")
+    own.mkdir()
+    return work(own)
+
+
+def _open_figures(folder: Path) -> Figures:
+    """Return the figures of viewers that never read, and of foreign requests."""
+    with _server(folder / "open") as server:
+        held = count_held_viewers(server.url)
+        return {"dead_viewers_after_30_s": held, **foreign_figures(server.url, pid=server.process.pid)}
+
+
+def _generated_figures(folder: Path, *, quick: bool) -> Figures:
+    token_file = folder / "token"
+    token_file.write_text(TOKEN)
+    with _server(folder / "generated", options=("--token-file", str(token_file))) as server:
+        return generated_figures(server.url, folder, token=TOKEN, quick=quick)
 
 
 def _time_stops(folder: Path, *, count: int, bodies: bool) -> tuple[float, list[TimedStop], dict[str, int]]:
@@ -150,7 +178,7 @@ def count_held_viewers(url: str) -> int:
 
 
 def _viewer(url: str, own_address: str) -> socket.socket:
-    """Open a viewer of one address: of each only so many get a place."""
+    """Open a viewer from one local address: the server limits the viewers of each."""
     address = urlsplit(url)
     viewer = socket.socket()
     viewer.bind((own_address, 0))

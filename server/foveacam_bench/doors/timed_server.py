@@ -1,6 +1,6 @@
-"""`foveacam serve` that writes down how long each callback held its event loop, for `bench doors`.
+"""`foveacam serve` that logs how long each callback blocked its event loop, for `bench doors`.
 
-`python -m foveacam_bench.doors.timed_server PORT DATA LOG` appends a line for each callback that held the
+`python -m foveacam_bench.doors.timed_server PORT DATA LOG` appends a line for each callback that blocked the
 loop for 5 ms or more: milliseconds, those of computation, and the id of the request that it belongs to.
 """
 

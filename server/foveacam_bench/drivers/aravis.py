@@ -146,9 +146,9 @@ def _ours(settings: CameraSettings) -> Iterator[PictureLoop]:
 
 @contextmanager
 def _bare(settings: CameraSettings) -> Iterator[PictureLoop]:
-    library, who = AravisLibrary(), f"serial {SERIAL}"
+    library, label = AravisLibrary(), f"serial {SERIAL}"
     name = next(name for name, found in list_cameras(library) if found.info.serial == SERIAL)
-    camera = library.call("arv_camera_new", name.encode(), who=who)
+    camera = library.call("arv_camera_new", name.encode(), label=label)
     for function, *values in (
         ("set_region", 0, 0, WIDTH, HEIGHT),
         ("set_pixel_format_from_string", b"Mono8"),
@@ -156,15 +156,15 @@ def _bare(settings: CameraSettings) -> Iterator[PictureLoop]:
         ("set_exposure_time", settings.exposure_ns / 1e3),
         ("set_frame_rate", settings.frame_rate_hz),
     ):
-        library.call(f"arv_camera_{function}", camera, *values, who=who)
-    stream = library.call("arv_camera_create_stream", camera, None, None, who=who)
-    payload = library.call("arv_camera_get_payload", camera, who=who)
+        library.call(f"arv_camera_{function}", camera, *values, label=label)
+    stream = library.call("arv_camera_create_stream", camera, None, None, label=label)
+    payload = library.call("arv_camera_get_payload", camera, label=label)
     for _ in range(BUFFERS):
         library.plain("arv_stream_push_buffer")(stream, library.plain("arv_buffer_new_allocate")(payload))
-    library.call("arv_camera_start_acquisition", camera, who=who)
+    library.call("arv_camera_start_acquisition", camera, label=label)
     try:
         yield BareAravisLoop(library, stream)
     finally:
-        library.call("arv_camera_stop_acquisition", camera, who=who)
+        library.call("arv_camera_stop_acquisition", camera, label=label)
         library.plain("g_object_unref")(stream)
         library.plain("g_object_unref")(camera)

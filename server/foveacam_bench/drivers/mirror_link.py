@@ -17,6 +17,8 @@ from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 from foveacam_hardware.wire.link import bare_round_trips_ms
 
+LATE_PINGS = 2
+"""Pings on an undamaged line that may miss the driver's deadline one after the other."""
 ROUNDS = 5
 """Our and bare round trips alternate, so that other load slows both."""
 PING_BYTES = bytes(range(1, 15))
@@ -67,7 +69,7 @@ def _round_trips(*, count: int) -> dict[str, float | int | bool]:
         mirrors = ControllerMirrors(controller.open, MonotonicClock())
         mirrors.connect()
         for _ in range(ROUNDS):
-            ours_ms += [mirrors.ping() for _ in range(count)]
+            ours_ms += [_undisturbed_ping_ms(mirrors) for _ in range(count)]
             bare_ms += bare_round_trips_ms(echo, data=PING_BYTES, count=count)
         mirrors.close()
     p50_ms, bare_p50_ms = median(ours_ms), median(bare_ms)
@@ -92,7 +94,7 @@ def _updates(*, count: int) -> dict[str, float | int | bool]:
         for step in range(count):
             mirrors.steer(_aside(1.0 + step % 100))
         cpu_s = time.thread_time() - began_cpu_s
-        mirrors.ping()  # answered after all updates
+        _undisturbed_ping_ms(mirrors)  # answered after all updates
         took_s = time.perf_counter() - began_s
         controller.status()
         moved = len(cables.drives) - before
@@ -112,14 +114,30 @@ def _measure_damage(damages: _Damages, *, strict: bool, kinds: tuple[DamageKind,
         for kind in kinds:
             for skip in SKIPS:
                 for damage_line in (controller.damage_to_device, controller.damage_to_host):
-                    mirrors.steer(_aside(20.0))
-                    mirrors.ping()
+                    _undisturbed_ping_ms(mirrors, _aside(20.0))
                     damage_line(LineDamage(kind=kind, skip=skip))
                     if _noticed(damages, mirrors, controller):
                         controller.status()
                         damages.parked &= _at_rest(cables)
                     controller.heal()
         mirrors.close()
+
+
+def _undisturbed_ping_ms(
+    mirrors: ControllerMirrors, position: StereoVolts | None = None, *, late: int = LATE_PINGS
+) -> float:
+    """Return the round trip of a ping on a line without damage, after steering to `position`, if any.
+
+    Raise Timeout after more than `late` late answers; one alone shows that this machine stood still.
+    """
+    if position is not None:  # again after a late answer, which parks the mirrors
+        mirrors.steer(position)
+    try:
+        return mirrors.ping()
+    except Timeout:
+        if not late:
+            raise
+    return _undisturbed_ping_ms(mirrors, position, late=late - 1)
 
 
 def _noticed(damages: _Damages, mirrors: ControllerMirrors, controller: ControllerProcess) -> bool:

@@ -18,6 +18,7 @@ from foveacam_bench.faults import (
     simulated_rig,
 )
 from foveacam_bench.faults.tally import FaultTally
+from foveacam_bench.figures import Figures, Report
 
 Figure: TypeAlias = float | int | bool
 Part: TypeAlias = Callable[[FaultTally, bool], dict[str, Figure]]
@@ -47,10 +48,11 @@ PARTS: tuple[Part, ...] = (
 )
 
 
-def run(*, quick: bool = False) -> dict[str, Figure]:
+def run(*, quick: bool = False, report: Report = lambda progress: None) -> Figures:
     """Run every kind of fault; `quick`: fewer of each."""
     tally = FaultTally()
-    figures: dict[str, Figure] = {}
-    for part in PARTS:
+    figures: Figures = {}
+    for number, part in enumerate(PARTS, start=1):
+        report(f"part {number} of {len(PARTS)}")
         figures |= part(tally, quick)
     return figures | tally.figures()

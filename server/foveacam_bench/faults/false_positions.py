@@ -47,7 +47,7 @@ def _positioner_fails(tally: FaultTally, number: int) -> bool:
         trial.recover()
     except FalsePosition:
         return True
-    except (TrialFailed, FoveaError):  # it says other nonsense, or cannot be used any more
+    except (TrialFailed, FoveaError):  # it contradicts itself elsewhere, or is unusable
         tally.add_hang()
     return False
 

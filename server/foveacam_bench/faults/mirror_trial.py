@@ -64,15 +64,15 @@ class MirrorTrial:
         self._mirrors.close()
 
     def wait(self, wait_s: float) -> None:
-        """Let time pass while nobody asks."""
+        """Let time pass without requests."""
         self.clock.sleep_until_ns(self.clock.now_ns() + round(wait_s * 1e9))
 
     def silence(self) -> None:
-        """Let the controller hear and say nothing."""
+        """Make the controller silent: it ignores its input and sends nothing."""
         self._controller.configure(silent=True)
 
     def end_silence(self) -> None:
-        """Let it hear and speak again."""
+        """Make it respond again."""
         self._controller.configure(silent=False)
 
     def lose_power(self) -> None:
@@ -81,7 +81,7 @@ class MirrorTrial:
         self._controller.power_cycle()
 
     def stop_for_good(self) -> None:
-        """Let it stop with its rail on, as after a packet that lost bytes."""
+        """Let it hang with its rail on, as after a packet that lost bytes."""
         self._controller.die()
 
     def unplug(self) -> None:
@@ -111,10 +111,10 @@ class MirrorTrial:
         codes = (*mirror_codes(state.volts.left, bias=bias), *mirror_codes(state.volts.right, bias=bias))
         if not self._cables.rail_on or self._cables.codes != codes:
             found = f"rail {'on' if self._cables.rail_on else 'off'}, codes {self._cables.codes}"
-            raise FalsePosition(f"mirrors: the driver says {state.volts}, and it is {found}")
+            raise FalsePosition(f"mirrors: the driver reports {state.volts}, and it is {found}")
 
     def recover(self) -> None:
-        """Mend everything: it must be usable at the first connect."""
+        """Repair everything: it must be usable at the first connect."""
         self.end_silence()
         self.plug()
         self.lose_power()

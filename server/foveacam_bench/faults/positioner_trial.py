@@ -32,10 +32,10 @@ from foveacam_hardware.sim.pan_tilt import ZERO_POSITIONS, TurningHistory
 
 POLL_S = 0.2
 LAST_WORD_S = 6.0
-"""Longest time that a board which says nothing counts as connected, unless it is homing."""
+"""Longest silence of a board that counts as connected, unless it is homing."""
 HOMING_LAST_WORD_S = 100.0
 CONNECT_PAUSE_S = 12.0
-"""Longer than the time for which a board that let a connect wait in vain is left alone."""
+"""Longer than the pause before the next connect to a board that did not answer the last one."""
 REST_S = 100.0
 STEP = 0.015
 """Tolerance at rest: a motor step, deg or mm."""
@@ -117,7 +117,7 @@ class PositionerTrial:
                 self._device.move_to(PanTiltPose(pan_rad=pan_rad, tilt_rad=tilt_rad))
 
     def confirm_zero(self) -> None:
-        """Bring it to its zero by hand and confirm that, if it asks for it; else confirm what is true."""
+        """Push it to its zero if it awaits that, and confirm; else confirm only if it is at its zero."""
         far_end, moves = self._far_end, self._far_end_moves()
         if self._device.state.awaits_zero and isinstance(far_end, GrblFarEnd) and not moves:
             far_end.firmware.push_by_hand(self.clock.now_ns(), ZERO_POSITIONS)
@@ -134,22 +134,22 @@ class PositionerTrial:
             self.check()
 
     def look_away(self, wait_s: float) -> None:
-        """Let time pass while nobody reads its state."""
+        """Let time pass without reading its state."""
         self._sleep(wait_s)
 
     def silence(self) -> None:
-        """Let the board hear and say nothing."""
+        """Make the board silent: it ignores its input and sends nothing."""
         self._board.set_faults(silent=True)
         if self._silent_since_ns is None:
             self._silent_since_ns = self.clock.now_ns()
 
     def end_silence(self) -> None:
-        """Let the board hear and speak again."""
+        """Make the board respond again."""
         self._board.set_faults(silent=False)
         self._silent_since_ns = None
 
     def lose_power(self) -> None:
-        """Switch the board's supply off and on, wherever the axes are and whether it is heard or not."""
+        """Switch the board's supply off and on, wherever the axes are and whether it is responsive or not."""
         self._board.power_cycle()
 
     def lose_power_unheard(self) -> None:
@@ -200,11 +200,11 @@ class PositionerTrial:
         if position is not None:
             allowed = STEP + TOP_SPEED * (self.clock.now_ns() - began_ns) / 1e9
             truth = self._true_position()
-            if max(abs(said - true) for said, true in zip(position, truth, strict=True)) > allowed:
-                raise FalsePosition(f"{self.kind.name}: it says {position}, and stands at {truth}")
+            if max(abs(reported - true) for reported, true in zip(position, truth, strict=True)) > allowed:
+                raise FalsePosition(f"{self.kind.name}: it reports {position}, and stands at {truth}")
 
     def recover(self) -> None:
-        """Mend everything, and do what the states ask for, once: it must be usable afterwards."""
+        """Repair everything, and do what the states ask for, once: it must be usable afterwards."""
         self.end_silence()
         self.plug()
         self.release_at_the_board()

@@ -133,11 +133,11 @@ class _Line:
     def _silence(self, silence_s: float) -> _Fault:
         self._controller.configure(silent=True)
 
-        def speak(began_ns: int) -> None:
+        def end_silence(began_ns: int) -> None:
             sleep_until(began_ns, silence_s)
             self._controller.configure(silent=False)
 
-        return speak, True
+        return end_silence, True
 
     def _garbage(self, _silence_s: float) -> _Fault:
         damage = self._rng.choice((self._controller.damage_to_host, self._controller.damage_to_device))

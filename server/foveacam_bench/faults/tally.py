@@ -3,11 +3,18 @@
 import threading
 from dataclasses import dataclass, field
 
+from foveacam_bench.figures import Figures
 from foveacam_bench.judging import percentile
 from foveacam_hardware.contract import MirrorLimits
 from foveacam_hardware.drivers.controller.volts import bias_code
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.wire.controller_payloads import DAC_FULL_SCALE, DAC_FULL_SCALE_V
+
+KINDS = (
+    *("camera_killed", "camera_stopped", "camera_unplugged", "disk_full", "strobe_missing"),
+    *("line_cut", "line_garbage", "line_half", "line_silence", "line_stop", "trigger_missing"),
+)
+"""All kinds of faults; a figure of one that did not occur is null."""
 
 
 @dataclass(slots=True)
@@ -33,7 +40,7 @@ class FaultTally:
     unparked: int = 0
     """Detected faults after which the mirrors were not brought to rest."""
     limit_violations: int = 0
-    kinds: dict[str, "KindTally"] = field(default_factory=dict)
+    kinds: dict[str, KindTally] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def add_fault(
@@ -71,7 +78,7 @@ class FaultTally:
         with self._lock:
             self.limit_violations += count
 
-    def figures(self) -> dict[str, float | int | bool]:
+    def figures(self) -> Figures:
         """Return the figures that all parts share."""
         return {
             "sequences": self.sequences,
@@ -87,12 +94,13 @@ class FaultTally:
             **self._figures_by_kind(),
         }
 
-    def _figures_by_kind(self) -> dict[str, float | int | bool]:
-        figures: dict[str, float | int | bool] = {}
-        for kind, found in sorted(self.kinds.items()):
+    def _figures_by_kind(self) -> Figures:
+        figures: Figures = {}
+        for kind in sorted({*KINDS, *self.kinds}):
+            found = self.kinds.get(kind, KindTally())
             figures[f"{kind}_faults"] = found.faults
-            figures[f"{kind}_detected_p95_s"] = p95(found.detected_s)
-            figures[f"{kind}_recovered_p95_s"] = p95(found.recovered_s)
+            figures[f"{kind}_detected_p95_s"] = p95(found.detected_s) if found.detected_s else None
+            figures[f"{kind}_recovered_p95_s"] = p95(found.recovered_s) if found.recovered_s else None
         return figures
 
 

@@ -1,4 +1,4 @@
-"""What trials raise when a driver contradicts the truth, or itself."""
+"""Errors that trials raise when a driver contradicts the truth, or itself."""
 
 
 class TrialFailed(Exception):
@@ -6,7 +6,7 @@ class TrialFailed(Exception):
 
 
 class FalsePosition(TrialFailed):
-    """A driver said that it knows a position, or volts, which are not the true ones."""
+    """A driver reported as known a position, or volts, that are not the true ones."""
 
 
 def require(holds: bool, otherwise: object) -> None:

@@ -1,1 +1,1 @@
-"""Pairs with truth to train stereo networks on, of the simulated rig."""
+"""Stereo networks: pairs with truth from the simulated rig, accuracy, and the network that ships."""

@@ -1,8 +1,8 @@
 """Compares a stereo network with semi-global matching on pairs with truth, where both eyes see the surface.
 
-Matching leaves pixels out. It is compared three ways: filled, with all that the network says; as it is, with
-those of the network's pixels whose stated error is least, as many as matching answers; and both by what they
-would show, each by its own rule of what to leave out.
+Matching leaves pixels out, so there are three comparisons: matching with its holes filled against all pixels
+of the network; matching as it is against as many pixels of the network, those with the least stated error;
+and both with the pixels that they would show, each by its own rule.
 """
 
 from collections.abc import Iterable
@@ -30,9 +30,9 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Accuracy:
-    """Figures of the network, of matching, and of each with all pixels answered.
+    """Figures of the network, of matching, and of each with all pixels filled.
 
-    `surest`: of the network's surest pixels, as many as matching answers.
+    `surest`: of the network's pixels with the least stated error, as many as matching has.
     """
 
     network: TruthFigures
@@ -46,7 +46,7 @@ class Accuracy:
 def measure_accuracy(
     estimator: NetworkEstimator, samples: Iterable[PairSample], *, settings: MatchSettings = DEFAULT
 ) -> Accuracy:
-    """Return the figures over all pairs; raise ValueError where none has a truth."""
+    """Return the figures over all pairs; raise ValueError where none has truth."""
     rows: dict[str, list[TruthSums]] = {}
     errors: list[NDArray[np.float32]] = []
     sigmas: list[NDArray[np.float32]] = []
@@ -57,9 +57,9 @@ def measure_accuracy(
         answers = _answers(estimator, sample.pair, settings)
         for name, answer in answers.items():
             rows.setdefault(name, []).append(truth_sums(answer, truth, offset_px=sample.pair.offset_px))
-        said = answers["network_all"]
-        errors.append(np.abs(said.disparity_px - truth.disparity_px)[truth.both])
-        sigmas.append(np.zeros(0, np.float32) if said.sigma_px is None else said.sigma_px[truth.both])
+        network = answers["network_all"]
+        errors.append(np.abs(network.disparity_px - truth.disparity_px)[truth.both])
+        sigmas.append(np.zeros(0, np.float32) if network.sigma_px is None else network.sigma_px[truth.both])
     found = {name: figures for name, sums in rows.items() if (figures := truth_figures(sums)) is not None}
     if not found:
         raise ValueError("accuracy needs pairs with truth")
@@ -88,11 +88,11 @@ def accuracy_figures(found: Accuracy) -> Figures:
 def _answers(
     estimator: NetworkEstimator, pair: RectifiedPair, settings: MatchSettings
 ) -> dict[str, MethodAnswer]:
-    said_px, sigma_px = estimator.answer(pair)
+    disparity_px, sigma_px = estimator.answer(pair)
     kept, matched = estimator.estimate(pair), match(pair, settings)
     return {
         "network": MethodAnswer(disparity_px=kept.residual_px, sigma_px=kept.sigma_px),
-        "network_all": MethodAnswer(disparity_px=said_px, sigma_px=sigma_px),
+        "network_all": MethodAnswer(disparity_px=disparity_px, sigma_px=sigma_px),
         "sgbm": MethodAnswer(disparity_px=matched.residual_px, sigma_px=matched.sigma_px),
         "sgbm_filled": MethodAnswer(disparity_px=filled(matched.residual_px)),
     }

@@ -16,15 +16,15 @@ from foveacam_server.resources.studying.learning import random_scenes, rendered_
 from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder, make_pairs, pair_plan
 
 SEED = 5
-PAIRS, QUICK_PAIRS = 200, 24
+PAIRS, QUICK_PAIRS = 200, 8
 SIZE = (360, 270)
 WORKERS = len(os.sched_getaffinity(0))
 
 
 def held_out_pairs(folder: Path | None, *, count: int) -> Sequence[PairSample]:
-    """Return at most `count` pairs of a folder; of None, they are rendered where they are missing.
+    """Return at most `count` pairs of a folder; without a folder, they are rendered if missing.
 
-    Raise InvalidInput for a folder of pairs to train on.
+    Raise InvalidInput for a folder of training pairs.
     """
     if folder is None:
         return _rendered(count)
@@ -54,7 +54,7 @@ def _rendered(count: int) -> Sequence[PairSample]:
 
 
 def _cache_folder(order: PairOrder) -> Path:
-    """Return the folder of these pairs, named by the hash of their plan and of what draws them."""
+    """Return the folder of these pairs, named by the hash of their plan and of the code that renders them."""
     digest = hashlib.sha256(pair_plan(order).model_dump_json().encode())
     for module in (random_scenes, rendered_looks):
         digest.update(Path(str(module.__file__)).read_bytes())

@@ -16,7 +16,7 @@ from foveacam_pipeline.stereo.values import RectifiedPair
 
 Floats = NDArray[np.float32]
 CELLS_PX, PIXELS_PX = (4, 8, 16), (1, 2, 3, 5)
-"""Shifts of the right picture by whole cells of a quarter of the size, and by others."""
+"""Shifts of the right picture by whole cells of a quarter of the size, and by other numbers of pixels."""
 
 
 def invariance_figures(
@@ -50,7 +50,7 @@ def flip_errors(estimator: NetworkEstimator, sample: PairSample) -> Floats:
 
 
 def shift_errors(estimator: NetworkEstimator, sample: PairSample, *, shifts_px: Sequence[int]) -> Floats:
-    """Return (n,) px: how much more, or less, than the shift of the right picture the disparity changes."""
+    """Return (n,) px: deviation of the disparity's change from the shift of the right picture."""
     pair = sample.pair
     before, judged = estimator.answer(pair)[0], _judged(sample)
     columns = np.arange(before.shape[1], dtype=np.float32)[None, :]
@@ -65,15 +65,25 @@ def shift_errors(estimator: NetworkEstimator, sample: PairSample, *, shifts_px: 
 def torch_agreement(
     estimator: NetworkEstimator, network: StereoNetwork, samples: Sequence[PairSample]
 ) -> Figures:
-    """Return the largest and the median difference of both, px, over the first pair; or why there is none."""
+    """Return the largest and the median difference of both, px, over the first pair, or why there is none."""
     if find_spec("torch") is None or find_spec("onnx") is None:
-        return {"torch_onnx_skipped": "torch and onnx are not installed (the extra `learn`)"}
+        return _agreement(skipped="torch and onnx are not installed (the extra `learn`)")
     by_torch = _by_torch(network)
     if by_torch is None:
-        return {"torch_onnx_skipped": f"the weights of {network.card.file} fit no size of the network"}
+        return _agreement(skipped=f"the weights of {network.card.file} fit no size of the network")
     pair = samples[0].pair
     off_px = np.abs(by_torch(pair) - estimator.answer_once(pair)[0])
-    return {"torch_onnx_max_px": float(off_px.max()), "torch_onnx_median_px": float(np.median(off_px))}
+    return _agreement(largest_px=float(off_px.max()), median_px=float(np.median(off_px)))
+
+
+def _agreement(
+    *, largest_px: float | None = None, median_px: float | None = None, skipped: str | None = None
+) -> Figures:
+    return {
+        "torch_onnx_max_px": largest_px,
+        "torch_onnx_median_px": median_px,
+        "torch_onnx_skipped": skipped,
+    }
 
 
 def _by_torch(network: StereoNetwork) -> Callable[[RectifiedPair], Floats] | None:

@@ -1,4 +1,4 @@
-"""The learning curve of runs that went on with each other's weights, and what it extrapolates to.
+"""The learning curve of runs that continued from each other's weights, and its extrapolation.
 
 `python -m foveacam_bench.learned.learning_curve RUN... --out FILE.svg` joins their `curves.csv` in the order
 given, fits loss = a + b steps^-c, draws both, and prints the figures as JSON.
@@ -19,9 +19,9 @@ from scipy.optimize import curve_fit
 
 PART = "truth"
 MEANS = 60
-"""Points of the curve, each the mean of as many steps."""
+"""Number of points of the curve, each the mean of an equal block of steps."""
 FIRST_SHARE = 0.02
-"""Share of the steps left out of the fit: the rate rises there."""
+"""Share of the steps left out of the fit: the learning rate rises there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +33,7 @@ class PowerLaw:
     exponent: float
 
     def at(self, steps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the loss after so many steps."""
+        """Return the loss after a number of steps."""
         return self.floor + self.scale * steps**-self.exponent
 
 

@@ -1,4 +1,4 @@
-"""Real photographs with truth; the right view is shifted, so that disparities are of either sign.
+"""Real photographs with truth; the right view is shifted, so that disparities have both signs.
 
 The network was trained on simulated pairs alone; nothing is fitted to these.
 """
@@ -13,7 +13,6 @@ from foveacam_bench.depth.dense import rectified_real
 from foveacam_bench.depth.real_pairs import RealPair, real_pairs
 from foveacam_bench.figures import Figures
 from foveacam_bench.learned.accuracy import Accuracy, measure_accuracy
-from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn.pair_folder import PairSample, PairTruth
 from foveacam_pipeline.networks.estimator import NetworkEstimator
 from foveacam_pipeline.stereo.search import MatchSettings
@@ -29,16 +28,8 @@ def photograph_figures(estimator: NetworkEstimator, data: Path | None) -> Figure
 
 
 def signed_photographs(data: Path | None) -> Iterator[tuple[str, PairSample, MatchSettings]]:
-    """Yield each pair with its name and settings that search the range of its truth.
-
-    Motorcycle is left out where scikit-image, which carries it, is missing.
-    """
-    pairs = real_pairs(data)
-    while True:
-        try:
-            real = next(pairs)
-        except (StopIteration, InvalidInput):
-            return
+    """Yield each pair with its name and settings that search the range of its truth."""
+    for real in real_pairs(data):
         yield (real.name, *_signed(real))
 
 

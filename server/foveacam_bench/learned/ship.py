@@ -1,8 +1,8 @@
-"""Puts a trained network into the package as the one that ships, with its card and its figures.
+"""Exports a trained network into the package as the shipped one, with its card and its figures.
 
-`python -m foveacam_bench.learned.ship CHECKPOINT --pairs TRAIN --held-out HELD [--data FOLDER]`
-exports the checkpoint, fits the curve of its sigma on pairs that it was trained on, measures it on held-out
-ones, and writes `networks/shipped/`: `foveal.onnx`, `foveal.yaml`, `CARD.md`.
+`python -m foveacam_bench.learned.ship CHECKPOINT --pairs TRAIN --held-out HELD [--data FOLDER]` exports the
+checkpoint, fits the curve of its sigma on pairs that it was trained on, measures it on held-out ones, and
+writes `networks/shipped/`: `foveal.onnx`, `foveal.yaml`, `CARD.md`.
 """
 
 import shutil
@@ -28,13 +28,13 @@ from foveacam_pipeline.stereo.refine import seen_at_right
 
 LICENCE = "MIT"
 STRIDE_PX = 4
-"""Of the rows and columns that the factor is fitted on."""
+"""Stride of the rows and columns on which the factor is fitted."""
 LARGEST_BYTES = 4 << 20
 TEMPLATE = Path(__file__).parent / "card_template.md"
 
 
 def ship(checkpoint: Path, *, pairs: Path, held_out: Path, data: Path | None) -> StereoNetwork:
-    """Write the network that ships; return it. Raise InvalidInput for one above 4 MiB."""
+    """Write the shipped network; return it. Raise InvalidInput for one above 4 MiB."""
     trained, training = load_checkpoint(checkpoint), StoredPairs(pairs)
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -60,12 +60,12 @@ def fit_sigma_curve(estimator: NetworkEstimator, samples: Iterable[PairSample]) 
     errors, deviations = [], []
     every = np.s_[::STRIDE_PX, ::STRIDE_PX]
     for sample in samples:
-        said_px, deviation_px = estimator.answer(sample.pair)
+        disparity_px, deviation_px = estimator.answer(sample.pair)
         if sample.truth is None or deviation_px is None:
             continue
-        used = sample.truth.both & seen_at_right(said_px, sample.pair.valid_right)
+        used = sample.truth.both & seen_at_right(disparity_px, sample.pair.valid_right)
         used = (used & (deviation_px <= largest_deviation_px()))[every]
-        errors.append(np.abs(said_px - sample.truth.disparity_px)[every][used])
+        errors.append(np.abs(disparity_px - sample.truth.disparity_px)[every][used])
         deviations.append(deviation_px[every][used])
     log_error = np.log(np.maximum(np.concatenate(errors), LEAST_ERROR_PX)).astype(np.float64)
     log_deviation = np.log(np.concatenate(deviations)).astype(np.float64)
@@ -122,7 +122,7 @@ def main(
     held_out: Annotated[Path, typer.Option(help="folder of held-out pairs")],
     data: Annotated[Path | None, typer.Option(help="folder of real pairs (aloe/, tsukuba/)")] = None,
 ) -> None:
-    """Put a trained network into the package as the one that ships, with its card and its figures."""
+    """Export a trained network into the package as the shipped one, with its card and its figures."""
     network = ship(checkpoint, pairs=pairs, held_out=held_out, data=data)
     typer.echo(f"{network.graph}: {network.card.sha256}")
 

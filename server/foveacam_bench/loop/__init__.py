@@ -1,1 +1,1 @@
-"""How well the vergence loop corrects, is tuned, and leads a target that moves."""
+"""The vergence loop: correction of steps, tuning, and prediction of moving targets."""

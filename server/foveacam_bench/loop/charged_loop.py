@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.track.following import COMPUTE_S
-from foveacam_hardware.contract import Frame, Head, LookOptions, Sighting, StereoVolts
+from foveacam_hardware.contract import Binning, Frame, Head, LookOptions, Sighting, StereoVolts
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.continuous_loop.settings import AXES, LoopSettings
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStep, VergenceLoop
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 
 def certificate(preset: str) -> Path:
@@ -23,7 +24,11 @@ def certificate(preset: str) -> Path:
 class ChargedLoop:
     """Steps a loop and charges each step `COMPUTE_S` of the rig's time."""
 
-    def __init__(self, rig: Rig, *, preset: str = "rig120", settings: LoopSettings) -> None:
+    def __init__(
+        self, rig: Rig, *, preset: str = "rig120", settings: LoopSettings, binning: Binning = 1
+    ) -> None:
+        if binning > 1:
+            bin_cameras(rig, binning)
         self.calibration: Calibration = load_calibration(certificate(preset))
         self.loop = VergenceLoop(self.calibration, clock=rig.clock, settings=settings)
         self.compute_ms: list[float] = []

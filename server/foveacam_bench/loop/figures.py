@@ -1,25 +1,35 @@
 """Measure the vergence loop as an instrument, in virtual time (`foveacam bench loop`)."""
 
-from foveacam_bench.figures import Figures
+from foveacam_bench.figures import Figures, Report
 from foveacam_bench.loop.refused_tuning import tune_with_dead_axis, tune_with_passer_by
 from foveacam_bench.loop.tuned_steps import TunedRig, settle_ms, tune_rig
 from foveacam_bench.loop.walker_lag import lag_mrad
 from foveacam_bench.track.following import COMPUTE_S
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.presets import PRESETS
 from foveacam_pipeline.continuous_loop.settings import AXES
 
 POLISHED = "rig120"
-CANDIDATES, QUICK_CANDIDATES = 40, 10
+CANDIDATES, QUICK_CANDIDATES = 40, 0
+"""Of the polish; without any its figure is null."""
+LOOKS, QUICK_LOOKS = 24, 12
+"""Looks after a step; one that has not settled by then counts twice as long."""
 SECONDS, QUICK_SECONDS = 6.0, 2.0
 """Half a circle of the walker."""
 
 
-def run(*, quick: bool = False) -> Figures:
+def run(*, quick: bool = False, binning: Binning = 1, report: Report = lambda progress: None) -> Figures:
     """Tune, step and polish; track a walker; try to tune where that must be refused."""
-    candidates = QUICK_CANDIDATES if quick else CANDIDATES
-    presets = (POLISHED,) if quick else tuple(PRESETS)
-    rigs = {preset: tune_rig(preset, candidates=candidates * (preset == POLISHED)) for preset in presets}
-    return _tuning(rigs) | _lag(QUICK_SECONDS if quick else SECONDS) | _refusals()
+    candidates, looks = (QUICK_CANDIDATES, QUICK_LOOKS) if quick else (CANDIDATES, LOOKS)
+    rigs: dict[str, TunedRig] = {}
+    for preset in (POLISHED,) if quick else PRESETS:
+        report(f"tuning {preset}")
+        tried = candidates * (preset == POLISHED)
+        rigs[preset] = tune_rig(preset, candidates=tried, looks=looks, binning=binning)
+    report("tracking a walker")
+    lag = _lag(QUICK_SECONDS if quick else SECONDS, binning)
+    report("refusals")
+    return _tuning(rigs) | lag | _refusals(binning)
 
 
 def _tuning(rigs: dict[str, TunedRig]) -> Figures:
@@ -43,10 +53,10 @@ def _tuning(rigs: dict[str, TunedRig]) -> Figures:
     }
 
 
-def _lag(seconds: float) -> Figures:
-    off_mrad, on_mrad = (lag_mrad(predict=on, pan_held=True, seconds=seconds) for on in (False, True))
-    corrected_off, corrected_on = (
-        lag_mrad(predict=on, pan_held=False, seconds=seconds) for on in (False, True)
+def _lag(seconds: float, binning: Binning) -> Figures:
+    (off_mrad, on_mrad), (corrected_off, corrected_on) = (
+        [lag_mrad(predict=on, pan_held=held, seconds=seconds, binning=binning) for on in (False, True)]
+        for held in (True, False)
     )
     return {
         "lag_ratio": off_mrad / on_mrad,
@@ -57,8 +67,8 @@ def _lag(seconds: float) -> Figures:
     }
 
 
-def _refusals() -> Figures:
-    dead, passed = tune_with_dead_axis("left x"), tune_with_passer_by()
+def _refusals(binning: Binning) -> Figures:
+    dead, passed = tune_with_dead_axis("left x", binning=binning), tune_with_passer_by(binning=binning)
     return {
         "dead_axis_refused": dead.reason is not None,
         "dead_axis_reason": dead.reason,

@@ -1,4 +1,4 @@
-"""Tuning that must be refused with everything as before: an axis that is stuck, somebody who walks past."""
+"""Tuning that must be refused and leave everything as before: a stuck axis, somebody who walks past."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,7 @@ from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_bench.loop.tuned_steps import POSTER_PER_M, POSTER_PX
 from foveacam_bench.track.following import click_chest
 from foveacam_bench.track.square import Walker, write_square
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.simulated_faults import MirrorAxis
 from foveacam_pipeline.continuous_loop.autotune import autotune
@@ -25,29 +26,29 @@ PASSING = Walker(x_m=0.0, z_m=9.0, radius_m=1.1, speed_m_per_s=1.4)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TuneRefusal:
-    """`reason`: of the refusal, None where the tuning went on; `restored`: everything is as before."""
+    """`reason`: of the refusal, None where tuning succeeded; `restored`: whether everything is as before."""
 
     reason: str | None
     restored: bool
 
 
-def tune_with_dead_axis(axis: MirrorAxis) -> TuneRefusal:
+def tune_with_dead_axis(axis: MirrorAxis, *, binning: Binning = 1) -> TuneRefusal:
     """Let a mirror's axis get stuck where it is, then tune."""
     with open_simulated(scene="bench", inline=True) as rig:
-        charged = ChargedLoop(rig, settings=LoopSettings(tracker=None))
+        charged = ChargedLoop(rig, settings=LoopSettings(tracker=None), binning=binning)
         charged.choose(POSTER_PX, inverse_z_per_m=POSTER_PER_M)
         settle(charged.loop, charged.step)
         truth_of(rig).world.faults.dead_axes.add(axis)
         return _tuned(charged)
 
 
-def tune_with_passer_by() -> TuneRefusal:
+def tune_with_passer_by(*, binning: Binning) -> TuneRefusal:
     """Tune on somebody who stands, while another walks past."""
     with TemporaryDirectory() as folder:
         scene = write_square(Path(folder) / "square.toml", [STANDING, PASSING])
         with open_simulated(scene=str(scene), inline=True) as rig:
             truth = truth_of(rig)
-            charged = ChargedLoop(rig, settings=LoopSettings(tracker=None))
+            charged = ChargedLoop(rig, settings=LoopSettings(tracker=None), binning=binning)
             click = click_chest(truth, charged.calibration, 0, rig.head.wide().t_ns)
             if click is None:
                 raise RuntimeError(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from foveacam_bench.loop.charged_loop import ChargedLoop
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.continuous_loop.autotune import TuneResult, autotune
 from foveacam_pipeline.continuous_loop.settings import AXES, Axis, LoopSettings
@@ -15,13 +16,11 @@ POSTER_PX = (850.0, 400.0)
 """On the poster of the scene `bench`, 8 m away: texture on all sides, and both eyes can turn a degree on."""
 POSTER_PER_M = 0.125
 STEP_RAD = math.radians(1.0)
-LOOKS = 24
-"""Looks after a step; one that has not settled by then counts twice as long."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TunedRig:
-    """The answers of every axis before and after tuning; `polished`: what CMA-ES found from there on."""
+    """Step responses of every axis before and after tuning; `polished`: the result of CMA-ES from there."""
 
     default: dict[Axis, StepResponse]
     tuned: dict[Axis, StepResponse]
@@ -30,16 +29,16 @@ class TunedRig:
     compute_ms: float
 
 
-def tune_rig(preset: str, *, candidates: int) -> TunedRig:
-    """Tune a simulated rig; `candidates` of the polish, 0 for none."""
+def tune_rig(preset: str, *, candidates: int, looks: int, binning: Binning) -> TunedRig:
+    """Tune a simulated rig; `candidates` of the polish, 0 for none; `looks` after each step."""
     with open_simulated(scene="bench", preset=preset, inline=True) as rig:
-        charged = ChargedLoop(rig, preset=preset, settings=LoopSettings(tracker=None))
+        charged = ChargedLoop(rig, preset=preset, settings=LoopSettings(tracker=None), binning=binning)
         charged.choose(POSTER_PX, inverse_z_per_m=POSTER_PER_M)
         settle(charged.loop, charged.step)
-        default = _steps(charged)
+        default = _steps(charged, looks)
         result = autotune(charged.loop, charged.step)
         settle(charged.loop, charged.step)
-        tuned = _steps(charged)
+        tuned = _steps(charged, looks)
         polished = None
         if candidates:
             polished = autotune(charged.loop, charged.step, polish=True, candidates=candidates)
@@ -59,10 +58,10 @@ def settle_ms(response: StepResponse) -> float:
     return 1e3 * response.settle_s
 
 
-def _steps(charged: ChargedLoop) -> dict[Axis, StepResponse]:
+def _steps(charged: ChargedLoop, looks: int) -> dict[Axis, StepResponse]:
     rest_rad = charged.loop.command_rad
     responses: dict[Axis, StepResponse] = {}
     for axis in AXES:
-        responses |= measure_steps(charged.loop, charged.step, step_rad=STEP_RAD, looks=LOOKS, axes=(axis,))
+        responses |= measure_steps(charged.loop, charged.step, step_rad=STEP_RAD, looks=looks, axes=(axis,))
         charged.rest_at(rest_rad)
     return responses

@@ -1,4 +1,4 @@
-"""How far the foveae look beside a walker whom the loop tracks, with prediction and without."""
+"""Lag of the foveae behind a walker whom the loop tracks, with prediction and without."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,6 +9,7 @@ from foveacam_bench.judging import rms
 from foveacam_bench.loop.charged_loop import ChargedLoop
 from foveacam_bench.track.following import click_chest
 from foveacam_bench.track.square import Walker, write_square
+from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.continuous_loop.settings import Axis, LoopSettings
 from foveacam_server.resources.studying.studies.click_truth import beside_centres, clicked_point_at, truth_of
@@ -18,17 +19,17 @@ BEGIN_LOOKS = 15
 """Looks in which the loop finds the depth and the tracker the speed; they do not count."""
 
 
-def lag_mrad(*, predict: bool, pan_held: bool, seconds: float) -> float:
+def lag_mrad(*, predict: bool, pan_held: bool, seconds: float, binning: Binning) -> float:
     """Return the RMS of the angle between the foveae's mean direction and the clicked point at the exposure.
 
-    `pan_held`: nothing but the aiming moves the eyes along; else the corrections of pan make up for a lag.
+    `pan_held`: whether only aiming moves the eyes; else corrections of pan compensate part of the lag.
     """
     angles = []
     with TemporaryDirectory() as folder:
         scene = write_square(Path(folder) / "square.toml", [WALKER])
         with open_simulated(scene=str(scene), inline=True) as rig:
             truth = truth_of(rig)
-            charged = ChargedLoop(rig, settings=LoopSettings(predict=predict))
+            charged = ChargedLoop(rig, settings=LoopSettings(predict=predict), binning=binning)
             click = click_chest(truth, charged.calibration, 0, rig.head.wide().t_ns)
             if click is None:
                 raise RuntimeError("the walker is hidden; let nothing stand in front of him")

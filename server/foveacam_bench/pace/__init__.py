@@ -1,1 +1,1 @@
-"""How soon people are answered: the first minute, clicks, following, live views, a slow line."""
+"""Response times: the first minute, clicks, following, live views, a slow line."""

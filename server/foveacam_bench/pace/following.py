@@ -24,7 +24,7 @@ PROGRAM = ("foveacam_bench.pace.judged_server", "{port}", "{data}")
 WALKER = Walker(x_m=0.0, z_m=10.0, radius_m=1.0, speed_m_per_s=1.2)
 PATIENCE_S = 60.0
 BESIDE_M = 1.0
-"""A target at another distance is not the walker."""
+"""A target whose distance differs by more is not the walker."""
 _POLL_S = 0.05
 
 
@@ -39,9 +39,9 @@ class _Followed:
 def following_figures(browser: "Browser", folder: Path, *, seconds: float) -> Figures:
     """Follow a walker at 1.2 m/s, 10 m away, then four at once, for some seconds each beside an open page.
 
-    `looks_per_s_page`: looks at the one a second. `followed_fraction_page`: share of the time during which
-    both foveae show it. `four_looks_per_s_page`: looks a second at that of the four with the fewest. All are
-    0 where no click led to following.
+    `looks_per_s_page`: looks a second at the single one. `followed_fraction_page`: share of the time during
+    which both foveae show it. `four_looks_per_s_page`: looks a second at that of the four with the fewest.
+    All are 0 where no click led to following.
     """
     one = _follow_all(browser, folder / "one", (WALKER,), seconds=seconds)
     four = _follow_all(browser, folder / "four", FOUR, seconds=seconds)
@@ -53,7 +53,7 @@ def following_figures(browser: "Browser", folder: Path, *, seconds: float) -> Fi
 
 
 def _follow_all(browser: "Browser", folder: Path, walkers: Sequence[Walker], *, seconds: float) -> _Followed:
-    """Follow walkers on a server of its own."""
+    """Follow walkers on a new server."""
     folder.mkdir(parents=True, exist_ok=True)
     scene, log = write_square(folder / "square.toml", walkers), folder / "truth.jsonl"
     options = (str(scene), str(log))
@@ -74,10 +74,10 @@ def _follow_all(browser: "Browser", folder: Path, walkers: Sequence[Walker], *, 
 
 
 def _follow(server: ServerProcess, log: Path, number: int) -> str:
-    """Begin to follow a walker by its chest, until a look has shown it; return its id, empty where none has.
+    """Follow a walker by its chest until a look has shown it; return its id, empty where none has.
 
-    A click names the wide picture and the chest's place in it, as that of a person does. A target that is not
-    at the walker's distance is deleted, and the walker is clicked again.
+    A click names the wide picture and the chest's place in it, as a person's does. A target that is not at
+    the walker's distance is deleted, and the walker is clicked again.
     """
     end_s, id_ = time.monotonic() + PATIENCE_S, ""
     while time.monotonic() < end_s:
@@ -93,7 +93,7 @@ def _follow(server: ServerProcess, log: Path, number: int) -> str:
 
 
 def _click(server: ServerProcess, log: Path, number: int) -> str:
-    """Click the chest where the newest wide picture shows it; return the id of what is followed.
+    """Click the chest where the newest wide picture shows it; return the followed target's id.
 
     Without effect, and empty, where the log lags behind.
     """
@@ -115,11 +115,11 @@ def _click(server: ServerProcess, log: Path, number: int) -> str:
 
 
 def _looks(server: ServerProcess, ids: Sequence[str]) -> list[int]:
-    """Return the looks at each followed target until now, 0 at one that is not followed."""
+    """Return the number of looks so far at each target, 0 for one that is not followed."""
     looks = {one["id"]: int(one["looks"]) for one in server.send("GET", "/follows").json()}
     return [looks.get(id_, 0) for id_ in ids]
 
 
 def _lines(log: Path) -> list[JsonObject]:
-    """Return the lines that are whole."""
+    """Return the complete lines."""
     return [json.loads(line) for line in log.read_text().splitlines(keepends=True) if line.endswith("\n")]

@@ -1,4 +1,4 @@
-"""What a server loads at its start, how long a set-up and its first start take, and how large it is."""
+"""Modules loaded at a server's start, time of a set-up and its first start, and size of both."""
 
 import os
 import shutil
@@ -17,7 +17,7 @@ PROGRAM = (
     "import sys, time; import foveacam_server.cli, foveacam_server.serving; "
     "print(time.process_time(), len(sys.modules))"
 )
-REPEATS = 3
+REPEATS, QUICK_REPEATS = 3, 1
 BASE_PROGRAM = """
 from importlib.metadata import PackageNotFoundError, distribution
 from packaging.requirements import Requirement
@@ -45,7 +45,7 @@ SETUP_LIMIT_S = 900.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewEnvironment:
-    """What a set-up took; None where it was not made, or failed."""
+    """Times and size of a set-up; None where it was not made, or failed."""
 
     set_up_s: float | None = None
     ready_s: float | None = None
@@ -68,7 +68,7 @@ def import_figures(*, quick: bool = False) -> Figures:
     base = NewEnvironment() if quick else _set_up(".venv/.installed", start=True)
     dev = NewEnvironment() if quick else _set_up("setup")
     return {
-        **start_figures(),
+        **start_figures(QUICK_REPEATS if quick else REPEATS),
         "setup_base_s": base.set_up_s,
         "setup_dev_s": dev.set_up_s,
         "environment_base_mb": base.base_mb,
@@ -76,21 +76,21 @@ def import_figures(*, quick: bool = False) -> Figures:
     }
 
 
-def start_figures() -> Figures:
+def start_figures(repeats: int = REPEATS) -> Figures:
     """Return the least processor time of some starts, whose bytecode is there, and the number of modules."""
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": ""}
     times_s, modules = [], 0
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         command = [sys.executable, "-c", PROGRAM]
-        said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)  # noqa: S603 - itself
-        took_s, count = said.stdout.split()
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)  # noqa: S603 - itself
+        took_s, count = done.stdout.split()
         times_s.append(float(took_s))
         modules = int(count)
     return {"start_import_cpu_s": min(times_s), "start_modules": modules}
 
 
 def _set_up(target: str, *, start: bool = False) -> NewEnvironment:
-    """Have make set up a new folder, and start what it installed where asked to."""
+    """Set up a new folder by make, and start what it installed if asked to."""
     make = shutil.which("make")
     if make is None:
         return NewEnvironment()
@@ -107,7 +107,7 @@ def _set_up(target: str, *, start: bool = False) -> NewEnvironment:
         return NewEnvironment(set_up_s=took_s, ready_s=ready_s, base_mb=_base_mb(folder / ".venv"))
 
 
-def _first_ready_s(folder: Path) -> float:
+def _first_ready_s(folder: Path) -> float | None:
     """Return how long a server of a new environment takes to be ready."""
     kernels = folder / "kernels"
     kernels.mkdir()
@@ -127,8 +127,8 @@ def _copy_sources(folder: Path) -> None:
 
 def _base_mb(environment: Path) -> float:
     """Return the size of the packages without extras and of what `venv` put there, 2^20 bytes each MB."""
-    said = subprocess.run(  # noqa: S603 - the Python of the new environment
+    done = subprocess.run(  # noqa: S603 - the Python of the new environment
         [environment / "bin/python", "-c", BASE_PROGRAM], capture_output=True, text=True, check=True
     )
     pip = sum(path.stat().st_size for path in environment.rglob("site-packages/pip/**/*") if path.is_file())
-    return (int(said.stdout) + pip) / 2**20
+    return (int(done.stdout) + pip) / 2**20

@@ -1,8 +1,8 @@
-"""`foveacam serve` on a scene of walkers, with what the simulation knows of them in a file.
+"""`foveacam serve` on a scene of walkers, with the simulation's truth about them in a file.
 
 `python -m foveacam_bench.pace.judged_server PORT DATA SCENE LOG` appends a line of JSON every 50 ms: the time
 of the rig's clock, and for each walker where the wide view shows the chest, how far that is, and whether both
-foveae show it. What is written is read by nobody in the server.
+foveae show it. Nothing in the server reads the file.
 """
 
 import json
@@ -27,7 +27,7 @@ from foveacam_server.serving import run_server
 
 PERIOD_S = 0.05
 WALKER = "walker "
-"""How the name of each begins."""
+"""Prefix of each walker's name."""
 _RIG_IS_OPEN = threading.Event()
 
 

@@ -1,7 +1,7 @@
-"""How long the jobs that a person waits for take: a raster, a look around, a whole calibration.
+"""Duration of the jobs that a person waits for: a raster, a look around, a whole calibration.
 
 Each runs on a server in real time, as a job of REST, while nobody looks at the views; the calibration also as
-`foveacam calibrate all`, which has its own time.
+`foveacam calibrate all`, in virtual time.
 """
 
 import subprocess
@@ -20,10 +20,15 @@ from foveacam_server.commands.server_rig import server_rig
 
 POINTS, QUICK_POINTS = 9, 3
 """Points of the raster along each side."""
-NODES, QUICK_NODES = 9, 5
+NODES = 9
 """Nodes of the sweeps along each side; a fit needs 30 poses."""
-VIEWS, QUICK_VIEWS = None, 8
-"""Views of the board; None: as many as a calibration takes."""
+OF_CALIBRATIONS = (
+    "calibrate_all_s",
+    "calibrate_all_nodes",
+    "calibrate_all_real_time_s",
+    "calibrate_all_check_epipolar_rms_px",
+    "calibrate_all_check_pointing_rms_px",
+)
 HALF_DEG = 7.0
 DISTANCE_M = 4.0
 CALIBRATION_SCENE = "calibration"
@@ -31,14 +36,18 @@ PATIENCE_S = 900.0
 
 
 def long_job_figures(folder: Path, *, quick: bool = False, report: Report = lambda progress: None) -> Figures:
-    """Return the times of all; quick ones are smaller, and say how large (`…_points`, `…_nodes`)."""
-    side, nodes, views = (QUICK_POINTS, QUICK_NODES, QUICK_VIEWS) if quick else (POINTS, NODES, VIEWS)
+    """Return the times of all; `quick`: of a smaller raster (`…_points`), and null for the calibrations."""
     report("a raster and a look around")
-    found = raster_figures(folder / "raster", side=side) | look_around_figures(folder / "around")
+    found = raster_figures(folder / "raster", side=QUICK_POINTS if quick else POINTS)
+    found |= look_around_figures(folder / "around")
     report("calibrate all")
-    found |= command_figures(folder / "command", nodes=nodes, views=views)
-    report("calibrate all in real time")
-    return found | calibration_figures(folder / "calibration", nodes=nodes, views=views)
+    return found | (dict.fromkeys(OF_CALIBRATIONS) if quick else all_calibration_figures(folder))
+
+
+def all_calibration_figures(folder: Path) -> Figures:
+    """Return the times of a whole calibration by the command and by a server."""
+    found = command_figures(folder / "command", nodes=NODES)
+    return found | calibration_figures(folder / "calibration", nodes=NODES)
 
 
 def raster_figures(folder: Path, *, side: int) -> Figures:
@@ -60,11 +69,10 @@ def look_around_figures(folder: Path) -> Figures:
     return {"look_around_s": took_s, "look_around_known_fraction": found.known_fraction}
 
 
-def command_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
+def command_figures(folder: Path, *, nodes: int) -> Figures:
     """Run `foveacam calibrate all`, which has its own time; return the seconds until it has ended."""
     folder.mkdir(parents=True)
     options = ["--nodes", f"{nodes}x{nodes}", "--data", str(folder / "data"), "--json"]
-    options += [] if views is None else ["--views", str(views)]
     command = [sys.executable, "-m", "foveacam_server", "calibrate", "all", *options]
     began_s = time.monotonic()
     ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own
@@ -74,10 +82,9 @@ def command_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
     return {"calibrate_all_s": round(took_s, 1), "calibrate_all_nodes": nodes * nodes}
 
 
-def calibration_figures(folder: Path, *, nodes: int, views: int | None) -> Figures:
+def calibration_figures(folder: Path, *, nodes: int) -> Figures:
     """Calibrate from nothing as a job of a server; return seconds in real time, and errors checked."""
     options = models.AllOptions(
-        wide=models.WideOptions(views=views),
         mirrors=models.MirrorsOptions(nodes=[nodes, nodes]),
         activate=True,
     )

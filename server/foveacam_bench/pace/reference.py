@@ -52,9 +52,11 @@ def with_multiples(figures: Figures, *, reference_ms: float) -> Figures:
         seconds = next((s for unit, s in _SECONDS_BY_UNIT.items() if _has_unit(name, unit)), None)
         if seconds is not None and isinstance(value, float | int):
             found[f"{name}_over_reference"] = round(value * seconds / (1e-3 * reference_ms), 2)
+        elif seconds is not None:
+            found[f"{name}_over_reference"] = None
     return found
 
 
 def _has_unit(name: str, unit: str) -> bool:
-    """Return whether a name ends with a unit, or has it before what is stated of several values."""
+    """Return whether a name has a unit, at its end or before a statistic of several values."""
     return name.endswith(unit) or any(f"{unit}_{stated}" in name for stated in ("median", "p90", "per_"))

@@ -1,4 +1,4 @@
-"""The console's first load on a slow line: what comes before the first picture, and when all is there.
+"""The console's first load on a slow line: requests before the first picture, and the total time.
 
 The line is emulated by Chromium: 1.5 Mbit/s each way and 100 ms before each answer.
 """
@@ -20,7 +20,7 @@ _NOTE_PICTURE = f"""new MutationObserver(() => {{
   if (!document.querySelector("{_PICTURE}")) return;
   window.benchPicture_ms ??= performance.timeOrigin + performance.now();
 }}).observe(document, {{ attributes: true, childList: true, subtree: true }})"""
-"""Notes when the first picture is there, ms of the wall clock: this program learns of it later."""
+"""Records the time of the first picture, ms of the wall clock, because this program learns of it later."""
 
 
 def slow_line_figures(browser: "Browser", url: str) -> Figures:
@@ -65,7 +65,7 @@ def _slow_down(page: "Page") -> None:
 
 
 def _end_ms(request: "Request") -> float:
-    """Return when an answer had come, ms of the wall clock."""
+    """Return the end of an answer, ms of the wall clock."""
     return request.timing["startTime"] + request.timing["responseEnd"]
 
 

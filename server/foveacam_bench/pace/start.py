@@ -24,7 +24,7 @@ POLL_S = 0.05
 PATIENCE_S = 600.0
 SETTLED_S = 5.0
 """After this time of being ready, a server is idle."""
-IDLE_S, QUICK_IDLE_S = 30.0, 10.0
+IDLE_S, QUICK_IDLE_S = 30.0, 3.0
 HTML = {"Accept": "text/html"}
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
@@ -33,23 +33,24 @@ _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 class StartTimes:
     """Times from the call of `foveacam serve`.
 
-    `page_up_s`: any page; `console_up_s`: the console's own page; `ready_s`: `/readyz` says ready.
+    `page_up_s`: any page; `console_up_s`: the console's own page; `ready_s`: `/readyz` says ready. None: not
+    measured.
     """
 
-    page_up_s: float
-    console_up_s: float
-    ready_s: float
+    page_up_s: float | None = None
+    console_up_s: float | None = None
+    ready_s: float | None = None
 
 
 class TimedServer:
     """A server whose start is timed; it ends with the context."""
 
-    def __init__(self, folder: Path, *, kernels: Path, python: str = sys.executable) -> None:
-        """`kernels`: folder of the stored kernels; `python`: of the environment that serves."""
+    def __init__(self, folder: Path, *, kernels: Path | None, python: str = sys.executable) -> None:
+        """`kernels`: folder of stored kernels, None: the usual; `python`: of the environment that serves."""
         port = free_port()
         self._url = f"http://127.0.0.1:{port}/"
         command = [part.format(port=port, data=folder / "data") for part in SERVE]
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(kernels)}
+        environment = {**os.environ, **({} if kernels is None else {"NUMBA_CACHE_DIR": str(kernels)})}
         with (folder / "serve.log").open("a") as log:
             self._began_s = time.monotonic()
             self._process = subprocess.Popen(  # noqa: S603 - our own program
@@ -120,14 +121,22 @@ def _empty_folders() -> Iterator[tuple[Path, Path]]:
         yield Path(name), kernels
 
 
+def _first_start(folder: Path, kernels: Path) -> tuple[StartTimes, float]:
+    """Return the times of a start and the memory after it, MB."""
+    with TimedServer(folder, kernels=kernels) as server:
+        times = server.times()
+        time.sleep(SETTLED_S)
+        return times, server.resident_mb()
+
+
 def measure_start(*, quick: bool = False) -> Figures:
-    """Return the figures of a first and a second start, and of an idle server without a page."""
+    """Return the figures of a first and a second start, and of an idle server without a page.
+
+    `quick`: no first start, whose figures are null; the second one uses the stored kernels.
+    """
     with _empty_folders() as (folder, kernels):
-        with TimedServer(folder, kernels=kernels) as server:
-            first = server.times()
-            time.sleep(SETTLED_S)
-            resident_mb = server.resident_mb()
-        with TimedServer(folder, kernels=kernels) as server:
+        first, resident_mb = (StartTimes(), None) if quick else _first_start(folder, kernels)
+        with TimedServer(folder, kernels=None if quick else kernels) as server:
             second = server.times()
             time.sleep(SETTLED_S)
             cores = server.cores(QUICK_IDLE_S if quick else IDLE_S)

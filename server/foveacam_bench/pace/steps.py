@@ -2,11 +2,8 @@
 
 Clicks are uniform over the steering field of the bench scene, in virtual time, with the shipped calibration.
 At binning 2 the frames of both sizes are the same, averaged over 2 x 2 pixels.
-`python -m foveacam_bench.pace.steps` prints the figures.
 """
 
-import json
-import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -27,7 +24,7 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, PixelTarget
 
-CLICKS, QUICK_CLICKS = 30, 6
+CLICKS, QUICK_CLICKS = 30, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +41,7 @@ class TimedFixation:
 
 
 class TimedHead:
-    """A head whose frames are binned, and which knows how much CPU time the calls of it took."""
+    """A head that bins its frames and measures the CPU time of its calls."""
 
     def __init__(self, head: Head, binning: Binning) -> None:
         self._head = head
@@ -119,7 +116,7 @@ def timed_fixations(count: int, *, binning: Binning) -> list[TimedFixation]:
 
 
 def step_figures(timed: Sequence[TimedFixation]) -> Figures:
-    """Return medians over the fixations that ended by each basis; null where none did."""
+    """Return medians over the fixations of each basis; null for a basis without any."""
     bases = {
         "both": (Basis.BOTH_FOVEAE,),
         "one_eye": (Basis.FOVEA_AND_WIDE,),
@@ -149,7 +146,3 @@ def _one_thread() -> Iterator[None]:
         yield
     finally:
         cv2.setNumThreads(before)
-
-
-if __name__ == "__main__":
-    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)

@@ -1,1 +1,1 @@
-"""Benches of looking at recordings."""
+"""Benches of the player of recordings."""

@@ -1,1 +1,1 @@
-"""A day of use in virtual time, then many clients at once: does the server stay as it was?"""
+"""A day of use in virtual time, then many clients at once: whether a server's resources grow."""

@@ -1,4 +1,4 @@
-"""What people, services and mishaps do to a rig in an hour; each activity leaves it ready for the next."""
+"""Activities of people and services, and mishaps, in an hour of a rig; each leaves it ready for the next."""
 
 import asyncio
 import contextlib
@@ -39,11 +39,11 @@ class Soak:
         return {"x_px": self.rng.uniform(left, right), "y_px": self.rng.uniform(top, bottom)}
 
     def name(self, what: str) -> str:
-        """Return a name that nothing had before."""
+        """Return a name that was not used before."""
         return f"{what} {next(self._numbers):05d}"
 
     def be_ready(self) -> None:
-        """Wait until the rig can be used: all devices are there, and no job has them."""
+        """Wait until the rig is usable: all devices are there, and no job uses them."""
         self.server.wait_until(self._is_ready, "a rig that is ready")
 
     def _is_ready(self) -> bool:
@@ -53,7 +53,7 @@ class Soak:
 
 
 def click(soak: Soak) -> None:
-    """Verge on a place; one that shows nothing is an answer as well."""
+    """Verge on a place; a place without texture is an accepted answer too."""
     began_s = time.perf_counter()
     answer = soak.server.send("POST", "/fixations", {"pixel": soak.pixel()}, {"Prefer": "wait=60"})
     soak.tally.click_ms.append(1e3 * (time.perf_counter() - began_s))
@@ -95,7 +95,7 @@ def knock(soak: Soak) -> None:
 
 
 def unplug(soak: Soak) -> None:
-    """A camera is unplugged and comes back; without both foveae the mirrors rest."""
+    """A camera is unplugged and returns; without both foveae the mirrors are at rest."""
     both = soak.rng.random() < 0.5
     names = ["left", "right"] if both else [soak.rng.choice(("wide", "left", "right"))]
     soak.tally.expect("unplug", soak.server.send("PUT", "/simulation/faults", {"unplugged": names}), 200)
@@ -110,7 +110,7 @@ def unplug(soak: Soak) -> None:
 
 
 def stop(soak: Soak) -> None:
-    """Stop the mirrors, see that they rest, and go on."""
+    """Stop the mirrors, check that they are at rest, and release the stop."""
     click(soak)
     answer = soak.server.send("POST", "/stop")
     if soak.tally.expect("stop", answer, 200) and answer.json()["parked"] is not True:
@@ -153,7 +153,7 @@ def viewers(soak: Soak) -> None:
 
 
 def lease(soak: Soak) -> None:
-    """A service takes the lease and falls silent: after ten minutes another one has it."""
+    """A service takes the lease and sends nothing more: after ten minutes another one gets it."""
     server = soak.server
     soak.tally.expect("lease", server.send("POST", "/lease", {"holder": "silent service"}), 200)
     server.skip(LEASE_IDLE_S)
@@ -163,7 +163,7 @@ def lease(soak: Soak) -> None:
 
 
 def full_disk(soak: Soak) -> None:
-    """The disk is full: what would write is refused or ends early, and works again afterwards."""
+    """The disk is full: requests that write are refused or end early, and work again afterwards."""
     if soak.disk is None:
         return
     soak.disk.fill()
@@ -175,7 +175,7 @@ def full_disk(soak: Soak) -> None:
 
 
 def tidy(soak: Soak) -> None:
-    """Delete for good what the hour has brought."""
+    """Delete permanently what the hour has produced."""
     for kind in ("captures", "recordings", "stills"):
         for found in soak.server.get(f"/{kind}"):
             answer = soak.server.send("DELETE", f"/{kind}/{found['id']}")

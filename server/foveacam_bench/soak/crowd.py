@@ -32,7 +32,7 @@ PLACES_PX = ((812.0, 420.0), (500.0, 600.0), (900.0, 700.0))
 
 
 class Crowd:
-    """The clients, what they were answered, and what they saw."""
+    """The clients, their answers, and what they saw."""
 
     def __init__(self, url: str) -> None:
         self._url = url
@@ -88,7 +88,7 @@ class Crowd:
         await asyncio.sleep(LIST_PAUSE_S)
 
     async def _capture(self) -> None:
-        """Capture four points, and delete them for good after some time."""
+        """Capture four points, and delete them permanently after some time."""
         body = {"name": f"crowd {time.monotonic_ns()}", "plan": PLAN}
         answer = await self._http.post(self._api + "captures", json=body)
         if self._count("capture", answer).status_code == httpx.codes.ACCEPTED:

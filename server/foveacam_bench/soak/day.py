@@ -7,8 +7,9 @@ from foveacam_bench.soak.activities import Activity, Soak
 from foveacam_bench.soak.soaked_server import Resources
 
 HOUR_S = 3600.0
+CLICKS, QUICK_CLICKS = 8, 2
+"""Clicks in each hour, beside the other activities."""
 EACH_HOUR: tuple[Activity, ...] = (
-    *(activities.click,) * 8,
     activities.raster,
     activities.recording,
     activities.still,
@@ -27,17 +28,24 @@ NOW_AND_THEN: tuple[tuple[int, Activity], ...] = (
 """Activities of every third, fourth and sixth hour."""
 
 
-def live_through(soak: Soak, *, hours: int) -> Iterator[Resources]:
-    """Let the server live through the hours; yield what it holds at the start and at the end of each."""
+def live_through(soak: Soak, *, hours: int, clicks: int = CLICKS) -> Iterator[Resources]:
+    """Let the server live through the hours; yield what it holds at the start and at the end of each.
+
+    `clicks`: in each hour.
+    """
     soak.be_ready()
     first = soak.server.resources()
     yield first
     for hour in range(hours):
-        yield _live_an_hour(soak, hour, until_s=first.t_s + HOUR_S * (hour + 1))
+        yield _live_an_hour(soak, hour, until_s=first.t_s + HOUR_S * (hour + 1), clicks=clicks)
 
 
-def _live_an_hour(soak: Soak, hour: int, *, until_s: float) -> Resources:
-    todo = [*EACH_HOUR, *(activity for every, activity in NOW_AND_THEN if hour % every == every - 1)]
+def _live_an_hour(soak: Soak, hour: int, *, until_s: float, clicks: int) -> Resources:
+    todo = [
+        *(activities.click,) * clicks,
+        *EACH_HOUR,
+        *(activity for every, activity in NOW_AND_THEN if hour % every == every - 1),
+    ]
     soak.rng.shuffle(todo)
     pause_s = 0.8 * HOUR_S / len(todo)
     for activity in todo:

@@ -1,4 +1,4 @@
-"""Measures how long a simulated rig's mirrors were driven while they had to rest."""
+"""Measures how long a simulated rig's mirrors were driven while they were required to rest."""
 
 import threading
 import time
@@ -20,7 +20,7 @@ class DriveWatch:
         self._unparked_ns = 0
 
     def attach(self) -> None:
-        """See every drive that a world gets from now on."""
+        """Observe all drives of worlds that open from now on."""
         set_codes = World.set_codes
 
         def set_and_see(world: World, t_ns: int, codes: DacCodes) -> None:
@@ -30,20 +30,20 @@ class DriveWatch:
         World.set_codes = set_and_see  # type: ignore[assignment, method-assign]  # the far end calls the world's own
 
     def see(self, codes: DacCodes) -> None:
-        """Take the codes that are in force from now on."""
+        """Record the codes in force from now on."""
         with self._lock:
             self._count()
             self._driven = any(codes) and codes != self._rest
 
     def require_rest(self, required: bool) -> None:
-        """Count from now on the time in which a mirror is driven; or count no longer."""
+        """Start, or stop, counting the time in which a mirror is driven."""
         with self._lock:
             self._count()
             self._must_rest = required
 
     @property
     def unparked_s(self) -> float:
-        """Time in which a mirror was driven while both had to rest."""
+        """Time in which a mirror was driven while both were required to rest."""
         with self._lock:
             self._count()
             return self._unparked_ns / 1e9

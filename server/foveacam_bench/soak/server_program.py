@@ -1,8 +1,8 @@
 """The product's server with a clock that skips: `python -m … .server_program PORT DATA ORDERS`.
 
-The simulated boards run in this process, on the same clock; otherwise all is as `foveacam serve` has it.
-ORDERS is a Unix socket on which the bench sends orders, one JSON object a line, each answered by one:
-`{"skip_s": 300}` lets time pass, `{"must_rest": true}` counts the time in which mirrors are driven.
+The simulated boards run in this process, on the same clock; otherwise all is as in `foveacam serve`. ORDERS
+is a Unix socket on which the bench sends orders, one JSON object a line, each answered by one: `{"skip_s":
+300}` lets time pass, `{"must_rest": true}` counts the time in which mirrors are driven.
 """
 
 import functools
@@ -28,7 +28,7 @@ def main() -> None:
     clock, drives = SkippingClock(), DriveWatch(MirrorLimits())
     drives.attach()
     inline = functools.partial(simulation.simulated_rig, inline=True)
-    simulation.simulated_rig = inline  # the boards' own processes would have clocks of their own
+    simulation.simulated_rig = inline  # in their own processes the boards would have other clocks
     listener = socket.socket(socket.AF_UNIX)
     listener.bind(orders)
     listener.listen()

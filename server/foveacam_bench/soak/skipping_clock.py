@@ -16,13 +16,13 @@ class SkippingClock:
         return time.monotonic_ns() + self._skipped_ns
 
     def sleep_until_ns(self, t_ns: int) -> None:
-        """Sleep until `t_ns`; whoever sleeps while time is skipped wakes up when his time has come."""
+        """Sleep until `t_ns`; a skip of time wakes sleepers whose time has come."""
         with self._changed:
             while (wait_ns := t_ns - self.now_ns()) > 0:
                 self._changed.wait(wait_ns / 1e9)
 
     def skip(self, duration_ns: int) -> None:
-        """Let `duration_ns` pass at once."""
+        """Advance the time by `duration_ns` at once."""
         with self._changed:
             self._skipped_ns += duration_ns
             self._changed.notify_all()

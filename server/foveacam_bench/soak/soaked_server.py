@@ -1,4 +1,4 @@
-"""The server under test: its REST, its clock, its disk, and what the system says of its process."""
+"""The server under test: its REST, its clock, its disk, and the resources of its process."""
 
 import json
 import operator
@@ -22,18 +22,19 @@ from foveacam_hardware.contract import DeviceFault
 PATIENCE_S = 120.0
 POLL_S = 0.1
 REST_SAMPLES = 10
-"""A thread that ends, or a file that is just read, is in some of them alone."""
+"""Samples of the resources at rest: a thread that ends, or a file that is just read, is only in some of
+them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resources:
-    """What a process holds, and how large its database is."""
+    """Resources of a process, and the size of its database."""
 
     t_s: float
     rss_mb: float
     threads: int
     files: Counter[str]
-    """How many descriptors are open by what each leads to, without the numbers of sockets and pipes."""
+    """Number of open descriptors by target, without the numbers of sockets and pipes."""
     database_mb: float
 
 
@@ -74,12 +75,12 @@ class SoakedServer:
         return self._order(skip_s=duration_s)["t_s"]
 
     def require_rest(self, required: bool) -> None:
-        """Count from now on the time in which mirrors are driven, or no longer."""
+        """Start, or stop, counting the time in which mirrors are driven."""
         self._order(must_rest=required)
 
     @property
     def unparked_s(self) -> float:
-        """Time so far in which mirrors were driven while they had to rest."""
+        """Time so far in which mirrors were driven while they were required to rest."""
         return self._order()["unparked_s"]
 
     def _order(self, **order: object) -> dict[str, float]:
@@ -90,7 +91,7 @@ class SoakedServer:
     def send(
         self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
     ) -> httpx.Response:
-        """Send a request, and return the answer whatever it says."""
+        """Send a request, and return the answer whatever its status."""
         return self._http.request(method, f"{self.url}api/v1{path}", json=body, headers=headers)
 
     def get(self, path: str) -> Any:  # noqa: ANN401 - a JSON document
@@ -98,7 +99,7 @@ class SoakedServer:
         return self.send("GET", path).raise_for_status().json()
 
     def wait_until(self, enough: Callable[[], bool], what: str) -> None:
-        """Wait for something; raise `DeviceFault` when it does not happen within two minutes."""
+        """Wait until a condition holds; raise `DeviceFault` when it does not within two minutes."""
         end_s = time.monotonic() + PATIENCE_S
         while not enough():
             if time.monotonic() > end_s:
@@ -106,7 +107,7 @@ class SoakedServer:
             time.sleep(POLL_S)
 
     def resources(self) -> Resources:
-        """Return what the process holds at rest: threads and files are the least of a second's samples."""
+        """Return the resources at rest: threads and files are the least of a second's samples."""
         samples = [self._sample() for _ in range(REST_SAMPLES)]
         return replace(
             samples[-1],
@@ -120,7 +121,7 @@ class SoakedServer:
 
 
 def process_resources(pid: int, data: Path, *, t_s: float) -> Resources:
-    """Return what a server's process holds, and the size of the database in its data folder."""
+    """Return the resources of a server's process, and the size of the database in its data folder."""
     process = Path(f"/proc/{pid}")
     status = dict(line.split(":", 1) for line in (process / "status").read_text("ascii").splitlines())
     database = sum(path.stat().st_size for path in data.glob("foveacam.sqlite*"))

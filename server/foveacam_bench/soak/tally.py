@@ -1,4 +1,4 @@
-"""What happened during a soak: answers, jobs, and times of clicks."""
+"""Outcomes of a soak: answers, jobs, and times of clicks."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ class SoakTally:
     done: Counter[str] = field(default_factory=Counter)
     """Activities by name."""
     unexpected: Counter[str] = field(default_factory=Counter)
-    """Answers and ends of jobs that nothing explains, by activity and status."""
+    """Unexpected answers and ends of jobs, by activity and status."""
     jobs: set[str] = field(default_factory=set)
     """Identifiers of all jobs that were accepted."""
     click_ms: list[float] = field(default_factory=list)

@@ -36,7 +36,7 @@ SCENE = "bench"
 BORDER_PX = 200.0
 SEED = 21
 SHAPE_S = 5.0
-"""Time in which the shape of an answer is there; not every answer has one."""
+"""Longest time until the shape of an answer appears; not every answer has one."""
 LOOK_AT_SHAPE_S = 3.0
 """Time between a shape and the next click: the browser draws it and flies there."""
 _WATCH_CARD = """(patience_ms) => {

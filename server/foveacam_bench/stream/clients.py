@@ -1,4 +1,4 @@
-"""Clients of streams: viewers that acknowledge, only read or never read, and a connection of limited rate."""
+"""Clients of streams: viewers that acknowledge, only read or never read, and a rate-limited connection."""
 
 import asyncio
 import json

@@ -38,19 +38,19 @@ _WHEEL_STEPS = (0, 3, 5, 9)
 
 
 def run(*, quick: bool = False) -> Figures:
-    """Measure and return the figures; takes about three minutes, quick one and a half."""
+    """Measure and return the figures; takes about three minutes."""
     with chromium() as browser, TemporaryDirectory() as folder:
         port = free_port()
         with ServerProcess(Path(folder), port=port) as server:
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
-                figures: Figures = dict(_shown_rates(page, server, seconds=8.0 if quick else 25.0))
+                figures: Figures = dict(_shown_rates(page, server, seconds=4.0 if quick else 25.0))
             with open_context(browser, scene=True) as context:
                 page = open_page(context, server.url)
-                figures |= click_latency_figures(page, server, textured_pixels(6 if quick else 16))
+                figures |= click_latency_figures(page, server, textured_pixels(3 if quick else 16))
             with open_context(browser, scene=False) as context:
                 figures["click_error_px"] = _click_error_px(
-                    open_page(context, server.url), clicks=8 if quick else 40
+                    open_page(context, server.url), clicks=4 if quick else 40
                 )
             server.send("DELETE", "/stop")
             with open_context(browser, scene=False) as context:

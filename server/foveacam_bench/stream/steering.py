@@ -33,7 +33,7 @@ from foveacam_server.foundation.settings import Settings
 OPEN_S = 120.0
 POLL_S = 0.02
 MOVED_V = 1.0
-"""A change of an axis that no rounding makes."""
+"""Least change of an axis that rounding cannot cause."""
 
 Drive = tuple[int, DacCodes]
 """An update of the DACs: its time at the far end, ns, and the codes."""
@@ -92,7 +92,7 @@ def _steer(port: int, *, seconds: float) -> list[SentTarget]:
 
 @contextmanager
 def _server(folder: Path) -> Iterator[tuple[int, Rig]]:
-    """Serve the simulated rig in this process, whose far ends tell their times; yield port and rig."""
+    """Serve the simulated rig in this process, with far ends that report times; yield port and rig."""
     app = create_app(Settings(data=folder, viewer=False))
     listener = listen("127.0.0.1", 0)
     server = WatchedServer(server_config(app))

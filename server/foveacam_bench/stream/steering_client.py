@@ -1,4 +1,4 @@
-"""The client of the bench of steering, a program of its own: `PORT SECONDS`; prints as JSON what it sent."""
+"""The client of the steering bench, a separate program: `PORT SECONDS`; prints as JSON what it sent."""
 
 import asyncio
 import json
@@ -14,7 +14,7 @@ PERIOD_S = 0.016
 VALUE_V = 15.0
 AXES = (("left", "x_v"), ("left", "y_v"), ("right", "x_v"), ("right", "y_v"))
 BEGIN_S = 2.0
-"""Until the live views run."""
+"""Time until the live views run."""
 
 
 async def steer(port: int, seconds: float) -> list[dict[str, float]]:
@@ -47,7 +47,7 @@ async def steer(port: int, seconds: float) -> list[dict[str, float]]:
 
 
 async def _read(socket: ClientConnection) -> None:
-    """Read and drop what the server tells."""
+    """Read and discard the server's messages."""
     async for _ in socket:
         continue
 

@@ -1,4 +1,4 @@
-"""Measure what marks of traces cost, without and with a collector, and how long it delays the stop.
+"""Measure the cost of a trace's spans, without and with a collector, and how long it delays the stop.
 
 The collector is the worst one: it accepts the connection and never answers.
 """
@@ -16,7 +16,7 @@ from foveacam_server.foundation.watching.tracing import open_traces
 MARKS, QUICK_MARKS = 200_000, 20_000
 REPETITIONS = 5
 RECORDED = tracing.SPANS_A_TRACE - 1
-"""Marks of one trace that are sent."""
+"""Number of spans of one trace that are sent."""
 
 
 def run(*, quick: bool = False) -> Figures:
@@ -40,7 +40,7 @@ def run(*, quick: bool = False) -> Figures:
 
 
 def _mark_ns(count: int) -> float:
-    """Return the time of one mark, of the quickest of several runs."""
+    """Return the time of one span, in the fastest of several runs."""
     return min(_run_ns(count) for _ in range(REPETITIONS))
 
 

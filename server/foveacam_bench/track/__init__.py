@@ -1,1 +1,1 @@
-"""How well moving targets are followed."""
+"""Following of moving targets."""

@@ -39,12 +39,13 @@ from foveacam_server.resources.studying.studies.click_truth import (
 )
 from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
+SECONDS, QUICK_SECONDS = 12.0, 1.5
 COMPUTE_S = 0.04
 CHEST_M = 1.15
 """Height above the foot of the point that is clicked."""
 TRIES = 20
 HIDDEN_NS = 200_000_000
-"""So long a walker who is hidden is waited for before the next try."""
+"""Wait before the next try when a walker is hidden."""
 FAST = (Walker(x_m=0.0, z_m=10.0, radius_m=1.0, speed_m_per_s=2.0),)
 FOUR = (
     Walker(x_m=-0.9, z_m=9.0, radius_m=0.35, speed_m_per_s=0.8),
@@ -61,7 +62,7 @@ CROSSING = (
 
 @dataclass(slots=True, kw_only=True)
 class FollowRun:
-    """What following gave: times of the looks, and errors of the looks at each target."""
+    """Results of following: times of the looks, and errors of the looks at each target."""
 
     times_s: dict[str, list[float]] = field(default_factory=dict)
     in_fovea: dict[str, list[bool]] = field(default_factory=dict)
@@ -93,7 +94,7 @@ class FollowRun:
 
 def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
     """Follow one fast walker, four slower ones, and one in front of whom another passes."""
-    seconds = 3.0 if quick else 12.0
+    seconds = QUICK_SECONDS if quick else SECONDS
     follow = partial(follow_walkers, adjust=partial(bin_cameras, binning=binning))
     one = follow(FAST, seconds=seconds)
     learning = follow(FAST, seconds=seconds / 2, tracker=TrackerKind.FILTER)

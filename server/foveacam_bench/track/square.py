@@ -54,7 +54,7 @@ start_s = {start_s}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Walker:
-    """Somebody who walks around (x, z), m, at a radius and a speed; `start_s`: since when."""
+    """Somebody who walks around (x, z), m, at a radius and a speed, starting at `start_s`."""
 
     x_m: float
     z_m: float

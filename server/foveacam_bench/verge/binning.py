@@ -4,6 +4,7 @@ Textured clicks of both scenes are fixated on the simulated rig in virtual time,
 right after the other, with the shipped calibration; the simulation's truth judges them.
 """
 
+import math
 from collections.abc import Iterator
 from itertools import islice
 from statistics import median
@@ -88,9 +89,8 @@ def binning_figures(found: list[Pair]) -> Figures:
     errors = {basis: _errors(found, basis) for basis in (Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE, None)}
     for basis, (full, binned) in errors.items():
         name = "binned_over_full_error" if basis is None else f"{basis.value}_binned_over_full_error"
-        if len(full):
-            figures[name] = rms(binned) / rms(full)
-            figures[f"{basis.value if basis else 'all'}_compared"] = len(full)
+        figures[name] = rms(binned) / rms(full) if len(full) else math.nan
+        figures[f"{basis.value if basis else 'all'}_compared"] = len(full)
     return figures
 
 

@@ -2,23 +2,22 @@
 
 Each click of both scenes is fixated on the simulated rig in virtual time, with the shipped calibration, and
 judged by the simulation's truth at the moment of the last look. A distance with an error above both 3 % and
-5 standard errors is wrong.
-`python -m foveacam_bench.verge.field_clicks` prints every doubtful click.
+5 standard errors is wrong; unsaid if the truth is not among its alternatives either.
 """
 
-import json
 import math
-import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.figures import Figures
+from foveacam_bench.figures import Figures, Report
 from foveacam_bench.verge.fixations import CERTIFICATE, SCENES
+from foveacam_bench.verge.reliability import reliability, right, said
 from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
@@ -40,7 +39,7 @@ from foveacam_server.resources.studying.studies.click_truth import (
 from foveacam_server.resources.studying.studies.judged_clicks import WRONG_SHARE, WRONG_SIGMA
 from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
-CLICKS, QUICK_CLICKS = 400, 12
+CLICKS, QUICK_CLICKS = 400, 6
 """Clicks on each scene."""
 FIELD_DEG = (8.0, 7.5)
 """Half sides of the field of clicks, axis-wise."""
@@ -63,7 +62,7 @@ class JudgedClick:
     off_centre_px: float
     """Distance of the point from the centre of the nearer fovea image, fovea px."""
     estimates: tuple[DistanceEstimate, ...] = ()
-    """What was told after the looks before the last one."""
+    """Estimates reported after the looks before the last one."""
 
     @property
     def error_m(self) -> float:
@@ -88,6 +87,11 @@ class JudgedClick:
         return abs(self.error_m) > WRONG_SHARE * self.range_m and abs(self.sigmas) > WRONG_SIGMA
 
     @property
+    def unsaid(self) -> bool:
+        """Whether the distance is wrong, and the true one not among the alternatives."""
+        return self.wrong and not said(self.fixation.alternatives, self.range_m)
+
+    @property
     def bound_holds(self) -> bool:
         """Whether the true distance is within the bound."""
         bound = self.fixation.bound
@@ -100,10 +104,20 @@ class JudgedClick:
         return (self.fixation.duration_ms + own_ms) / 1e3
 
 
-def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
+def run(
+    *,
+    quick: bool = False,
+    binning: Binning = 1,
+    seed: int = SEED,
+    report: Report = lambda progress: None,
+) -> Figures:
     """Click, judge, and return the figures; `doubtful` lists the clicks to be examined."""
     count = QUICK_CLICKS if quick else CLICKS
-    return figures([answer for scene in SCENES for answer in answers(scene, count, binning=binning)])
+    found: list[JudgedClick] = []
+    for answer in chain.from_iterable(answers(scene, count, seed=seed, binning=binning) for scene in SCENES):
+        found.append(answer)
+        report(f"click {len(found)} of {count * len(SCENES)}")
+    return {"seed": seed, **figures(found)}
 
 
 def answers(scene: str, count: int, *, seed: int = SEED, binning: Binning = 1) -> Iterator[JudgedClick]:
@@ -132,7 +146,7 @@ def judge(
     shown = rig.head.wide()  # a click refers to the shown picture, which is a moment old
     click = classify_click(truth, calibration, scene=scene, pixel=(x_px, y_px), t_ns=shown.t_ns)
     target, known = PixelTarget(x_px=x_px, y_px=y_px), PriorKnowledge(context=context)
-    told: list[DistanceEstimate] = []
+    estimates: list[DistanceEstimate] = []
     fixation = fixate(
         rig.head,
         calibration,
@@ -140,7 +154,7 @@ def judge(
         clock=rig.clock,
         known=known,
         clicked=shown,
-        on_estimate=told.append,
+        on_estimate=estimates.append,
     )
     if context is not None:
         fuse_fixation(context, fixation, calibration)
@@ -154,7 +168,7 @@ def judge(
         range_m=math.inf if point is None else float(np.linalg.norm(point)),
         fixation=replace(fixation, sighting=None),  # frees the frames
         off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
-        estimates=tuple(told),
+        estimates=tuple(estimates),
     )
 
 
@@ -190,12 +204,16 @@ def figures(results: list[JudgedClick]) -> Figures:
         "both_foveae_fraction": _share(results, Basis.BOTH_FOVEAE),
         "looked_at_fraction": sum(r.off_centre_px <= LOOKED_AT_PX for r in results) / len(results),
         "wrong": sum(r.wrong for r in results),
+        "wrong_unsaid": sum(r.unsaid for r in results),
         "within_3_sigma_fraction": _within_3_sigma(answered),
         "bound_holds_fraction": sum(r.bound_holds for r in bounds) / len(bounds) if bounds else math.nan,
         "no_answer": sum(r.fixation.basis is None for r in results),
         "states": dict(Counter(r.fixation.state.value for r in results)),
     }
     found |= _estimate_figures([r for r in results if math.isfinite(r.range_m)])
+    found |= reliability(
+        [(one.probability, right(one, r.range_m)) for r in results for one in r.fixation.alternatives]
+    )
     for basis in Basis:
         of_basis = [r for r in results if r.fixation.basis is basis]
         found |= _figures_of(basis, of_basis)
@@ -203,30 +221,35 @@ def figures(results: list[JudgedClick]) -> Figures:
 
 
 def _estimate_figures(results: list[JudgedClick]) -> Figures:
-    """Return the figures of what was told of surfaces before the answers."""
+    """Return the figures of the estimates reported for surfaces before the answers."""
     sigmas = [abs(value) for result in results for value in result.estimate_sigmas]
-    if not sigmas:
-        return {"estimates": 0}
     return {
         "estimates": len(sigmas),
-        "estimates_within_3_sigma_fraction": float(np.mean([value <= 3.0 for value in sigmas])),
-        "estimates_sigmas_median": median(sigmas),
+        "estimates_within_3_sigma_fraction": float(np.mean(np.array(sigmas) <= 3.0)) if sigmas else math.nan,
+        "estimates_sigmas_median": _median(sigmas),
     }
 
 
 def _figures_of(basis: Basis, results: list[JudgedClick]) -> Figures:
-    found: Figures = {f"{basis}_count": len(results)}
-    if not results:
-        return found
-    found[f"{basis}_answer_s_median"] = median(r.answer_s for r in results)
-    found[f"{basis}_answer_s_p95"] = float(np.quantile([r.answer_s for r in results], 0.95))
+    answer_s = [r.answer_s for r in results]
+    found: Figures = {
+        f"{basis}_count": len(results),
+        f"{basis}_answer_s_median": _median(answer_s),
+        f"{basis}_answer_s_p95": float(np.quantile(answer_s, 0.95)) if answer_s else math.nan,
+    }
     if basis is not Basis.BOUND:
         found[f"{basis}_within_3_sigma_fraction"] = _within_3_sigma(results)
-        found[f"{basis}_rel_error_median"] = median(abs(r.error_m) / r.range_m for r in results)
-        found[f"{basis}_rel_sigma_median"] = median(
+        found[f"{basis}_rel_error_median"] = _median(abs(r.error_m) / r.range_m for r in results)
+        found[f"{basis}_rel_sigma_median"] = _median(
             (r.fixation.distance_sigma_m or math.nan) / (r.fixation.distance_m or math.nan) for r in results
         )
     return found
+
+
+def _median(values: Iterable[float]) -> float:
+    """Return the median; NaN without values."""
+    ordered = list(values)
+    return median(ordered) if ordered else math.nan
 
 
 def _of_surfaces(results: list[JudgedClick]) -> float:
@@ -270,7 +293,3 @@ def _click_record(result: JudgedClick) -> Figures:
         "looks": len(fixation.steps),
         "answer_s": round(result.answer_s, 3),
     }
-
-
-if __name__ == "__main__":
-    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)

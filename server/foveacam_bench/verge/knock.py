@@ -25,7 +25,7 @@ from foveacam_server.resources.studying.studies.judged_clicks import FARTHEST_M,
 
 KNOCKS, QUICK_KNOCKS = 3, 1
 """Knocks in each scene."""
-CLICKS = 12
+CLICKS, QUICK_CLICKS = 12, 3
 SHIFT_DEG, ROLL_DEG = 0.3, 0.1
 BORDER_PX = 200.0
 SEED = 7
@@ -42,8 +42,10 @@ class KnockResult:
 
 def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: bool) -> Figures:
     """Return how many clicks it takes until a knock is reported, and the share of failures that name it."""
-    count = QUICK_KNOCKS if quick else KNOCKS
-    every = [found for scene in scenes for found in _knock_and_click(scene, calibration, count=count)]
+    count, clicks = (QUICK_KNOCKS, QUICK_CLICKS) if quick else (KNOCKS, CLICKS)
+    every = [
+        found for scene in scenes for found in _knock_and_click(scene, calibration, count=count, each=clicks)
+    ]
     reported_after = [found.reported_after for found in every if found.reported_after is not None]
     return {
         "knocks": len(every),
@@ -54,14 +56,14 @@ def knock_figures(calibration: Calibration, scenes: tuple[str, ...], *, quick: b
     }
 
 
-def _knock_and_click(scene: str, calibration: Calibration, *, count: int) -> Iterator[KnockResult]:
+def _knock_and_click(scene: str, calibration: Calibration, *, count: int, each: int) -> Iterator[KnockResult]:
     rng = np.random.default_rng([SEED, *scene.encode()])
     with open_simulated(scene=scene, inline=True) as rig:
         if rig.breakable is None:
             raise DeviceFault("bench verge: the simulated rig has no faults; use open_simulated")
         for _ in range(count):
             rig.breakable.set_faults(SimulatedFaults(knocked_left=_knock(rng), knocked_right=_knock(rng)))
-            clicks = [_textured_click(rig, calibration, scene, rng) for _ in range(CLICKS)]
+            clicks = [_textured_click(rig, calibration, scene, rng) for _ in range(each)]
             yield _make_clicks(rig, calibration, clicks)
 
 

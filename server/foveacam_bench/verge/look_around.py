@@ -1,11 +1,8 @@
 """Measure the depth of the steering field after looking around, and judge it by the simulation's truth.
 
 The rig runs in virtual time with the shipped calibration.
-`python -m foveacam_bench.verge.look_around` prints the figures.
 """
 
-import json
-import sys
 import time
 from dataclasses import dataclass
 
@@ -158,7 +155,3 @@ def _coverage(context: WideContext, calibration: Calibration) -> float:
     inside = np.all(np.abs(tangents) <= limits, axis=1)
     known = context.snapshot().known.any(axis=0).ravel()
     return float(np.count_nonzero(known & inside) / np.count_nonzero(inside))
-
-
-if __name__ == "__main__":
-    json.dump(run(quick="--quick" in sys.argv), sys.stdout, indent=1)

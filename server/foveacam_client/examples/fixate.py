@@ -8,7 +8,7 @@ from foveacam_client import models
 
 
 def show_progress(progress: models.JobProgress) -> None:
-    """Print how far the job has come."""
+    """Print the progress of the job."""
     left = "" if progress.eta_s is None else f", {progress.eta_s:.0f} s left"
     print(f"{progress.done} of {progress.total}{left}", file=sys.stderr)
 

@@ -8,7 +8,7 @@ from foveacam_client import AsyncRig
 
 
 async def print_events(rig: AsyncRig) -> None:
-    """Print what happens at the rig, until this task is cancelled."""
+    """Print the rig's events until this task is cancelled."""
     async for event in rig.events(kinds=["fixation.done", "stop.engaged"]):
         print(event.t_utc, event.message, file=sys.stderr)
 

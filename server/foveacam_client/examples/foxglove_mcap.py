@@ -47,7 +47,7 @@ AT_ORIGIN = {
 
 
 def stamp(t_ns: int) -> Message:
-    """Return a time as Foxglove has it."""
+    """Return a time in Foxglove's format."""
     sec, nsec = divmod(t_ns, 10**9)
     return {"sec": sec, "nsec": nsec}
 
@@ -65,7 +65,7 @@ def image(jpeg: bytes, *, t_ns: int, camera: str) -> Message:
 
 
 def cloud(points: PointCloud, *, t_ns: int) -> Message:
-    """Return a point cloud as a message: its vertices as they are."""
+    """Return a point cloud as a message with the unchanged vertices of the PLY file."""
     vertices = points.vertices
     kinds = dict(vertices.dtype.fields or {})
     return {

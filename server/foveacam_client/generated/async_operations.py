@@ -20,7 +20,7 @@ class AsyncArchive:
     async def get(self) -> models.ArchiveDocument:
         """The archive of this server.
 
-        Return where captures, recordings and stills are archived.
+        Return the address of the archive of captures, recordings and stills.
 
         Needs the right `view`.
         """
@@ -44,7 +44,7 @@ class AsyncAudit:
     ) -> models.AuditPage:
         """Who changed what.
 
-        Return the newest changes that were made or tried, newest first.
+        Return the newest changes and attempts of changes, newest first.
 
         Needs the right `administer`.
         """
@@ -89,7 +89,7 @@ class AsyncBatches:
     ) -> StartedJob[models.BatchDocument]:
         """Make products of several captures.
 
-        Queue it, or the rest of the same one, as a job that leaves the rig free.
+        Queue a batch, or the rest of an equal one, as a job that leaves the rig free.
 
         Needs the right `operate`.
         """
@@ -101,7 +101,7 @@ class AsyncBatches:
     async def cluster(self) -> models.BatchClusterDocument:
         """The cluster for batches.
 
-        Return the address of its scheduler, which the server was given.
+        Return the scheduler's address from the server's settings.
 
         Needs the right `view`.
         """
@@ -112,7 +112,7 @@ class AsyncBatches:
     async def get(self, batch_id: str) -> models.BatchDocument:
         """One batch.
 
-        Return how many of its products there are, and which failed, and why.
+        Return how many products are made, and which failed with the reason.
 
         Needs the right `view`.
         """
@@ -124,7 +124,7 @@ class AsyncBatches:
     async def remove(self, batch_id: str) -> None:
         """Remove a batch.
 
-        Remove it with its products; the captures stay.
+        Remove a batch with its products; the captures stay.
 
         Needs the right `operate`.
         """
@@ -135,7 +135,7 @@ class AsyncBatches:
     def download(self, batch_id: str) -> AsyncDownload:
         """The products as one ZIP file.
 
-        Send the folder of the batch, files as they are.
+        Send the folder of the batch with unchanged files.
 
         Needs the right `view`.
         """
@@ -164,7 +164,7 @@ class AsyncCalibrationSessions:
     async def list(self) -> builtins.list[models.SessionDocument]:
         """All sessions, newest first.
 
-        Return all sessions with all that was measured in them.
+        Return all sessions with their measurements.
 
         Needs the right `view`.
         """
@@ -187,7 +187,7 @@ class AsyncCalibrationSessions:
         """Put sessions together.
 
         Begin a session with the sweeps of several and the newest lens; the step `fit` fits them
-        together.
+        jointly.
 
         Needs the right `operate`.
         """
@@ -225,7 +225,7 @@ class AsyncCalibrationSessions:
     ) -> models.SessionDocument:
         """Take a fovea's view of the board out of the fit.
 
-        Remove one view and fit the fovea's lens to the others.
+        Remove one view of the board and fit the fovea's lens to the others.
 
         Needs the right `operate`.
         """
@@ -243,7 +243,7 @@ class AsyncCalibrationSessions:
     ) -> AsyncDownload:
         """Thumbnail of a fovea's view of the board.
 
-        Return what the fovea saw, small, with the corners found.
+        Return a thumbnail of the fovea's picture, with the detected corners.
 
         Needs the right `view`.
         """
@@ -258,7 +258,7 @@ class AsyncCalibrationSessions:
     def picture(self, session_id: str, name: str) -> AsyncDownload:
         """A picture of the session's state.
 
-        Return one picture as of the last run of its step.
+        Return one picture, from the last run of its step.
 
         Needs the right `view`.
         """
@@ -285,8 +285,7 @@ class AsyncCalibrationSessions:
     ) -> StartedJob[models.SessionDocument]:
         """Run a step.
 
-        Queue a step as a job; run again, it adds to what was measured, or goes on where it was
-        interrupted.
+        Queue a step as a job; run again, it adds measurements, or resumes where it was interrupted.
 
         Needs the right `operate`.
         """
@@ -305,7 +304,7 @@ class AsyncCalibrationSessions:
     async def remove_sample(self, session_id: str, sample_id: str) -> models.SessionDocument:
         """Take a view of the board out of the fit.
 
-        Remove one view and fit the lens to the others.
+        Remove one view of the board and fit the lens to the others.
 
         Needs the right `operate`.
         """
@@ -321,7 +320,7 @@ class AsyncCalibrationSessions:
     def thumbnail(self, session_id: str, sample_id: str) -> AsyncDownload:
         """Thumbnail of a view of the board.
 
-        Return what the wide camera saw, small, with the corners found.
+        Return a thumbnail of the wide picture, with the detected corners.
 
         Needs the right `view`.
         """
@@ -357,7 +356,7 @@ class AsyncCalibrations:
     async def compare(self, *, a: str, b: str) -> models.ComparisonDocument:
         """Compare two.
 
-        Return how far b differs from a, in pixels that an operator sees.
+        Return the differences of calibration b from a, in pixels of the pictures.
 
         Needs the right `view`.
         """
@@ -366,9 +365,9 @@ class AsyncCalibrations:
         )
 
     def compare_png(self, *, a: str, b: str) -> AsyncDownload:
-        """Compare two, as a picture.
+        """Compare two calibrations, as a picture.
 
-        Return where over the field two calibrations differ.
+        Return a picture of the differences of two calibrations over the field.
 
         Needs the right `view`.
         """
@@ -377,7 +376,7 @@ class AsyncCalibrations:
         )
 
     async def current(self) -> models.CalibrationDocument:
-        """The one in force.
+        """Calibration in force.
 
         Return the calibration in force; 409 without one, 503 while the rig opens.
 
@@ -388,9 +387,9 @@ class AsyncCalibrations:
         )
 
     async def health(self) -> models.HealthDocument:
-        """Does the one in force still hold?.
+        """Health of the calibration in force.
 
-        Return what ordinary fixations say of the calibration in force.
+        Return the health of the calibration in force, from the residuals of ordinary fixations.
 
         Needs the right `view`.
         """
@@ -399,10 +398,10 @@ class AsyncCalibrations:
     async def import_file(
         self, body: JsonObject, *, distance_m: float | None = None
     ) -> models.CalibrationDocument:
-        """Take a calibration from a file.
+        """Import a calibration from a file.
 
-        Keep the calibration of a file of this program, or of the authors' device bundle. A bundle does
-        not say how far away its markers stood: give `distance_m`.
+        Store the calibration of a file of this program, or of the authors' device bundle. A bundle
+        lacks the distance of its markers: give `distance_m`.
 
         Needs the right `operate`.
         """
@@ -428,7 +427,7 @@ class AsyncCalibrations:
     async def discard(self, calibration_id: str) -> None:
         """Discard a calibration.
 
-        Put it in the trash, from which it can be restored; neither the one in force nor one that ships.
+        Move a calibration to the trash, from which it can be restored; not one in force or shipped.
 
         Needs the right `operate`.
         """
@@ -441,9 +440,9 @@ class AsyncCalibrations:
         )
 
     async def activate(self, calibration_id: str) -> models.CalibrationDocument:
-        """Put one in force.
+        """Put a calibration in force.
 
-        Put a calibration in force, now and at every start.
+        Put a calibration in force, now and at every start of the server.
 
         Needs the right `administer`.
         """
@@ -477,9 +476,9 @@ class AsyncCalibrations:
         )
 
     def report(self, calibration_id: str) -> AsyncDownload:
-        """What is known of one, as a page.
+        """Report of a calibration, as a page.
 
-        Return one self-contained page: measured figures beside the paper's, and all pictures.
+        Return a self-contained HTML page: measured figures beside the paper's, and all pictures.
 
         Needs the right `view`.
         """
@@ -494,7 +493,7 @@ class AsyncCalibrations:
     async def restore(self, calibration_id: str) -> models.CalibrationDocument:
         """Take a calibration out of the trash.
 
-        Undo its discarding; what is in force stays so.
+        Restore a calibration from the trash; the one in force stays in force.
 
         Needs the right `operate`.
         """
@@ -528,7 +527,7 @@ class AsyncCameraPresets:
     async def save(self, name: str) -> models.CameraPreset:
         """Save the cameras' settings.
 
-        Save what all connected cameras have now, over a preset of the same name.
+        Save the present settings of all connected cameras, replacing a preset of the same name.
 
         Needs the right `operate`.
         """
@@ -592,7 +591,7 @@ class AsyncCameraSelfTests:
         )
 
     async def newest_test(self) -> models.TriggerTestDocument:
-        """What is known of both triggers.
+        """Newest trigger test.
 
         Return the newest trigger test; before the first both eyes are `untested`.
 
@@ -648,10 +647,10 @@ class AsyncCameras:
     ) -> models.CamerasChangedDocument:
         """Change a camera's settings.
 
-        Change settings now and at every start; answer what the camera accepted, or refuse with its
+        Change settings now and at every start; return what the camera accepted, or refuse with its
         range. `linked` changes both foveae, or neither. Hardware-triggered foveae have no automatic
-        exposure; `once` with `linked` looks a few times where the mirrors stand, and sets one exposure
-        for both.
+        exposure; `once` with `linked` takes a few looks at the mirrors' present pose, and sets one
+        exposure for both.
 
         Needs the right `operate`.
         """
@@ -684,7 +683,7 @@ class AsyncCaptures:
     ) -> builtins.list[models.CaptureDocument]:
         """Captures, newest first.
 
-        Return all captures, or those that hold every word of `text`.
+        Return all captures, or those that contain every word of `text`.
 
         Needs the right `view`.
         """
@@ -698,7 +697,7 @@ class AsyncCaptures:
     ) -> StartedJob[models.CaptureDocument]:
         """Capture a plan.
 
-        Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts.
+        Queue a capture as a job; an unusable name or plan or a full disk is refused before it starts.
 
         Needs the right `operate`.
         """
@@ -708,9 +707,9 @@ class AsyncCaptures:
         )
 
     async def estimate(self, body: models.EstimateRequest) -> models.EstimateDocument:
-        """What a plan takes.
+        """Estimate a plan.
 
-        Return time, size and room on the disk, warnings, and where every view lies in the wide image.
+        Return time, size, free disk space, warnings, and the outline of every view in the wide image.
 
         Needs the right `view`.
         """
@@ -721,7 +720,7 @@ class AsyncCaptures:
     async def empty_trash(self) -> models.TrashEmptied:
         """Empty the trash.
 
-        Delete for good what was removed.
+        Delete the captures in the trash for good.
 
         Needs the right `administer`.
         """
@@ -742,7 +741,7 @@ class AsyncCaptures:
     async def patch(self, capture_id: str, body: models.CapturePatch) -> models.CaptureDocument:
         """Describe a capture.
 
-        Change its label or its licence.
+        Change a capture's label or licence.
 
         Needs the right `operate`.
         """
@@ -754,7 +753,7 @@ class AsyncCaptures:
     async def remove(self, capture_id: str) -> None:
         """Put a capture in the trash.
 
-        Move it to the trash, from which it can be restored.
+        Move a capture to the trash, from which it can be restored.
 
         Needs the right `operate`.
         """
@@ -785,7 +784,7 @@ class AsyncCaptures:
     ) -> StartedJob[models.CaptureDocument]:
         """Send a capture to the archive.
 
-        Queue the upload as a job; what the archive has already is not sent again.
+        Queue the upload as a job; files that the archive already has are not sent again.
 
         Needs the right `operate`.
         """
@@ -802,9 +801,9 @@ class AsyncCaptures:
         )
 
     async def check_files(self, capture_id: str) -> models.CaptureChecked:
-        """Is all as it was written.
+        """Verify the dataset's files.
 
-        Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a
+        Read every file again and list the faults, as `foveacam dataset check` does: seconds per
         gigabyte.
 
         Needs the right `operate`.
@@ -815,9 +814,9 @@ class AsyncCaptures:
         )
 
     async def go_on(self, capture_id: str) -> models.CaptureDocument:
-        """Let a paused capture go on.
+        """Continue a paused capture.
 
-        Continue; also confirms that what was asked for by hand is done.
+        Continue a paused capture; also confirms that the requested manual action is done.
 
         Needs the right `operate`.
         """
@@ -829,7 +828,7 @@ class AsyncCaptures:
     def download(self, capture_id: str) -> AsyncDownload:
         """The dataset as one ZIP file.
 
-        Send the dataset's folder, files as they are.
+        Send the dataset's folder with unchanged files.
 
         Needs the right `view`.
         """
@@ -858,9 +857,9 @@ class AsyncCaptures:
         )
 
     async def pause(self, capture_id: str) -> models.CaptureDocument:
-        """Let a running capture wait.
+        """Pause a running capture.
 
-        Wait after the present point; the rig stays reserved for the capture.
+        Pause after the present point; the rig stays reserved for the capture.
 
         Needs the right `operate`.
         """
@@ -872,8 +871,7 @@ class AsyncCaptures:
     async def points(self, capture_id: str) -> models.PointsDocument:
         """Its points.
 
-        Return the points that were taken, with their places on the contact sheet, and those passed
-        over.
+        Return the captured points, with their places on the contact sheet, and the skipped ones.
 
         Needs the right `view`.
         """
@@ -891,9 +889,9 @@ class AsyncCaptures:
         *,
         bracket: str | None = None,
     ) -> AsyncDownload:
-        """What one camera saw at a point.
+        """Picture of one camera at a point.
 
-        Return one picture at full size, 8 bits; of a stack its mean.
+        Return one picture at full size, 8 bits; the mean of a stack.
 
         Needs the right `view`.
         """
@@ -907,9 +905,9 @@ class AsyncCaptures:
         )
 
     async def restore(self, capture_id: str) -> models.CaptureDocument:
-        """Take a capture out of the trash.
+        """Restore a capture from the trash.
 
-        Undo its removal.
+        Restore a capture from the trash.
 
         Needs the right `operate`.
         """
@@ -921,9 +919,9 @@ class AsyncCaptures:
     async def resume(
         self, capture_id: str, *, idempotency_key: str | None = None
     ) -> StartedJob[models.CaptureDocument]:
-        """Go on with a partial capture.
+        """Resume a partial capture.
 
-        Queue the rest of a capture, from the exact next point, with its own plan and calibration.
+        Queue the rest of a capture, from exactly the next point, with its own plan and calibration.
 
         Needs the right `operate`.
         """
@@ -943,7 +941,7 @@ class AsyncCaptures:
     ) -> AsyncDownload:
         """Thumbnail, contact sheet or coverage.
 
-        Draw the capture as far as it has come.
+        Draw the capture's points so far.
 
         Needs the right `view`.
         """
@@ -1060,8 +1058,7 @@ class AsyncDepth:
     async def backends(self) -> models.DepthBackendsDocument:
         """Backends that compute the depth of looks.
 
-        Return semi-global matching and all networks, which is in use, and why the last look did without
-        it.
+        Return all backends, the one in use, and why the last look fell back to semi-global matching.
 
         Needs the right `view`.
         """
@@ -1072,7 +1069,7 @@ class AsyncDepth:
     async def check(self, name: str) -> models.NetworkCheckDocument:
         """Check a network.
 
-        Run a network on a pair whose disparities are known; say what is wrong with it or its card.
+        Run a network on a pair with known disparities; report faults of the network or its card.
 
         Needs the right `operate`.
         """
@@ -1084,7 +1081,7 @@ class AsyncDepth:
     async def compare(self, body: models.BackendComparisonRequest) -> models.BackendComparisonDocument:
         """Compare two backends on the newest look.
 
-        Compute the depth of the newest look by two backends; return how they differ, with pictures.
+        Compute the depth of the newest look by two backends; return their differences, with pictures.
 
         Needs the right `operate`.
         """
@@ -1097,8 +1094,8 @@ class AsyncDepth:
     ) -> AsyncDownload:
         """Picture of a comparison.
 
-        Return the depth of either backend, their difference, or the left picture; of the last
-        comparisons.
+        Return either backend's depth, their difference, or the left picture; the last comparisons are
+        held.
 
         Needs the right `view`.
         """
@@ -1136,7 +1133,7 @@ class AsyncDisplayPattern:
     ) -> models.PatternDocument:
         """Show a pattern.
 
-        Let all screens show a pattern at its true size, now and after a restart.
+        Show a pattern at its true size on all screens, now and after a restart.
 
         Needs the right `operate`.
         """
@@ -1161,8 +1158,8 @@ class AsyncDisplayPattern:
     ) -> AsyncDownload:
         """A pattern as PDF.
 
-        Return the pattern of the query, without `kind` that of the displays, to be printed at 100 %.
-        One that is larger than the paper comes on up to nine sheets, with crop marks.
+        Return the pattern of the query (without `kind`, that of the displays), to be printed at 100 %.
+        A pattern larger than the paper is split over up to nine sheets, with crop marks.
 
         Needs the right `view`.
         """
@@ -1205,7 +1202,7 @@ class AsyncDisplays:
     async def list(self) -> builtins.list[models.DisplayDocument]:
         """Connected displays.
 
-        Return the screens that show the pattern; one that was not heard of for 15 s is left out.
+        Return the screens that show the pattern; a screen silent for 15 s is left out.
 
         Needs the right `view`.
         """
@@ -1216,8 +1213,7 @@ class AsyncDisplays:
     async def register(self, display_id: str, body: models.DisplayRequest) -> models.PatternDocument:
         """Register a display.
 
-        Register a screen, or say that it is still there; to be repeated within 15 s. Return what it
-        shows.
+        Register a screen or renew its registration, to be repeated within 15 s; return its pattern.
 
         Needs the right `view`.
         """
@@ -1227,9 +1223,9 @@ class AsyncDisplays:
         )
 
     async def forget(self, display_id: str) -> None:
-        """Take a display off the list.
+        """Remove a display from the list.
 
-        Take a screen that shows the pattern no longer off the list.
+        Remove a screen that no longer shows the pattern from the list.
 
         Needs the right `view`.
         """
@@ -1247,7 +1243,7 @@ class AsyncDriftChecks:
     async def list(self) -> builtins.list[models.DriftCheckDocument]:
         """All drift checks, newest first.
 
-        Return what all checks found.
+        Return the results of all checks.
 
         Needs the right `view`.
         """
@@ -1260,8 +1256,7 @@ class AsyncDriftChecks:
     ) -> StartedJob[models.DriftCheckDocument]:
         """Check the drift.
 
-        Queue a check; with `apply`, a drift that is surely there is corrected and the result put in
-        force.
+        Queue a check; with `apply`, a significant drift is corrected and the result put in force.
 
         Needs the right `operate`.
         """
@@ -1273,7 +1268,7 @@ class AsyncDriftChecks:
     def trend(self) -> AsyncDownload:
         """Drift over time.
 
-        Return a picture of how both eyes have drifted since they were calibrated.
+        Return a picture of both eyes' drift over time.
 
         Needs the right `view`.
         """
@@ -1282,7 +1277,7 @@ class AsyncDriftChecks:
     async def get(self, check_id: str) -> models.DriftCheckDocument:
         """One check.
 
-        Return what one check found.
+        Return the result of one check.
 
         Needs the right `view`.
         """
@@ -1301,7 +1296,7 @@ class AsyncEngine:
     async def get(self) -> models.EngineDocument:
         """Load, rates, gaps and drops of the server's parts.
 
-        Return what each thread, queue, stage, camera and view does now, and how long the start took.
+        Return the load of each thread, queue, stage, camera and view now, and the times of the start.
 
         Needs the right `view`.
         """
@@ -1344,8 +1339,7 @@ class AsyncFaults:
     async def list(self) -> builtins.list[models.FaultDocument]:
         """Faults and warnings since the start.
 
-        Return errors first, the newest first within, 50 at most; those that were dismissed are left
-        out.
+        Return at most 50 faults without the dismissed ones; errors first, each level newest first.
 
         Needs the right `view`.
         """
@@ -1354,9 +1348,9 @@ class AsyncFaults:
         )
 
     async def dismiss_over(self) -> models.FaultsDismissed:
-        """Dismiss all that are over.
+        """Dismiss all faults that are over.
 
-        Take all faults that are over off the list, for everybody; one that comes again is listed again.
+        Remove all faults that are over from the list, for everybody; one that recurs is listed again.
 
         Needs the right `operate`.
         """
@@ -1365,7 +1359,7 @@ class AsyncFaults:
     async def dismiss(self, fault_id: str) -> None:
         """Dismiss a fault.
 
-        Take a fault off the list, for everybody; it is listed again when it comes again.
+        Remove a fault from the list, for everybody; it is listed again when it recurs.
 
         Needs the right `operate`.
         """
@@ -1407,9 +1401,9 @@ class AsyncFixations:
         )
 
     async def estimates(self) -> builtins.list[models.FixationEstimate]:
-        """What is known of the fixations that run.
+        """Estimates of the running fixations.
 
-        Return the newest estimate of each fixation that runs; its distance is null while nothing is
+        Return the newest estimate of each running fixation; its distance is null while nothing is
         known.
 
         Needs the right `view`.
@@ -1450,7 +1444,7 @@ class AsyncFixations:
     async def correct(
         self, fixation_id: str, body: models.CorrectionRequest
     ) -> StartedJob[models.FixationDocument]:
-        """Say that it is nearer or farther.
+        """Look again nearer or farther.
 
         Queue a look at the same target that takes only distances nearer or farther than its answer.
 
@@ -1467,9 +1461,9 @@ class AsyncFixations:
         )
 
     async def estimate(self, fixation_id: str) -> models.FixationEstimate:
-        """What is known of a fixation.
+        """Newest estimate of a fixation.
 
-        Return the newest estimate of a fixation that runs, or the answer of one that has ended.
+        Return the newest estimate of a running fixation, or the answer of one that has ended.
 
         Needs the right `view`.
         """
@@ -1484,8 +1478,8 @@ class AsyncFixations:
         """Look once more, at full resolution.
 
         Queue one look of both foveae at the answer's point at binning 1; its result is the new cloud.
-        Distance and target stay; cloud and depth are then those of this look, with four times as many
-        points.
+        Distance and target stay; cloud and depth map are replaced by those of this look, with four
+        times as many points.
 
         Needs the right `operate`.
         """
@@ -1521,7 +1515,7 @@ class AsyncFollows:
     async def create(self, body: models.FollowRequest) -> models.FollowedDocument:
         """Follow a target.
 
-        Follow one more target, 8 at most: both foveae verge on it, then look at all targets in turn.
+        Follow a further target, 8 at most: both foveae verge on it, then look at all targets in turn.
 
         Needs the right `operate`.
         """
@@ -1530,9 +1524,9 @@ class AsyncFollows:
         )
 
     async def end_all(self) -> None:
-        """Follow none any more.
+        """Stop following all targets.
 
-        Let all followed targets go; the mirrors stay where they are.
+        Stop following all targets; the mirrors stay where they are.
 
         Needs the right `operate`.
         """
@@ -1579,9 +1573,9 @@ class AsyncFollows:
         )
 
     async def end(self, follow_id: str) -> None:
-        """Let a target go.
+        """Stop following one.
 
-        Follow a target no more.
+        Stop following a target.
 
         Needs the right `operate`.
         """
@@ -1681,9 +1675,9 @@ class AsyncLease:
         self._transport = transport
 
     async def get(self) -> models.LeaseDocument:
-        """Who holds the lease.
+        """Holder of the lease.
 
-        Return who holds the lease; null: nobody, and anybody may move.
+        Return the holder of the lease; null: nobody, and anybody may move the rig.
 
         Needs the right `view`.
         """
@@ -1693,7 +1687,7 @@ class AsyncLease:
         """Take the lease.
 
         Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s.
-        Where people sign in, an admin alone takes it over from another person, and says the reason.
+        Where people sign in, only an admin can take it over from another person, with a reason.
 
         Needs the right `operate`.
         """
@@ -1709,9 +1703,9 @@ class AsyncLease:
         return await self._transport.answer(Call("PUT", "/api/v1/lease"), models.LeaseGrant)
 
     async def release(self) -> None:
-        """Give the lease back.
+        """Release the lease.
 
-        Give the lease back.
+        Release the lease.
 
         Needs the right `operate`.
         """
@@ -1725,9 +1719,9 @@ class AsyncLeaseWishes:
         self._transport = transport
 
     async def ask(self, body: models.LeaseWish) -> models.LeaseDocument:
-        """Ask for the lease.
+        """Request the lease.
 
-        Ask the holder for the lease; when it is handed over, take it with POST within 20 s.
+        Request the lease from its holder; when it is handed over, take it with POST within 20 s.
 
         Needs the right `operate`.
         """
@@ -1736,9 +1730,9 @@ class AsyncLeaseWishes:
         )
 
     async def answer(self, body: models.LeaseAnswer) -> models.LeaseDocument:
-        """Answer who asks for the lease.
+        """Answer a request for the lease.
 
-        Hand the lease over to who asks for it, or keep it.
+        Hand the lease over to the client that requests it, or keep it.
 
         Needs the right `operate`.
         """
@@ -1756,7 +1750,7 @@ class AsyncLoop:
     async def get(self) -> models.LoopDocument:
         """The vergence loop.
 
-        Return the loop as it is now: status, errors, commands, distance, trigger and settings.
+        Return the present state of the loop: status, errors, commands, distance, trigger and settings.
 
         Needs the right `view`.
         """
@@ -1765,7 +1759,7 @@ class AsyncLoop:
     async def look_at(self, body: models.LoopTargetRequest) -> models.LoopDocument:
         """Keep both foveae on a target.
 
-        Choose the target; the loop begins where it does not run, and gives way to other jobs.
+        Choose the target; starts the loop if it does not run. The loop yields the rig to other jobs.
 
         Needs the right `operate`.
         """
@@ -1774,7 +1768,7 @@ class AsyncLoop:
     async def change(self, body: models.LoopPatch) -> models.LoopDocument:
         """Pause the loop, hold or set its axes.
 
-        Pause or go on; hold single axes; set the command of an axis, which is held from then on.
+        Pause or resume; hold single axes; set the command of an axis, which holds it from then on.
 
         Needs the right `operate`.
         """
@@ -1790,27 +1784,27 @@ class AsyncLoop:
         await self._transport.order(Call("DELETE", "/api/v1/loop"))
 
     async def drag(self, body: models.LoopDrag) -> None:
-        """Take the eyes by hand.
+        """Steer both eyes by hand.
 
-        Let both eyes look in parallel at a place of the wide view, without corrections, until released.
+        Point both eyes in parallel at a place of the wide view, without corrections, until released.
 
         Needs the right `operate`.
         """
         await self._transport.order(Call("PUT", "/api/v1/loop/drag", body=body))
 
     async def release(self) -> None:
-        """Let the loop go on.
+        """Release the eyes.
 
-        Release the eyes: the loop goes on with its target.
+        Release the eyes; the loop resumes with its target.
 
         Needs the right `operate`.
         """
         await self._transport.order(Call("DELETE", "/api/v1/loop/drag"))
 
     async def reunite(self) -> models.LoopDocument:
-        """Let both eyes look at one target again.
+        """End the split of the eyes.
 
-        End that each eye follows a place of its own; without a common target the loop ends.
+        End the split of the eyes; without a common target the loop ends.
 
         Needs the right `operate`.
         """
@@ -1819,9 +1813,9 @@ class AsyncLoop:
     async def follow_apart(
         self, eye: Literal["left", "right"], body: models.LoopEyePlace
     ) -> models.LoopDocument:
-        """Let one eye follow a place of its own.
+        """Let one eye follow a separate place.
 
-        Keep a place of one fovea's picture in its middle; the other eye does as it did, or rests.
+        Keep a place of one fovea's picture centred; the other eye keeps its own place, or rests.
 
         Needs the right `operate`.
         """
@@ -1842,18 +1836,18 @@ class AsyncLoop:
         )
 
     def match_png(self) -> AsyncDownload:
-        """What the loop matches.
+        """Match of the last look.
 
-        Return the guide strip with both eyes' boxes, and each eye's map of correlation, as a PNG.
+        Return the guide strip with both eyes' boxes, and each eye's correlation map, as a PNG.
 
         Needs the right `view`.
         """
         return self._transport.download(Call("GET", "/api/v1/loop/match.png"))
 
     async def reset_trigger(self) -> models.LoopDocument:
-        """Let exposures pass again.
+        """Reset the trigger.
 
-        Let the loop go on after equal failures of its exposures have latched it.
+        Reset the trigger, so that the loop resumes after repeated equal failures have latched it.
 
         Needs the right `operate`.
         """
@@ -1864,8 +1858,8 @@ class AsyncLoop:
     ) -> StartedJob[models.LoopDocument]:
         """Tune the gains.
 
-        Find the gains on the target by relays, then by CMA-ES where asked for, as a job. Cancelled or
-        refused, it leaves the gains as they were.
+        Tune the gains on the target by relays, then by CMA-ES if requested, as a job. When cancelled or
+        refused, the gains stay as they were.
 
         Needs the right `operate`.
         """
@@ -1875,18 +1869,18 @@ class AsyncLoop:
         )
 
     def tune_png(self) -> AsyncDownload:
-        """Steps before and after tuning.
+        """Step responses before and after tuning.
 
-        Return how each loop answers a step before and after the last tuning, as a PNG.
+        Return the step responses before and after the last tuning, as a PNG.
 
         Needs the right `view`.
         """
         return self._transport.download(Call("GET", "/api/v1/loop/tune.png"))
 
     def tune_svg(self) -> AsyncDownload:
-        """Steps before and after tuning, as SVG.
+        """Step responses before and after tuning, as SVG.
 
-        Return how each loop answers a step before and after the last tuning, as an SVG.
+        Return the step responses before and after the last tuning, as an SVG.
 
         Needs the right `view`.
         """
@@ -1902,7 +1896,7 @@ class AsyncLoopSettings:
     async def change_settings(self, body: models.LoopSettingsPatch) -> models.LoopSettingsDocument:
         """Change settings of the loop.
 
-        Change settings now and for later runs; what is left out stays.
+        Change settings now and for later runs; fields left out stay.
 
         Needs the right `operate`.
         """
@@ -1946,7 +1940,7 @@ class AsyncMeasurements:
     async def create(self, body: models.MeasurementRequest) -> models.MeasurementDocument:
         """Measure.
 
-        Measure a point, a length, a plane or a profile at pixels of views, and keep it.
+        Measure a point, a length, a plane or a profile at pixels of views, and store it.
 
         Needs the right `operate`.
         """
@@ -1957,7 +1951,7 @@ class AsyncMeasurements:
     def as_csv(self) -> AsyncDownload:
         """All measurements as CSV.
 
-        Return one line a measurement, newest first; samples of profiles are in the JSON export.
+        Return one line per measurement, newest first; samples of profiles are in the JSON export only.
 
         Needs the right `view`.
         """
@@ -2064,7 +2058,7 @@ class AsyncMirrors:
         return await self._transport.answer(Call("POST", "/api/v1/mirrors/park"), models.MirrorsDocument)
 
     async def recover(self) -> models.MirrorsDocument:
-        """Start the mirrors' DACs anew.
+        """Restart the mirrors' DACs.
 
         Recover a frozen mirror without switching the rail: restart both DACs, then restore the targets.
 
@@ -2075,7 +2069,8 @@ class AsyncMirrors:
     async def steer(self, body: models.SteerRequest) -> models.MirrorsDocument:
         """Point both foveae, open loop.
 
-        Point both eyes at a direction and distance from the rig's origin; without a distance, parallel.
+        Point both eyes at a direction and distance from the rig's origin; in parallel without a
+        distance.
 
         Needs the right `operate`.
         """
@@ -2104,7 +2099,7 @@ class AsyncMosaics:
     async def get(self, capture_id: str) -> models.MosaicDocument:
         """A capture's mosaic.
 
-        Return its state, the progress of its job, and what it would take, or why there can be none.
+        Return the mosaic's state, its job's progress, and its estimated size or why none is possible.
 
         Needs the right `view`.
         """
@@ -2118,8 +2113,8 @@ class AsyncMosaics:
     ) -> StartedJob[models.MosaicDocument]:
         """Make a capture's mosaic.
 
-        Queue it, or the rest of an unfinished one, as a job that leaves the rig free; refuse what
-        cannot be. An older mosaic of the capture stays until the new one is finished.
+        Queue a mosaic, or the rest of an unfinished one, as a job without the rig; refuse an impossible
+        one. An older mosaic of the capture stays until the new one is finished.
 
         Needs the right `operate`.
         """
@@ -2138,7 +2133,7 @@ class AsyncMosaics:
     async def remove(self, capture_id: str) -> None:
         """Remove a capture's mosaic.
 
-        Remove its files, those of an unfinished one too; the capture stays.
+        Remove the files of the mosaic, also of an unfinished one; the capture stays.
 
         Needs the right `operate`.
         """
@@ -2165,7 +2160,7 @@ class AsyncMosaics:
     async def show(self, capture_id: str) -> models.MosaicDocument:
         """Show the mosaic in 3D.
 
-        Show its surface in the 3D scene, instead of another's.
+        Show the mosaic's surface in the 3D scene, replacing another mosaic's.
 
         Needs the right `operate`.
         """
@@ -2179,7 +2174,7 @@ class AsyncMosaics:
     async def hide(self, capture_id: str) -> models.MosaicDocument:
         """Take the mosaic out of the 3D scene.
 
-        Remove its surface from the 3D scene, if it is there.
+        Remove the mosaic's surface from the 3D scene, if it is there.
 
         Needs the right `operate`.
         """
@@ -2284,7 +2279,7 @@ class AsyncPanTilt:
     async def get(self) -> models.PanTiltDocument:
         """Where the rig points.
 
-        Return where the pan-tilt is now, its limits and the rig's stations.
+        Return the pan-tilt's present pose, its limits and the rig's stations.
 
         Needs the right `view`.
         """
@@ -2311,7 +2306,7 @@ class AsyncPanTilt:
     async def move(self, body: models.PanTiltMove) -> models.PanTiltDocument:
         """Turn the rig.
 
-        Start to turn the rig to a station or a bearing; answer while it moves.
+        Start to turn the rig to a station or a bearing; returns before it arrives.
 
         Needs the right `operate`.
         """
@@ -2320,10 +2315,10 @@ class AsyncPanTilt:
         )
 
     async def confirm_zero(self) -> models.PanTiltDocument:
-        """Say that it stands at its zero.
+        """Confirm its zero position.
 
-        Take the present pose as the zero, as the operator confirms; for one without reference switches.
-        It clears the fault of a board that has restarted; on a shared board it applies to every axis.
+        Take the present pose as the zero on the operator's confirmation, without reference switches. It
+        clears the fault of a board that has restarted; on a shared board it applies to every axis.
 
         Needs the right `operate`.
         """
@@ -2345,9 +2340,9 @@ class AsyncPlanner:
         | models.GeojsonMapRequest
         | models.PictureMapRequest,
     ) -> models.MapDocument:
-        """A map by lot, of GeoJSON or of a picture.
+        """A map, random, of GeoJSON or of a picture.
 
-        Return a map in metres: random, without obstacles, or the one that was sent, checked.
+        Return a map in metres: random, without obstacles, or the sent one after a check.
 
         Needs the right `view`.
         """
@@ -2358,7 +2353,8 @@ class AsyncPlanner:
     async def regions(self, body: models.RegionsRequest) -> models.RegionsDocument:
         """Where to stand on a map.
 
-        Return from where each target is seen unnoticed: in its ring, in sight, free to stand on.
+        Return the regions from which each target is seen unnoticed: in its ring, in sight,
+        unobstructed.
 
         Needs the right `view`.
         """
@@ -2386,9 +2382,9 @@ class AsyncRail:
         self._transport = transport
 
     async def get(self) -> models.RailDocument:
-        """Where the rig stands on its rail.
+        """Position of the rig on its rail.
 
-        Return where the rail is now, its limits and its named places.
+        Return the rail's present position, its limits and its named places.
 
         Needs the right `view`.
         """
@@ -2415,7 +2411,7 @@ class AsyncRail:
     async def move(self, body: models.RailMove) -> models.RailDocument:
         """Move the rig sideways.
 
-        Start to move the rig to a named place or a position; answer while it moves.
+        Start to move the rig to a named place or a position; returns before it arrives.
 
         Needs the right `operate`.
         """
@@ -2424,9 +2420,9 @@ class AsyncRail:
         )
 
     async def confirm_zero(self) -> models.RailDocument:
-        """Say that it stands at its zero.
+        """Confirm its zero position.
 
-        Take the present position as the zero, as the operator confirms; for one without reference
+        Take the present position as the zero on the operator's confirmation, without reference
         switches. It clears the fault of a board that has restarted; on a shared board it applies to
         every axis.
 
@@ -2464,7 +2460,7 @@ class AsyncRecordingUploads:
     async def begin_upload(self, body: models.UploadRequest) -> models.UploadDocument:
         """Begin to send a recording of at most 256 GiB.
 
-        Announce a recording; refused at once where its name is used, or the disk has no room for it.
+        Begin an upload; refused at once where the name is used, or the disk lacks space.
 
         Needs the right `operate`.
         """
@@ -2473,9 +2469,9 @@ class AsyncRecordingUploads:
         )
 
     async def get(self, upload_id: str) -> models.UploadDocument:
-        """How far an upload is.
+        """Progress of an upload.
 
-        Return an upload, to go on after a lost connection.
+        Return an upload, to resume it after a lost connection.
 
         Needs the right `view`.
         """
@@ -2487,7 +2483,7 @@ class AsyncRecordingUploads:
     async def add_part(self, upload_id: str, content: bytes, *, at: int) -> models.UploadDocument:
         """Send a part of a recording.
 
-        Append a part as it comes, 8 MiB at most; after the last one the file is checked and added.
+        Append a part of at most 8 MiB; after the last one the file is checked and added.
 
         Needs the right `operate`.
         """
@@ -2505,7 +2501,7 @@ class AsyncRecordingUploads:
     async def abandon(self, upload_id: str) -> None:
         """Abandon an upload.
 
-        Remove what has come of it.
+        Cancel an upload and delete its received parts.
 
         Needs the right `operate`.
         """
@@ -2525,7 +2521,7 @@ class AsyncRecordings:
     ) -> builtins.list[models.RecordingDocument]:
         """Recordings, newest first.
 
-        Return all recordings, or those that hold every word of `text`.
+        Return all recordings, or those that contain every word of `text`.
 
         Needs the right `view`.
         """
@@ -2539,7 +2535,7 @@ class AsyncRecordings:
     ) -> StartedJob[models.RecordingDocument]:
         """Record what the cameras deliver.
 
-        Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is
+        Begin a recording as a job. It does not move or reserve the rig: other work goes on, and is
         recorded.
 
         Needs the right `operate`.
@@ -2574,7 +2570,7 @@ class AsyncRecordings:
     ) -> models.NameDocument:
         """The name that a recording would get.
 
-        Return the name with its number, and whether something can be recorded under it now.
+        Return the name with its number, and whether a recording of that name can be made now.
 
         Needs the right `view`.
         """
@@ -2584,9 +2580,9 @@ class AsyncRecordings:
         )
 
     async def open_file(self, body: models.OpenRequest) -> models.RecordingDocument:
-        """Open a recording where it lies.
+        """Open a recording in place.
 
-        Add a recording of one of the folders; its file stays where it is and is only read.
+        Add a recording from one of the folders; its file stays there and is only read.
 
         Needs the right `operate`.
         """
@@ -2597,7 +2593,7 @@ class AsyncRecordings:
     async def empty_trash(self) -> models.TrashEmptied:
         """Empty the trash.
 
-        Delete for good what was removed, and the films made of it.
+        Delete the recordings in the trash for good, with their films.
 
         Needs the right `administer`.
         """
@@ -2606,7 +2602,7 @@ class AsyncRecordings:
     async def get(self, recording_id: str) -> models.RecordingDocument:
         """One recording.
 
-        Return one recording; while it is being made, with its counts so far.
+        Return one recording; in progress, with its counts so far.
 
         Needs the right `view`.
         """
@@ -2618,7 +2614,7 @@ class AsyncRecordings:
     async def patch(self, recording_id: str, body: models.RecordingPatch) -> models.RecordingDocument:
         """Describe a recording.
 
-        Change its label.
+        Change a recording's label.
 
         Needs the right `operate`.
         """
@@ -2635,7 +2631,7 @@ class AsyncRecordings:
     async def remove(self, recording_id: str) -> None:
         """Put a recording in the trash.
 
-        Move it to the trash, from which it can be restored.
+        Move a recording to the trash, from which it can be restored.
 
         Needs the right `operate`.
         """
@@ -2652,7 +2648,7 @@ class AsyncRecordings:
     ) -> AsyncDownload:
         """Both foveae of a moment in red and cyan.
 
-        Return both foveae over each other, rectified where poses and calibration were recorded.
+        Return both foveae as an anaglyph, rectified where poses and calibration were recorded.
 
         Needs the right `view`.
         """
@@ -2670,7 +2666,7 @@ class AsyncRecordings:
     ) -> StartedJob[models.RecordingDocument]:
         """Send a recording to the archive.
 
-        Queue the upload as a job; what the archive has already is not sent again.
+        Queue the upload as a job; files that the archive already has are not sent again.
 
         Needs the right `operate`.
         """
@@ -2695,7 +2691,7 @@ class AsyncRecordings:
         looks: int | None = None,
         research_confirmed: bool | None = None,
     ) -> models.RecordedDepthDocument:
-        """Depth of a moment, computed anew.
+        """Depth of a moment, recomputed.
 
         Match both foveae by their recorded poses and calibration; refused where these are missing.
 
@@ -2748,7 +2744,7 @@ class AsyncRecordings:
     def difference(self, recording_id: str, *, t_s: float | None = None) -> AsyncDownload:
         """The left fovea of a moment minus the right one.
 
-        Return their difference about middle grey, rectified where poses and calibration were recorded.
+        Return left minus right about middle grey, rectified where poses and calibration were recorded.
 
         Needs the right `view`.
         """
@@ -2764,7 +2760,7 @@ class AsyncRecordings:
     def download(self, recording_id: str) -> AsyncDownload:
         """The recording's file.
 
-        Send the file as it is, or the part that a Range header asks for.
+        Send the unchanged file, or the part that a Range header asks for.
 
         Needs the right `view`.
         """
@@ -2801,7 +2797,7 @@ class AsyncRecordings:
     ) -> StartedJob[models.FilmDocument]:
         """Make a film, or another export.
 
-        Queue a film as a job; the same one is not made twice.
+        Queue a film as a job; an existing equal film is reused.
 
         Needs the right `operate`.
         """
@@ -2842,7 +2838,7 @@ class AsyncRecordings:
     ) -> models.MomentDocument:
         """The frames of a moment, with their poses.
 
-        Return what all cameras saw nearest to a moment, or to a frame of one of them: poses and
+        Return all cameras' frames nearest to a time, or to a frame of one camera, with poses and
         outlines.
 
         Needs the right `view`.
@@ -2881,9 +2877,9 @@ class AsyncRecordings:
         )
 
     async def layout(self, recording_id: str) -> models.LayoutDocument:
-        """How the player was arranged.
+        """Stored arrangement of the player.
 
-        Return the arrangement that is kept beside the recording, or why it cannot be used.
+        Return the arrangement stored beside the recording, or why it cannot be used.
 
         Needs the right `view`.
         """
@@ -2895,9 +2891,10 @@ class AsyncRecordings:
         )
 
     async def keep_layout(self, recording_id: str, body: models.LayoutRequest) -> models.LayoutDocument:
-        """Keep how the player is arranged.
+        """Store the arrangement of the player.
 
-        Keep it beside the recording. One that cannot be used is overwritten with `replace` alone.
+        Store the arrangement beside the recording. One that cannot be used is overwritten only with
+        `replace`.
 
         Needs the right `operate`.
         """
@@ -2912,9 +2909,9 @@ class AsyncRecordings:
         )
 
     async def restore(self, recording_id: str) -> models.RecordingDocument:
-        """Take a recording out of the trash.
+        """Restore a recording from the trash.
 
-        Undo its removal.
+        Restore a recording from the trash.
 
         Needs the right `operate`.
         """
@@ -2930,7 +2927,7 @@ class AsyncRecordings:
     async def stop(self, recording_id: str) -> models.RecordingDocument:
         """End a recording.
 
-        End it, and answer when its file is complete; one that has ended stays as it is.
+        End a recording; returns when its file is complete. No effect on one that has ended.
 
         Needs the right `operate`.
         """
@@ -2942,9 +2939,9 @@ class AsyncRecordings:
         )
 
     async def timeline(self, recording_id: str) -> models.TimelineDocument:
-        """When every frame was exposed.
+        """Exposure times of all frames.
 
-        Return the moments of all frames, by camera.
+        Return the exposure times of all frames, by camera.
 
         Needs the right `view`.
         """
@@ -2981,7 +2978,7 @@ class AsyncReferences:
     async def get(self, capture_id: str) -> models.ReferenceDocument:
         """A capture's reference.
 
-        Return its figures and files, the progress of its job, or why there can be none.
+        Return the reference's figures and files, its job's progress, or why none is possible.
 
         Needs the right `view`.
         """
@@ -2999,8 +2996,8 @@ class AsyncReferences:
     ) -> StartedJob[models.ReferenceDocument]:
         """Make a capture's reference.
 
-        Queue it as a job that leaves the rig free; refuse at once what the capture's index rules out.
-        An older reference of the capture stays until the new one is finished.
+        Queue a reference as a job without the rig; refuse at once one that the capture's index rules
+        out. An older reference of the capture stays until the new one is finished.
 
         Needs the right `operate`.
         """
@@ -3019,7 +3016,7 @@ class AsyncReferences:
     async def remove(self, capture_id: str) -> None:
         """Remove a capture's reference.
 
-        Remove its files; the capture stays.
+        Remove the files of the reference; the capture stays.
 
         Needs the right `operate`.
         """
@@ -3045,7 +3042,7 @@ class AsyncReferences:
     def samples(self, capture_id: str) -> AsyncDownload:
         """The samples as a table.
 
-        Return one row a sample: its position, its depth by the rig and by the reference, their errors.
+        Return one row per sample: position, depth by the rig and by the reference, and their errors.
 
         Needs the right `view`.
         """
@@ -3076,7 +3073,7 @@ class AsyncRetention:
     async def apply(self, body: models.RetentionRequest) -> models.RetentionApplied:
         """Move it to the trash, or delete it where its kind has none.
 
-        Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile.
+        Remove exactly the items of a preview, by its digest; nothing when something changed meanwhile.
 
         Needs the right `administer`.
         """
@@ -3092,7 +3089,7 @@ class AsyncRig:
         self._transport = transport
 
     async def get(self) -> models.RigDocument:
-        """The rig as last seen.
+        """Last status of the rig.
 
         Return the rig's state, its problems, its devices and its calibration.
 
@@ -3112,9 +3109,9 @@ class AsyncRig:
     async def choose_binning(self, body: models.BinningRequest) -> models.RigBinningDocument:
         """Choose the working binning.
 
-        Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).
-        Following gives way for the switch. The rig file, or `serve --binning`, counts again when the
-        rig is opened anew.
+        Switch all cameras, or none; while a session or a recording holds them, after its end
+        (`held_by`). Following pauses for the switch. The binning of the rig file, or of `serve
+        --binning`, applies again when the rig is opened anew.
 
         Needs the right `operate`.
         """
@@ -3141,7 +3138,7 @@ class AsyncRigSetup:
     async def advice(self) -> builtins.list[models.AdviceDocument]:
         """What the doctor finds about the draft.
 
-        Check cameras, ports and machine for the draft's devices; cameras as the last search found them.
+        Check cameras, ports and machine for the draft's devices, with the cameras of the last search.
 
         Needs the right `view`.
         """
@@ -3150,7 +3147,7 @@ class AsyncRigSetup:
         )
 
     async def devices(self) -> models.FoundDevices:
-        """What every bus has.
+        """Cameras and ports on every bus.
 
         Search all buses for cameras and serial ports, which takes seconds; nothing is opened.
 
@@ -3170,7 +3167,7 @@ class AsyncRigSetup:
     async def begin_draft(self, body: models.DraftStart) -> models.DraftDocument:
         """Begin a draft anew.
 
-        Begin from a rig file of the list, or from nothing; what was not saved is gone.
+        Begin from a rig file of the list, or from an empty draft; unsaved changes are lost.
 
         Needs the right `administer`.
         """
@@ -3181,7 +3178,7 @@ class AsyncRigSetup:
     async def change_draft(self, body: models.RigDraft) -> models.DraftDocument:
         """Change the draft.
 
-        Put other values into the draft; wrong ones are kept, and named in the answer.
+        Replace the draft's values; invalid ones are kept, and listed as faults in the answer.
 
         Needs the right `administer`.
         """
@@ -3192,7 +3189,8 @@ class AsyncRigSetup:
     async def rig_file(self) -> models.RigFileDocument:
         """The rig file and what saving changes.
 
-        Return the file's hash, what saving would make of it, and what others changed meanwhile.
+        Return the file's hash, the changes that saving would make, and what others have changed
+        meanwhile.
 
         Needs the right `view`.
         """
@@ -3201,7 +3199,7 @@ class AsyncRigSetup:
     async def save_file(self, body: models.FileOrder) -> models.RigFileDocument:
         """Save the rig file.
 
-        Write the draft into its file, if that has the hash that was seen; comments and other keys stay.
+        Merge the draft into its file if the file still has the seen hash; comments and other keys stay.
 
         Needs the right `administer`.
         """
@@ -3212,8 +3210,7 @@ class AsyncRigSetup:
     async def files(self) -> models.RigFiles:
         """The rig files that can be opened.
 
-        Return the command line's rig file and those of the data directory, with what is wrong with
-        each.
+        Return the command line's rig file and those of the data directory, with the faults of each.
 
         Needs the right `view`.
         """
@@ -3222,7 +3219,7 @@ class AsyncRigSetup:
     async def mirror_steps(self, body: models.MirrorStepOrder) -> models.TryResult:
         """A small step of the mirrors.
 
-        Move each mirror of the open rig a small step and back; only for the holder of the lease.
+        Move each mirror of the open rig a small step and back; needs the lease.
 
         Needs the right `administer`.
         """
@@ -3233,7 +3230,7 @@ class AsyncRigSetup:
     async def open_rig(self, body: models.OpenOrder) -> models.RigFiles:
         """Open another rig.
 
-        Park and close the rig, then open the one of a file, without a restart of the server.
+        Park and close the rig, then open that of a rig file, without restarting the server.
 
         Needs the right `administer`.
         """
@@ -3244,7 +3241,7 @@ class AsyncRigSetup:
     def picture(self, *, kind: Literal["aravis", "pylon", "opencv", "simulated"], name: str) -> AsyncDownload:
         """A picture of a found camera.
 
-        Return a picture as JPEG; a camera that nobody has is opened for a moment.
+        Return a picture as JPEG; a camera that is not in use is opened briefly.
 
         Needs the right `view`.
         """
@@ -3253,9 +3250,9 @@ class AsyncRigSetup:
         )
 
     async def try_device(self, body: models.TryOrder) -> models.TryResult:
-        """Ask a device of the draft for an answer.
+        """Identify a device of the draft.
 
-        Return what answers on the device's port; nothing moves or is switched on.
+        Identify the device on the port; nothing moves or is switched on.
 
         Needs the right `administer`.
         """
@@ -3266,7 +3263,7 @@ class AsyncRigSetup:
     async def undo(self, body: models.FileOrder) -> models.RigFileDocument:
         """Put the file's last version back.
 
-        Undo the last saving, if the file has the hash that was seen.
+        Undo the last save if the file still has the seen hash.
 
         Needs the right `administer`.
         """
@@ -3284,8 +3281,8 @@ class AsyncRigs:
     async def list(self) -> builtins.list[models.RigEntry]:
         """This rig, and the others of the lab.
 
-        Return this rig first, then those of the list and those that announce themselves, each as it is
-        now.
+        Return this rig first, then those of the list and the announced ones, each with its present
+        state.
 
         Needs the right `view`.
         """
@@ -3321,7 +3318,7 @@ class AsyncServiceTokens:
     async def add(self, body: models.ServiceTokenRequest) -> models.ServiceTokenCreated:
         """Add a token.
 
-        Return a new token, which never may more than its owner; its secret is shown this once.
+        Return a new token, whose rights never exceed its owner's; its secret is shown only this once.
 
         Needs the right `administer`.
         """
@@ -3332,7 +3329,7 @@ class AsyncServiceTokens:
     async def revoke(self, token_id: str) -> None:
         """Revoke a token.
 
-        Refuse a token from now on; its open streams end.
+        Revoke a token; its open streams end.
 
         Needs the right `administer`.
         """
@@ -3350,22 +3347,21 @@ class AsyncSession:
     async def get(self) -> models.SignInDocument:
         """Who I am.
 
-        Return what the server asks of whoever comes, and who this request came from.
+        Return the sign-in that the server requires, and the principal of this request.
         """
         return await self._transport.answer(Call("GET", "/api/v1/session"), models.SignInDocument)
 
     async def sign_in(self, body: models.SignInRequest) -> models.SignInDocument:
         """Sign in.
 
-        Sign a browser in: the answer sets its cookies. Wrong passwords block the address they come
-        from.
+        Sign a browser in: the answer sets its cookies. Wrong passwords block their address for a time.
         """
         return await self._transport.answer(Call("POST", "/api/v1/session", body=body), models.SignInDocument)
 
     async def sign_out(self) -> None:
         """Sign out.
 
-        Sign this browser out: its cookie is refused from now on, wherever it is sent from.
+        Sign this browser out: its cookie is refused from now on, from any address.
 
         Needs the right `view`.
         """
@@ -3374,7 +3370,7 @@ class AsyncSession:
     async def join(self, body: models.JoinRequest) -> models.SignInDocument:
         """Join by a link.
 
-        Set the password of the user whose link this is; sign this browser in, and every other one out.
+        Set the password of the link's user; sign this browser in, and all others of the user out.
         """
         return await self._transport.answer(
             Call("POST", "/api/v1/session/invitation", body=body), models.SignInDocument
@@ -3383,7 +3379,7 @@ class AsyncSession:
     async def change_password(self, body: models.PasswordChange) -> None:
         """Change my password.
 
-        Change one's password; every other browser of this user is signed out.
+        Change the user's own password; signs out all other browsers of the user.
 
         Needs the right `view`.
         """
@@ -3426,7 +3422,7 @@ class AsyncSettleTime:
     async def get(self) -> models.SettleTimeDocument:
         """The settle time in use.
 
-        Return how long the rig waits after every move, and the source of that time.
+        Return the wait after every move, and the source of that time.
 
         Needs the right `view`.
         """
@@ -3444,7 +3440,7 @@ class AsyncSettleTime:
         )
 
     async def forget(self) -> models.SettleTimeDocument:
-        """Go back to the rig file's settle time.
+        """Use the rig file's settle time again.
 
         Put the rig file's settle time in use, now and at every start; the session's measurement stays.
 
@@ -3460,7 +3456,7 @@ class AsyncSimulation:
         self._transport = transport
 
     async def faults(self) -> models.SimulatedFaults:
-        """What is broken on purpose.
+        """Injected faults.
 
         Return the faults injected now; a real rig has none (404).
 
@@ -3469,7 +3465,7 @@ class AsyncSimulation:
         return await self._transport.answer(Call("GET", "/api/v1/simulation/faults"), models.SimulatedFaults)
 
     async def break_it(self, body: models.SimulatedFaults) -> models.SimulatedFaults:
-        """Break something on purpose.
+        """Inject faults.
 
         Inject these faults into the simulated rig and remove all others, at once, whatever runs.
 
@@ -3502,7 +3498,7 @@ class AsyncStills:
     ) -> builtins.list[models.StillDocument]:
         """Stills, newest first.
 
-        Return all stills of one state, or those that hold every word of `text`.
+        Return all stills of one state, or those that contain every word of `text`.
 
         Needs the right `view`.
         """
@@ -3516,7 +3512,8 @@ class AsyncStills:
     ) -> StartedJob[models.StillDocument]:
         """Take a still.
 
-        Queue a still as a job. Where a camera stalls the job fails and names it; what came is held.
+        Queue a still as a job. If a camera stalls, the job fails and names it; the frames so far are
+        held.
 
         Needs the right `operate`.
         """
@@ -3528,7 +3525,7 @@ class AsyncStills:
     async def empty_trash(self) -> models.TrashEmptied:
         """Empty the trash.
 
-        Delete for good what was removed or discarded.
+        Delete the stills in the trash for good.
 
         Needs the right `administer`.
         """
@@ -3548,7 +3545,7 @@ class AsyncStills:
     async def patch(self, still_id: str, body: models.StillPatch) -> models.StillDocument:
         """Describe a still.
 
-        Change its label or its licence.
+        Change a still's label or licence.
 
         Needs the right `operate`.
         """
@@ -3560,7 +3557,7 @@ class AsyncStills:
     async def remove(self, still_id: str) -> None:
         """Discard or remove a still.
 
-        Move it to the trash, from which it can be restored.
+        Move a still to the trash, from which it can be restored.
 
         Needs the right `operate`.
         """
@@ -3573,7 +3570,7 @@ class AsyncStills:
     ) -> StartedJob[models.StillDocument]:
         """Send a still to the archive.
 
-        Queue the upload as a job; what the archive has already is not sent again.
+        Queue the upload as a job; files that the archive already has are not sent again.
 
         Needs the right `operate`.
         """
@@ -3597,7 +3594,7 @@ class AsyncStills:
         *,
         frame: str | None = None,
     ) -> AsyncDownload:
-        """What one camera saw.
+        """Picture of one camera.
 
         Send a preview of 8 bits (jpg), or the picture of full depth (png, tiff).
 
@@ -3615,7 +3612,8 @@ class AsyncStills:
     async def check_files(self, still_id: str) -> models.StillCheck:
         """Verify every file.
 
-        Read every file of the still's dataset again, and list what is not as it was written.
+        Read every file of the still's dataset again, and list those that have changed since it was
+        written.
 
         Needs the right `operate`.
         """
@@ -3627,7 +3625,7 @@ class AsyncStills:
     def download(self, still_id: str) -> AsyncDownload:
         """The still's dataset as one ZIP file.
 
-        Send the dataset's folder, files as they are.
+        Send the dataset's folder with unchanged files.
 
         Needs the right `view`.
         """
@@ -3658,7 +3656,7 @@ class AsyncStills:
     async def keep(self, still_id: str, body: models.StillKeepRequest | None = None) -> models.StillDocument:
         """Keep a still that is held.
 
-        Keep it, under another name if one is given.
+        Keep a held still, under another name if one is given.
 
         Needs the right `operate`.
         """
@@ -3668,9 +3666,9 @@ class AsyncStills:
         )
 
     async def restore(self, still_id: str) -> models.StillDocument:
-        """Take a still out of the trash.
+        """Restore a still from the trash.
 
-        Undo its removal; a discarded one is kept afterwards.
+        Restore a still from the trash; a discarded one is kept afterwards.
 
         Needs the right `operate`.
         """
@@ -3715,8 +3713,8 @@ class AsyncStop:
     async def engage(self) -> models.StopAnswer:
         """Stop: park the mirrors now.
 
-        Park the mirrors, cancel every job, and refuse all moves until released. Answered when the
-        mirrors' controller has confirmed, or its driver has given up.
+        Park the mirrors, cancel every job, and refuse all moves until released. Returns when the
+        mirrors' controller has confirmed, or its driver has timed out.
 
         Needs the right `operate`.
         """
@@ -3741,7 +3739,7 @@ class AsyncSuggestions:
     async def list(self, *, count: int | None = None) -> builtins.list[models.SuggestionDocument]:
         """Good targets for a first look.
 
-        Return targets of the live wide picture that have texture, stand out and are in reach of both
+        Return targets of the live wide picture that are textured, salient and within reach of both
         eyes.
 
         Needs the right `view`.
@@ -3845,7 +3843,7 @@ class AsyncUsers:
     async def change(self, name: str, body: models.UserChange) -> models.UserDocument:
         """Change a user.
 
-        Change a user's role, or whether the user may sign in; it holds at once, in every open browser.
+        Change a user's role, or whether the user may sign in; effective at once in all open browsers.
 
         Needs the right `administer`.
         """
@@ -3859,8 +3857,8 @@ class AsyncUsers:
         """Remove a user.
 
         Remove a user, who is signed out everywhere; what the user made stays, except for tokens. `GET
-        /service_tokens` lists beforehand which tokens have this owner; the answer says what became of
-        them.
+        /service_tokens` lists beforehand which tokens have this owner; the answer lists which were kept
+        or revoked.
 
         Needs the right `administer`.
         """
@@ -3952,7 +3950,7 @@ class AsyncViews:
     async def choose_anaglyph_style(self, body: models.AnaglyphColours) -> models.AnaglyphColours:
         """Choose the colours of the anaglyph.
 
-        Show the anaglyph in other colours, to all viewers, from the next picture on.
+        Set the colours of the anaglyph for all viewers, from the next picture on.
 
         Needs the right `operate`.
         """
@@ -3964,8 +3962,8 @@ class AsyncViews:
         """Newest picture of a view.
 
         Return the newest picture of a view as JPEG; its number, capture time and scale are in the
-        headers. Where it is older than 1.5 s, as while nobody looks, the answer waits up to a second
-        for the next one.
+        headers. If it is older than 1.5 s, as without viewers, the answer waits up to a second for the
+        next one.
 
         Needs the right `view`.
         """
@@ -3978,7 +3976,7 @@ class AsyncViews:
     def stream_mjpeg(self, name: str, *, scale: Literal["1", "2", "4"] | None = None) -> AsyncDownload:
         """Live view as MJPEG, for curl and VLC.
 
-        Stream a view without end; at most two a person; a slow client lags without bound.
+        Stream a view endlessly; at most two per person; the delay of a slow client grows without bound.
 
         Needs the right `view`.
         """
@@ -3998,7 +3996,7 @@ class AsyncWideDepth:
     async def get(self) -> models.WideDepthDocument:
         """Depth of the wide view, in figures.
 
-        Return how much is known, since when and how well.
+        Return coverage, age and accuracy of the wide depth.
 
         Needs the right `view`.
         """
@@ -4007,7 +4005,7 @@ class AsyncWideDepth:
     async def forget(self) -> None:
         """Forget the depth of the wide view.
 
-        Forget everything that is known; fixations and their clouds stay.
+        Forget the whole wide depth; fixations and their clouds stay.
 
         Needs the right `operate`.
         """

@@ -1,5 +1,5 @@
 # Written by .ci/generate_client.py; do not edit.
-"""Holds the control lease for a block: takes it, renews it beside the block, gives it back.
+"""Holds the control lease for a block: takes it, renews it in the background, releases it.
 
 Written from `async_lease.py`.
 """
@@ -14,17 +14,17 @@ from foveacam_client.generated import models
 from foveacam_client.generated.transport import Transport
 from foveacam_client.problems import ClientError, LeaseLost, RigBusy
 
-_RENEW = Call("PUT", "/api/v1/lease", idempotent=True)  # a second one changes nothing
+_RENEW = Call("PUT", "/api/v1/lease", idempotent=True)  # idempotent: releasing twice has no effect
 _RELEASE = Call("DELETE", "/api/v1/lease")
 RENEWALS = 3
-"""In the time that a lease lasts; two of them may fail."""
+"""Renewals within a lease's lifetime; two of them may fail."""
 
 
 @contextmanager
 def held_lease(transport: Transport, own: Transport, request: models.LeaseRequest) -> Iterator[None]:
     """Send a lease's token with every call of `transport` in the block; `own` renews it.
 
-    Raise `LeaseLost` in the calls that follow a loss, and at the end of the block.
+    Raise `LeaseLost` in the calls after a loss, and at the end of the block.
     """
     grant = transport.answer(Call("POST", "/api/v1/lease", body=request), models.LeaseGrant)
     before = transport.lease_token
@@ -46,7 +46,7 @@ def held_lease(transport: Transport, own: Transport, request: models.LeaseReques
 
 
 class LeaseKeeper:
-    """Renews a lease, and tells the transport of the block when it is lost."""
+    """Renews a lease, and marks the block's transport when it is lost."""
 
     def __init__(self, transport: Transport, own: Transport, grant: models.LeaseGrant) -> None:
         self._transport = transport
@@ -56,7 +56,7 @@ class LeaseKeeper:
         self._released = False
 
     def renew(self, pause: Pause) -> None:
-        """Renew until the block ends or the lease is lost: refused, or past its end without an answer."""
+        """Renew until the block ends or the lease is lost: refused, or expired without an answer."""
         while self._transport.lease_lost is None and pause(self._pause_s):
             asked_s = time.monotonic()
             try:
@@ -67,7 +67,7 @@ class LeaseKeeper:
                     self._transport.lease_lost = error
 
     def release(self) -> None:
-        """Give the lease back, once; raise `LeaseLost` where another has it, or nobody."""
+        """Release the lease, once; raise `LeaseLost` where another has it, or nobody."""
         if self._released:
             return
         self._released = True

@@ -12,7 +12,7 @@ from foveacam_client.document import Document, JsonObject
 
 
 class AdviceDocument(Document):
-    """What the doctor finds about the draft; `field`: where it belongs."""
+    """A finding of the doctor about the draft; `field`: the field that it concerns."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -25,7 +25,10 @@ class AdviceDocument(Document):
 
 
 class AlternativeDocument(Document):
-    """One of several distances that a target may have; the probabilities of all add up to 1."""
+    """One of several distances that a target may have.
+
+    The probabilities of all add up to 1, or to less where it may have none of them.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -56,7 +59,7 @@ class ArchiveDocument(Document):
 
 
 class ArchiveRequest(Document):
-    """How to archive. `remove_local`: whether only what is small stays on this machine afterwards."""
+    """How to archive. `remove_local`: whether the large files are removed from this machine afterwards."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -65,7 +68,7 @@ class ArchiveRequest(Document):
 
 
 class ArchivedDocument(Document):
-    """Where its bytes are in an archive. `local`: whether all are on this machine's disk as well."""
+    """Location of its files in an archive. `local`: whether all are also on this machine's disk."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -88,7 +91,7 @@ class AreasDocument(Document):
 
 
 class AuditDocument(Document):
-    """A change that somebody made or tried."""
+    """An entry of the audit log: a change that was made or attempted."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -138,7 +141,7 @@ class BackendComparisonRequest(Document):
 
 
 class BatchClusterDocument(Document):
-    """The Dask scheduler whose workers may make batches; `url`: null without one."""
+    """The Dask scheduler of the server's settings, for batches; `url`: null without one."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -161,9 +164,9 @@ CaptureId = TypeAliasType("CaptureId", Annotated[str, Field(max_length=255, min_
 
 
 class BatchRequest(Document):
-    """What is made of which captures; `to`: the format of an export.
+    """Captures and kind of product of a batch; `to`: the format of an export.
 
-    `cluster`: by the workers of the Dask cluster that the server was given, instead of this machine.
+    `cluster`: compute on the workers of the server's Dask cluster instead of this machine.
     """
 
     model_config = ConfigDict(
@@ -185,7 +188,7 @@ class BinningRequest(Document):
 
 
 class BlankPattern(Document):
-    """White all over."""
+    """A blank white screen."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -230,10 +233,10 @@ class BoundDocument(Document):
 
 
 class CameraFlowDocument(Document):
-    """What a camera delivers; frames lost by their reason since it was started.
+    """Frames of a camera, and those lost by reason since it was started.
 
-    `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those
-    of all reasons, each frame once.
+    `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those of all
+    reasons, each frame once.
     """
 
     model_config = ConfigDict(
@@ -266,9 +269,9 @@ class CameraLinkDocument(Document):
 
 
 class CameraPatch(Document):
-    """Settings to change; those left out stay. `linked`: both foveae at once.
+    """Settings to change; fields left out stay.
 
-    An exposure or a rate without its mode switches the automatic off.
+    `linked`: both foveae at once. An exposure or a rate without its mode switches the automatic off.
     """
 
     model_config = ConfigDict(
@@ -414,7 +417,7 @@ class CheckerboardPattern(Document):
 
 
 class ChoiceRequest(Document):
-    """Which alternative of the fixation is the true one, counted from 0."""
+    """Index of the fixation's alternative that is the true one, counted from 0."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -433,7 +436,7 @@ class ClockDocument(Document):
 
 
 class ClosingEyeDocument(Document):
-    """How far an eye had drifted between its sweep and the check."""
+    """Drift of an eye between its sweep and the check."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -481,7 +484,7 @@ class ClutterRequest(Document):
 
 
 class CombineRequest(Document):
-    """Sessions of one rig whose sweeps are to be fitted together. `label`: None: the number of poses."""
+    """Sessions of one rig whose sweeps are to be fitted jointly. `label`: None: the number of poses."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -520,7 +523,7 @@ class ControllerDocument(Document):
 class CorrectionDocument(Document):
     """A correction of an answer by the operator.
 
-    `fixation_id`: the fixation that it ordered; of a choice, the one whose alternative was chosen.
+    `fixation_id`: the fixation that it started; for a choice, the fixation whose alternative was chosen.
     """
 
     model_config = ConfigDict(
@@ -533,7 +536,7 @@ class CorrectionDocument(Document):
 
 
 class CorrectionRequest(Document):
-    """Where the target is in truth, seen from the present answer."""
+    """On which side of the present answer the true distance lies."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -553,7 +556,7 @@ class CurveDocument(Document):
 
 
 class DepthBackendChoice(Document):
-    """Which backend computes the depth of looks from now on."""
+    """The backend to use for the depth of looks from now on."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -649,7 +652,7 @@ class Direction(Document):
 class DisplayDocument(Document):
     """A connected screen; sizes in mm are null until its scale is set there.
 
-    `fits`: whether the pattern fits on it; null when that is not known. `silent_s`: since it was heard last.
+    `fits`: whether the pattern fits on it; null when unknown. `silent_s`: time since its last message.
     """
 
     model_config = ConfigDict(
@@ -669,7 +672,8 @@ class DisplayDocument(Document):
 class DisplayRequest(Document):
     """A screen as it describes itself.
 
-    `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not set there yet.
+    `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not calibrated
+    there yet.
     """
 
     model_config = ConfigDict(
@@ -702,7 +706,7 @@ class DraftCamera(Document):
 
 
 class DraftCameras(Document):
-    """The camera of each role; null: none."""
+    """The camera of each role; null: none chosen."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -713,7 +717,7 @@ class DraftCameras(Document):
 
 
 class DraftFault(Document):
-    """What is wrong with one field of the draft, or with a key of its file that the draft has not."""
+    """A fault of one field of the draft, or of a key of its file that the draft does not have."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -750,7 +754,7 @@ class DraftMirrors(Document):
 
 
 class DraftPanTilt(Document):
-    """What turns the rig; by hand only `kind` counts."""
+    """The pan-tilt of the rig; when it is turned by hand, only `kind` has an effect."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -768,7 +772,7 @@ class DraftPanTilt(Document):
 
 
 class DraftStart(Document):
-    """Where a draft begins: a rig file of the list, or nothing (null)."""
+    """The rig file of the list from which a draft begins; null: an empty draft."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -795,7 +799,7 @@ class DriftEyeDocument(Document):
 
 
 class DriftRequest(Document):
-    """A drift check; `distance_m`: of the scene ahead, when known."""
+    """Request of a drift check; `distance_m`: of the scene ahead, when known."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -805,7 +809,7 @@ class DriftRequest(Document):
 
 
 class DueItem(Document):
-    """One that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted."""
+    """An item that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -820,10 +824,10 @@ class DueItem(Document):
 
 
 class EdgeDocument(Document):
-    """What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
+    """The flow from one part to another; rates of the last `flow_window_s`, counts since the process began.
 
-    `mb_per_s`: null where sizes are not counted. `dropped`: what did not get there; viewers that draw slowly
-    drop pictures, which is flagged nowhere.
+    `mb_per_s`: null where sizes are not counted. `dropped`: items that did not arrive; pictures that slow
+    viewers drop are not flagged.
     """
 
     model_config = ConfigDict(
@@ -864,7 +868,7 @@ class EventDocument(Document):
 
 
 class EventLoopDocument(Document):
-    """How late the event loop was at worst in the last `window_s`; null: not measured yet."""
+    """Largest lag of the event loop in the last `window_s`; null: not measured yet."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -875,7 +879,7 @@ class EventLoopDocument(Document):
 
 
 class EyeDocument(Document):
-    """One mirror's drive, and its direction by the calibration; null while unknown.
+    """One mirror's volts, and its direction by the calibration; null while unknown.
 
     They are unknown while the mirrors' controller is not connected: it may have stopped, or lost its supply.
     """
@@ -913,7 +917,7 @@ class EyeViewDocument(Document):
 
 
 class EyeVolts(Document):
-    """The differential drive of one mirror."""
+    """Differential volts of one mirror."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -923,10 +927,10 @@ class EyeVolts(Document):
 
 
 class FaultDocument(Document):
-    """A fault or warning, counted: `name` says which of the scope, such as a device or a kind of job.
+    """A fault or warning with its count; `name`: which of the scope, such as a device or a kind of job.
 
-    `present`: whether it lasts; what only happened, such as a failed job, is over at once. `over_utc`: when
-    it ended, null while it is present.
+    `present`: whether it lasts; an incident, such as a failed job, is over at once. `over_utc`: when it
+    ended, null while it is present.
     """
 
     model_config = ConfigDict(
@@ -946,7 +950,7 @@ class FaultDocument(Document):
 
 
 class FaultsDismissed(Document):
-    """The faults that were taken off the list."""
+    """The faults that were removed from the list."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -968,7 +972,7 @@ class FieldScoreDocument(Document):
 
 
 class FileOrder(Document):
-    """Hash of the file that the client has seen; null: it has seen none."""
+    """Hash of the file as the client saw it; null: there was no file."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -989,11 +993,11 @@ class FilmDocument(Document):
 
 
 class FilmRequest(Document):
-    """A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+    """Request of an export: one camera, or both foveae side by side or as an anaglyph; whole or a part.
 
     `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
-    depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
-    alone.
+    depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: for the wide
+    camera only.
     """
 
     model_config = ConfigDict(
@@ -1040,7 +1044,7 @@ class FitRun(Document):
 
 
 class FixationEstimate(Document):
-    """What is known of a fixation's distance so far; the last one is the answer.
+    """An estimate of a fixation's distance; the last one is the answer.
 
     `step`: looks until then, 0 before the first. `elapsed_ms`: since the fixation was asked for. Basis,
     distance and limits are null while nothing is known.
@@ -1071,7 +1075,7 @@ class FolderDocument(Document):
 
 
 class FolderFile(Document):
-    """A recording in such a folder; `opened`: whether it is among the recordings already."""
+    """A recording in such a folder; `opened`: whether it was already added to the recordings."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1095,7 +1099,7 @@ class FoldersDocument(Document):
 
 
 class FollowPatch(Document):
-    """What to change of a followed target."""
+    """Changes of a followed target; fields left out stay."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1116,7 +1120,7 @@ class FollowRoundRequest(Document):
 
 
 class FollowRoundTaken(Document):
-    """Data of the event that a round was captured."""
+    """Data of the event that a round of followed targets was captured."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1183,9 +1187,9 @@ class FormatDocument(Document):
 
 
 class FoundCameraDocument(Document):
-    """A camera that a bus has; nothing was opened to find it.
+    """A camera on a bus, found without opening it.
 
-    `name`: what a draft calls it. `role`, `in_use`: its role in the rig that is open, and who has it.
+    `name`: its name in a draft. `role`, `in_use`: its role in the open rig, and which program has it open.
     `problem`: why it cannot be used.
     """
 
@@ -1204,7 +1208,7 @@ class FoundCameraDocument(Document):
 
 
 class FoundPortDocument(Document):
-    """A serial port; `name`: what a draft calls it. `use`: by the open rig. `controller`: has its USB id."""
+    """A serial port; `name`: its name in a draft. `use`: by the open rig. `controller`: has its USB id."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1240,7 +1244,7 @@ class FoundStop(Document):
 
 
 class GazeDocument(Document):
-    """Drive of both mirrors while the foveae looked, (x, y) volts."""
+    """Volts (x, y) of both mirrors while the foveae looked."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1281,9 +1285,9 @@ class GridPoints(Document):
 
 
 class HardwareLoadDocument(Document):
-    """The hardware thread: commands that wait, and the share of the time in which it is at work.
+    """The hardware thread: queued commands, and its busy share of the time.
 
-    `busy_share`: null while no rig is open. What it waits for a device counts as work.
+    `busy_share`: null while no rig is open. Waiting for a device counts as busy.
     """
 
     model_config = ConfigDict(
@@ -1333,7 +1337,7 @@ class JobProgress(Document):
 
 
 class JoinRequest(Document):
-    """The code of a one-time link, and the password to set; `name` for the first admin alone."""
+    """The code of a one-time link, and the password to set; `name` for the first admin only."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1359,7 +1363,7 @@ class KindDocument(Document):
 
 
 class LeaseAnswer(Document):
-    """The holder's answer to who asks for the lease."""
+    """The holder's answer to a request for the lease."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1392,7 +1396,7 @@ class LeaseGrant(Document):
 
 
 class LeaseRequest(Document):
-    """Name of the client that asks for the lease."""
+    """Name of the client that takes the lease."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1403,7 +1407,7 @@ class LeaseRequest(Document):
 
 
 class LeaseWish(Document):
-    """Name of the client that asks the holder for the lease."""
+    """Name of the client that requests the lease from its holder."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1412,7 +1416,7 @@ class LeaseWish(Document):
 
 
 class LengthDocument(Document):
-    """The way from the first point to the second; `same_look`: errors that both share are taken once."""
+    """The length from the first point to the second; `same_look`: shared errors are counted once."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1425,10 +1429,10 @@ class LengthDocument(Document):
 
 
 class LensOptions(Document):
-    """The lens of a fovea, looking where its mirror rests; `views`: number to take.
+    """The lens of a fovea with its mirror at rest; `views`: number to take.
 
-    `station`: where a board that fits its field is shown; without, one whose name has `fovea` in it, else the
-    rig stays as it stands.
+    `station`: where a board that fits its field is shown; without one, a station whose name contains `fovea`,
+    else the rig is not turned.
     """
 
     model_config = ConfigDict(
@@ -1441,7 +1445,7 @@ class LensOptions(Document):
 
 
 class LensParameterDocument(Document):
-    """A parameter of a lens with its standard error; `assumed`: the views do not tell it."""
+    """A parameter of a lens with its standard error; `assumed`: the views do not determine it."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1453,7 +1457,7 @@ class LensParameterDocument(Document):
 
 
 class LensRun(Document):
-    """Find the lens of a fovea, or add views to those taken; no other step needs it."""
+    """Measure the lens of a fovea, or add views to those taken; no other step needs it."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1472,7 +1476,7 @@ class Liveness(Document):
 
 
 class LoopAxisDocument(Document):
-    """One axis: its command and range, and its error in the last look that showed it, degrees."""
+    """One axis: its command and range, and its error in the last look that measured it, degrees."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1486,7 +1490,7 @@ class LoopAxisDocument(Document):
 
 
 class LoopDrag(Document):
-    """Where both eyes look in parallel while somebody drags, wide px."""
+    """Pixel of the wide view at which both eyes point in parallel during a drag."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1496,7 +1500,7 @@ class LoopDrag(Document):
 
 
 class LoopEyeDocument(Document):
-    """One eye that follows a place of its own, fovea px; what its picture does not show is null."""
+    """One eye that follows a separate point, fovea px; null where the point is not found."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1509,7 +1513,7 @@ class LoopEyeDocument(Document):
 
 
 class LoopEyePlace(Document):
-    """The place of one fovea's picture that its eye is to keep in the middle, fovea px."""
+    """The point of one fovea's picture that the loop keeps centred, fovea px."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1535,7 +1539,7 @@ CommandDegAdditionalProperty = TypeAliasType(
 
 
 class LoopPatch(Document):
-    """Pause, hold single axes, or set their commands: an axis that is set is held from then on."""
+    """Pause, hold single axes, or set their commands; setting a command holds its axis from then on."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1548,7 +1552,7 @@ class LoopPatch(Document):
 
 
 class LoopRelayDocument(Document):
-    """What the relay found of one axis; the period is that of the swing."""
+    """Result of the relay test of one axis; `period_looks`: period of its oscillation."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1561,7 +1565,7 @@ class LoopRelayDocument(Document):
 
 
 class LoopSample(Document):
-    """One look of the loop; angles in the order of the axes."""
+    """One look of the loop's history; angles in the order of the axes."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1616,7 +1620,7 @@ class LoopSettingsDocument(Document):
 
 
 class LoopSettingsPatch(Document):
-    """Settings to change; what is left out stays."""
+    """Settings to change; fields left out stay."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1639,7 +1643,7 @@ class LoopSettingsPatch(Document):
 
 
 class LoopStepDocument(Document):
-    """How one axis answers a step; a settling time of null: not within the looks that were made."""
+    """Step response of one axis; a settling time is null where it did not settle."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1652,7 +1656,7 @@ class LoopStepDocument(Document):
 
 
 class LoopTargetDocument(Document):
-    """Where the target is."""
+    """Place and tracking state of the target, wide px."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1664,7 +1668,7 @@ class LoopTargetDocument(Document):
 
 
 class LoopTriggerDocument(Document):
-    """The exposures of the loop; both foveae are exposed by one pulse."""
+    """Exposures and trigger of the loop; one pulse exposes both foveae."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1680,7 +1684,7 @@ class LoopTriggerDocument(Document):
 
 
 class LoopTuneDocument(Document):
-    """The last tuning: its gains, what they are made of, and the costs of steps."""
+    """The last tuning: its gains, the relay tests and step responses, and the costs before and after."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1748,8 +1752,8 @@ class MarkersPattern(Document):
 class MeasuredPointDocument(Document):
     """A measured point, rig frame.
 
-    `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
-    jumps so near that it may be that of either surface.
+    `snapped_px`: distance of the measured pixel from the requested one, px of that view. `at_edge`: a depth
+    edge is so near that the depth may be that of either surface.
     """
 
     model_config = ConfigDict(
@@ -1783,7 +1787,7 @@ DrawnPxItem = TypeAliasType("DrawnPxItem", Annotated[tuple[float, float], Field(
 
 
 class MeasurementPatch(Document):
-    """What of a measurement can be changed."""
+    """Fields of a measurement to change."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1844,7 +1848,7 @@ class ModelScoreDocument(Document):
 
 
 class MosaicDepth(Document):
-    """The fused depth; shares of 1."""
+    """Figures of the fused depth; shares from 0 to 1."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1872,7 +1876,7 @@ class MosaicLayer(Document):
 
 
 class MosaicMatching(Document):
-    """What computed the depth of the pairs."""
+    """Backend that computed the depth of the pairs."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1883,7 +1887,7 @@ class MosaicMatching(Document):
 
 
 class MosaicNeedsDocument(Document):
-    """What computing a mosaic takes: views, px, space on the disk."""
+    """Estimated size of a mosaic: views, px, disk space."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1896,7 +1900,7 @@ class MosaicNeedsDocument(Document):
 
 
 class MosaicRequest(Document):
-    """The eye, the scan and the exposure of the dataset to use."""
+    """Eye, scan and exposure of the dataset of which the mosaic is made."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1907,7 +1911,7 @@ class MosaicRequest(Document):
 
 
 class MosaicSeams(Document):
-    """Distances of corresponding points of overlapping views, fovea px."""
+    """Seams: distances between corresponding points of overlapping views, fovea px."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -1923,7 +1927,7 @@ class MosaicSeams(Document):
 
 
 class MountDriftDocument(Document):
-    """How an eye's mount drifted while it was calibrated; lengths in fovea px."""
+    """Drift of an eye's mount during the calibration; lengths in fovea px."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2027,7 +2031,7 @@ class PanTiltMove(Document):
 
 
 class PartDocument(Document):
-    """A part of the server that is fed or feeds; `busy_share` and `waiting` are null where it has none.
+    """A part of the server with flows in or out; `busy_share` and `waiting` are null where it has none.
 
     A thread has the name that it has under `threads`, a camera or a view `camera wide`, `view wide`.
     """
@@ -2053,7 +2057,7 @@ class PasswordChange(Document):
 
 
 class PatternDocument(Document):
-    """The pattern that all screens show; its size is that with the white edge, null when it is blank."""
+    """The pattern that all screens show; its size includes the white edge, and is null when it is blank."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2113,7 +2117,7 @@ PixelFormat = TypeAliasType(
 class PlaceRequest(Document):
     """A pixel of a view; the centre of the first pixel is (0, 0).
 
-    Without `fixation_id` the newest look with depth is measured, which the view must still show. In the wide
+    Without `fixation_id`, the newest look with depth is measured; the view must still show it. In the wide
     view the newest look that covers the pixel is measured, and `fixation_id` has no effect.
     """
 
@@ -2136,9 +2140,9 @@ class PlaneDocument(Document):
     """A plane, rig frame; `normal` points to the rig.
 
     `normal_sigma_deg`: rms angle from the true normal. `pan_deg`: turned to the right about the vertical,
-    `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the rig's origin from it.
-    Residuals are those across the plane of the pixels that are no outliers: their rms, what matching errors
-    alone would leave of it, and the width of their middle 95 % (`flatness_m`).
+    `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the plane from the rig's
+    origin. Residuals are the inlier pixels' distances from the plane: their rms, the rms expected from
+    matching errors alone, and the width of their central 95 % (`flatness_m`).
     """
 
     model_config = ConfigDict(
@@ -2195,7 +2199,7 @@ class PositionStreamDocument(Document):
 
 
 class Problem(Document):
-    """An error (RFC 9457); `asked`, `found` and `remedy` are there when known."""
+    """An error (RFC 9457); `asked`, `found` and `remedy` are set when known."""
 
     asked: str | None = None
     detail: str
@@ -2208,9 +2212,9 @@ class Problem(Document):
 
 
 class ProcessDocument(Document):
-    """The server's process; null: the system does not tell.
+    """The server's process; null: not reported by the system.
 
-    `cpu_share`: 1 is one core that is used all the time. `services_opened_s`: since the process began.
+    `cpu_share`: 1 is one fully used core. `services_opened_s`: since the process began.
     """
 
     model_config = ConfigDict(
@@ -2228,7 +2232,7 @@ class ProcessDocument(Document):
 
 
 class RailLimitsDocument(Document):
-    """How far the rail reaches, from its middle."""
+    """Range of the rail, from its middle."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2286,7 +2290,7 @@ RightPxItem = TypeAliasType("RightPxItem", Annotated[list[float], Field(max_leng
 
 
 class ReachDocument(Document):
-    """Outlines of where each eye can look, corners in wide px; they may leave the image.
+    """Outlines of each eye's calibrated field, corners in wide px; they may extend beyond the image.
 
     `distance_m`: from the rig's origin, where the outlines are taken; null is infinity.
     """
@@ -2311,7 +2315,7 @@ class ReadyProblem(Document):
 
 
 class RecordedBox(Document):
-    """The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found."""
+    """The box of a followed target in the wide picture; `late_ms`: latency of its detection."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2450,9 +2454,9 @@ class Rectangle(Document):
 
 
 class ReferenceDepthRange(Document):
-    """Samples of a range of depths, the rig's own baseline against the reference.
+    """Comparison in a range of depths, the rig's own baseline against the reference.
 
-    `expected_*`: error of either baseline's depth if the disparity's error is equal over all depths.
+    `expected_*`: error of either baseline's depth for a disparity error that is equal at all depths.
     """
 
     model_config = ConfigDict(
@@ -2472,10 +2476,11 @@ class ReferenceDepthRange(Document):
 
 
 class ReferenceRequest(Document):
-    """What to measure. `scan`: whose depth is compared; null: the scan nearest to the middle.
+    """Settings of a reference.
 
-    `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
-    a position on the rail; 0: exact.
+    `scan`: that whose depth is compared; null: the scan nearest to the middle. `bracket`: index of the
+    exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of a position on the
+    rail; 0: exact.
     """
 
     model_config = ConfigDict(
@@ -2527,7 +2532,7 @@ TargetsMItem = TypeAliasType(
 
 
 class RetentionApplied(Document):
-    """What was moved to the trash, or deleted for good."""
+    """The items moved to the trash or deleted for good."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2537,7 +2542,7 @@ class RetentionApplied(Document):
 
 
 class RetentionRequest(Document):
-    """Which preview to carry out: its digest."""
+    """Digest of the preview to carry out."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2546,7 +2551,7 @@ class RetentionRequest(Document):
 
 
 class RetentionRule(Document):
-    """How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all."""
+    """Limits of a kind: keep none older than `keep_days`, and the newest up to `keep_gb`; null: no limit."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2570,9 +2575,9 @@ class RetentionRules(Document):
 
 
 class RigBinningDocument(Document):
-    """How many pixels of the sensor, along each side, are one pixel of the cameras' pictures.
+    """Binning of the cameras: sensor pixels along each side of a picture's pixel.
 
-    `working_binning`: for looks, following, the loop and live views, until the rig is opened again.
+    `working_binning`: of looks, following, the loop and live views, until the rig is opened again.
     """
 
     model_config = ConfigDict(
@@ -2586,7 +2591,7 @@ class RigBinningDocument(Document):
 
 
 class RigDraft(Document):
-    """What the set-up page sets of a rig file; everything else in the file stays as it is."""
+    """The values of a rig file that the set-up page edits; everything else in the file stays."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2605,9 +2610,9 @@ class RigDraft(Document):
 
 
 class RigEntry(Document):
-    """One rig of the list, as its server says of it now.
+    """One rig of the list, with the state that its server reports now.
 
-    `state`: null where it does not answer, and `problem` then says why. `driver`: who holds its lease.
+    `state`: null where it does not answer; `problem` then gives the reason. `driver`: who holds its lease.
     `picture_url`: its newest wide picture, read through this server.
     """
 
@@ -2630,11 +2635,11 @@ class RigEntry(Document):
 
 
 class RigFileDocument(Document):
-    """The rig file on the disk and what saving would make of it.
+    """The rig file on the disk and the changes that saving would make.
 
     `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
-    what others changed since the draft began; empty: nothing. `versions`: earlier ones that can be put back.
-    `command`: what starts the server with it.
+    changes by others since the draft began; empty: none. `versions`: number of earlier ones that can be
+    restored. `command`: starts the server with it.
     """
 
     model_config = ConfigDict(
@@ -2662,7 +2667,7 @@ class RigFileEntry(Document):
 
 
 class RigFiles(Document):
-    """The rig files that can be opened, and the one that is; `simulated`: the built-in simulated rig is."""
+    """The rig files that can be opened; `simulated`: whether the built-in simulated rig is open."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2712,7 +2717,7 @@ Role = TypeAliasType(
 
 
 class SampleDocument(Document):
-    """One place of a profile; `z_m` and its matching error are null where there is no depth."""
+    """One sample of a profile; `z_m` and its matching error are null where there is no depth."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2749,7 +2754,7 @@ class ServiceTokenList(Document):
 
 
 class ServiceTokenRequest(Document):
-    """A new token; `days`: its life, null for one without an end."""
+    """A new token; `days`: its lifetime, null: unlimited."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2800,7 +2805,7 @@ class SetPoints(Document):
 
 
 class SettleAxisDocument(Document):
-    """How one axis of one mirror comes to rest."""
+    """Settling of one axis of one mirror."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2849,7 +2854,7 @@ class SettleRun(Document):
 
 
 class SettleTimeDocument(Document):
-    """How long the rig waits after every move.
+    """The wait of the rig after every move.
 
     `source`: `rig file`, or `measured` and the date. `rig_file_us`: the rig file's value. `measured`: the
     measured one in use; null: the rig file's is.
@@ -2874,7 +2879,7 @@ class SettleTimeRequest(Document):
 
 
 class SightDocument(Document):
-    """A point, and the targets that are seen from it unnoticed."""
+    """A point, with the targets seen from it unnoticed."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2885,7 +2890,7 @@ class SightDocument(Document):
 
 
 class SignInDocument(Document):
-    """What the server asks of whoever comes, and who the request came from."""
+    """The sign-in that the server requires, and the principal of the request."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2947,7 +2952,7 @@ class SkippedPoint(Document):
 
 
 class SpanDocument(Document):
-    """Accepted values, both ends included; `low` = `high`: it cannot be set."""
+    """Accepted range, both ends included; `low` = `high`: the setting is fixed."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2967,9 +2972,9 @@ class SpreadDocument(Document):
 
 
 class StageDocument(Document):
-    """How long one part of the work took in the last `window_s`, from its histogram; null: it was not done.
+    """Times of one stage in the last `window_s`, from its histogram; null: none.
 
-    `queue`: a command waited for the hardware thread; `request`: any request until its answer began.
+    `queue`: wait of a command for the hardware thread; `request`: any request until its answer began.
     """
 
     model_config = ConfigDict(
@@ -3014,8 +3019,9 @@ class StandoffRequest(Document):
 class StartStepDocument(Document):
     """One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
 
-    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
-    renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
+    `detail`, `remedy`: why it failed, and what to do; for a device that connected later, that it did; for the
+    active renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where
+    unknown.
     """
 
     model_config = ConfigDict(
@@ -3054,7 +3060,7 @@ class StationDocument(Document):
 
 
 class SteerRequest(Document):
-    """Direction in which both eyes shall look; without a distance they look parallel."""
+    """Direction at which both eyes point; in parallel without a distance."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3123,7 +3129,7 @@ class StillCamera(Document):
 
 
 class StillCheck(Document):
-    """Whether every file is as it was written; `faults`: what is not, a sentence each."""
+    """Whether every file is unchanged; `faults`: a sentence for each difference."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3134,7 +3140,10 @@ class StillCheck(Document):
 
 
 class StillDocument(Document):
-    """One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not."""
+    """One still.
+
+    `trouble`: why it cannot be read; `distance_m`: at which the gazes cross; None: they do not.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3164,7 +3173,7 @@ class StillDocument(Document):
 
 
 class StillKeepRequest(Document):
-    """Name and label of a held still that is kept; those left out stay."""
+    """Name and label of a held still to keep; fields left out stay."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3184,7 +3193,7 @@ class StillPatch(Document):
 
 
 class StillRequest(Document):
-    """A still to take; the mirrors do not move."""
+    """Request of a still; the mirrors do not move."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3204,7 +3213,7 @@ class StillRequest(Document):
 
 
 class StopAnswer(Document):
-    """The stop is engaged; `parked` tells whether the mirrors' controller confirmed, after `parked_in_ms`."""
+    """The stop is engaged; `parked`: whether the mirrors' controller confirmed, after `parked_in_ms`."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3226,7 +3235,7 @@ class StopDocument(Document):
 
 
 class SuggestionDocument(Document):
-    """A good target for a first look; `score`: how well it stands out, 1 as the best of the picture."""
+    """A good target for a first look; `score`: salience relative to the picture's best, which has 1."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3301,7 +3310,7 @@ class TargetPlace(Document):
 
 
 class ThreadDocument(Document):
-    """Threads of one name; `busiest_share`: of the one that uses most of a core; null: not known (yet)."""
+    """Threads of one name; `busiest_share`: largest share of a core of one thread; null: not known (yet)."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3336,9 +3345,9 @@ Run = TypeAliasType("Run", Annotated[tuple[float, float], Field(max_length=2, mi
 class TrackDocument(Document):
     """One channel of a recording over time, seconds from its begin.
 
-    `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
-    an interval in a run that lacks some, and how many by the period; none where a stream keeps no period, and
-    none where the recorder counted that nothing is missing.
+    `runs`: first and last message of each run; between two runs there is no message. `drops`: messages before
+    and after an interval in a run that lacks some, and how many by the period; none for a stream without a
+    period, or one that is complete by the recorder's counts.
     """
 
     model_config = ConfigDict(
@@ -3354,7 +3363,7 @@ class TrackDocument(Document):
 
 
 class TrackLayout(Document):
-    """One track of the timeline, in its place; one that is off is not shown in a pane."""
+    """One track of the timeline, in order; a track that is off has no pane."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3364,7 +3373,7 @@ class TrackLayout(Document):
 
 
 class TracksDocument(Document):
-    """All channels of a recording over time, told from its index alone."""
+    """All channels of a recording over time, from its index alone."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3375,7 +3384,7 @@ class TracksDocument(Document):
 
 
 class TrailPoint(Document):
-    """Where a followed target was: one hit."""
+    """One hit: the place of a followed target at a time."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3397,7 +3406,7 @@ class TrashEmptied(Document):
 
 
 class TriggerDocument(Document):
-    """How often both foveae can look: settle time, the slower camera, and a margin.
+    """Highest rate of looks of both foveae: settle time, period of the slower camera, and a margin.
 
     `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until the highest
     rates of both cameras are known.
@@ -3424,7 +3433,7 @@ class TriggerTestDocument(Document):
 
 
 class TruncationDocument(Document):
-    """A recording that was cut off: how much was lost after its last complete record, and why."""
+    """Loss of a recording that was cut off: bytes after its last complete record, and the reason."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3436,7 +3445,7 @@ class TruncationDocument(Document):
 
 
 class TryOrder(Document):
-    """The device of the draft that is asked for an answer."""
+    """The device of the draft to identify on its port."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3445,7 +3454,7 @@ class TryOrder(Document):
 
 
 class TryResult(Document):
-    """What came of a try, in a sentence; `remedy`: what to do where it failed."""
+    """Result of a test in a sentence; `remedy`: what to do when it failed."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3456,7 +3465,7 @@ class TryResult(Document):
 
 
 class UploadRequest(Document):
-    """A recording that will be sent in parts: its name here, without a suffix, and its length."""
+    """Request of an upload: the recording's name here, without a suffix, and its length."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3466,7 +3475,7 @@ class UploadRequest(Document):
 
 
 class UserChange(Document):
-    """What changes of a user."""
+    """Fields of a user to change."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3499,7 +3508,7 @@ class UserList(Document):
 
 
 class UserRemoved(Document):
-    """What became of the tokens of a user who was removed."""
+    """What happened to the tokens of a removed user: kept or revoked."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3573,7 +3582,7 @@ class ViewDocument(Document):
 
 
 class ViewFlowDocument(Document):
-    """What a view publishes and sends; `dropped`: a newer picture came before the client took this one."""
+    """Pictures of a view; `dropped`: replaced by a newer picture before the client took them."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3587,7 +3596,7 @@ class ViewFlowDocument(Document):
 
 
 class VoltsRequest(Document):
-    """Differential drive of each eye's mirror; an eye that is left out stays as it is."""
+    """Differential volts of each eye's mirror; an eye left out stays unchanged."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3597,7 +3606,7 @@ class VoltsRequest(Document):
 
 
 class WideDepthDocument(Document):
-    """What is known of the depth of the whole wide view, on a grid of square cells."""
+    """Figures of the wide depth, which is held on a grid of square cells."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3629,7 +3638,7 @@ class WideDepthDocument(Document):
 
 
 class WideFitDocument(Document):
-    """A lens fitted to the samples; `accuracy_deg`: standard error of pixel to angle over the image."""
+    """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3698,7 +3707,7 @@ class WideSampleDocument(Document):
 
 
 class WideStageDocument(Document):
-    """Stage 1 so far."""
+    """Present result of stage 1."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3713,7 +3722,7 @@ class WideStageDocument(Document):
 
 
 class WindowLayout(Document):
-    """A layout of `/windows` under a name; `layout`: what stands behind the # of its address."""
+    """A named layout of `/windows`; `layout`: the fragment (after #) of its address."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3723,7 +3732,7 @@ class WindowLayout(Document):
 
 
 class WindowLayoutRequest(Document):
-    """A layout as its address has it: `row-600(wide,column-500(left,right))`."""
+    """A layout in the form of its address: `row-600(wide,column-500(left,right))`."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3760,7 +3769,7 @@ class AllRun(Document):
 
 
 class BackendComparisonDocument(Document):
-    """How two backends differ on one look, disparities in px of the rectified window."""
+    """Difference of two backends on one look; disparities in px of the rectified window."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3783,7 +3792,7 @@ class BackendComparisonDocument(Document):
 class BatchDocument(Document):
     """A batch. `planned`, `done`: its products; null before its first run has ended.
 
-    The same request has the same batch: a further run makes what is missing. `download_url`: the products as
+    Equal requests share one batch: a further run makes the missing products. `download_url`: the products as
     one ZIP file; null before there are any.
     """
 
@@ -3826,7 +3835,7 @@ class CalibrationDocument(Document):
 
 
 class CameraRangesDocument(Document):
-    """Accepted values of a camera's settings; no formats before it was opened."""
+    """Accepted ranges of a camera's settings; `pixel_formats` is empty before the camera was opened."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3841,7 +3850,7 @@ class CameraRangesDocument(Document):
 
 
 class CaptureDocument(Document):
-    """One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on."""
+    """One capture. `why`: what ended a partial one, or the action that the operator is asked for."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3947,9 +3956,9 @@ class CoverageDocument(Document):
 
 
 class DraftDocument(Document):
-    """The draft, its file, and what is wrong with it.
+    """The draft, its file and its faults.
 
-    `file_exists`: whether the file is there already. `changed`: whether the file would change.
+    `file_exists`: whether the file is there already. `changed`: whether saving would change the file.
     """
 
     model_config = ConfigDict(
@@ -4080,7 +4089,7 @@ class FixationDocument(Document):
 
 
 class FixationRequest(Document):
-    """Exactly one of pixel, rectangle and direction."""
+    """Request of a fixation: exactly one of pixel, rectangle and direction."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4096,7 +4105,7 @@ class FixationRequest(Document):
 
 
 class FollowRequest(Document):
-    """Exactly one of pixel, rectangle, direction and target_id."""
+    """Request to follow a target: exactly one of pixel, rectangle, direction and target_id."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4113,7 +4122,7 @@ class FollowRequest(Document):
 
 
 class FoundDevices(Document):
-    """Everything that this machine's buses have now."""
+    """All cameras and serial ports on this machine's buses now."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4160,7 +4169,7 @@ class LensFitDocument(Document):
 
 
 class LoopDocument(Document):
-    """The loop as it is now; what is not known is null."""
+    """Present state of the loop; unknown values are null."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4308,7 +4317,7 @@ class MomentDocument(Document):
 
 
 class MosaicDocument(Document):
-    """The state of a capture's mosaic, and what computing one would take or why there can be none.
+    """The state of a capture's mosaic, and the estimated size of one or why none is possible.
 
     `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
     """
@@ -4332,7 +4341,7 @@ class MosaicDocument(Document):
 
 
 class NetworkCheckDocument(Document):
-    """What a check of a network found on a pair whose disparities are known."""
+    """Findings of a network's check on a pair with known disparities."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4368,7 +4377,7 @@ class PanTiltDocument(Document):
 
 
 class PlayerLayout(Document):
-    """How the player shows a recording. `panes`: as in the address of a window of views.
+    """Arrangement of the player. `panes`: as in the address of a window of views.
 
     `from_s`, `to_s`: the part of the recording that the timeline shows.
     """
@@ -4417,7 +4426,7 @@ class PresetCamera(Document):
 
 
 class ProfileDocument(Document):
-    """Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
+    """Depth along a line; `along_m` is measured on a fronto-parallel surface at depth `median_z_m`.
 
     `shared_sigma_m`: standard error of Z that all samples share.
     """
@@ -4473,11 +4482,9 @@ class RasterPlan(Document):
 class RecordingDocument(Document):
     """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
 
-    `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
-    until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
-    lasts at its rate.
-
-    `truncated`: what was cut off; the rest is found by reading the file through and is complete.
+    `ended`: the cause of its end; null in progress, and when unknown. In progress, `left_s`: time until it
+    ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that lasts at
+    its rate. `truncated`: what was cut off; the rest was recovered by scanning the file and is complete.
     """
 
     model_config = ConfigDict(
@@ -4545,7 +4552,7 @@ class RegionsDocument(Document):
 
 
 class RegionsRequest(Document):
-    """Where one can stand about the targets of a map."""
+    """Request of the regions in which one can stand about the targets of a map."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4558,7 +4565,10 @@ class RegionsRequest(Document):
 
 
 class RetentionPreview(Document):
-    """What the rules would remove now; `digest`: stands for exactly that. `file`: the rules'."""
+    """Preview of what the rules would remove now; `digest`: identifies exactly these items.
+
+    `file`: of the rules.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4614,9 +4624,10 @@ class TimelineDocument(Document):
 
 
 class UploadDocument(Document):
-    """A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
+    """An upload.
 
-    `recording`: set once all has come and was found readable; `state` says when it is cut off.
+    `part_bytes`: largest part; the next one begins at `received_bytes`. `recording`: set once the file is
+    complete and readable; its `state` shows whether it was cut off.
     """
 
     model_config = ConfigDict(
@@ -4691,7 +4702,7 @@ class CamerasChangedDocument(Document):
 
 
 class CaptureRequest(Document):
-    """A plan to capture, and its name; an empty plan is the whole field of the rig."""
+    """Request of a capture: its plan and name; an empty plan covers the whole field of the rig."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4715,7 +4726,7 @@ class EstimateRequest(Document):
 
 
 class LayoutDocument(Document):
-    """The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words."""
+    """The stored arrangement. `state`: `none`, `kept`, or why it cannot be used; `why`: in words."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4726,7 +4737,7 @@ class LayoutDocument(Document):
 
 
 class LayoutRequest(Document):
-    """An arrangement to keep; `replace`: also over one that cannot be used."""
+    """An arrangement to store; `replace`: also over one that cannot be used."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -4736,9 +4747,10 @@ class LayoutRequest(Document):
 
 
 class LensDocument(Document):
-    """The lens of a fovea by views of a board. For information: no calibration uses it.
+    """The lens of a fovea by views of a board.
 
-    `reason`: which parameters the views tell, or why there is no fit.
+    For information: no calibration uses it. `reason`: which parameters the views determine, or why there is
+    no fit.
     """
 
     model_config = ConfigDict(
@@ -4785,10 +4797,10 @@ class MadeReference(Document):
 
 
 class MeasurementDocument(Document):
-    """One measurement; of `length`, `plane` and `profile` that of its kind is there.
+    """One measurement; of `length`, `plane` and `profile` only that of its kind is set.
 
-    `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one
-    show them while they show the look `fixation_ids`, the raw foveae while the mirrors stand at `gaze`.
+    `drawn_px`: its points, ends or corners in each view that can show them; a view other than the wide one
+    draws them while it shows a look of `fixation_ids`, a raw fovea while the mirrors are at `gaze`.
     """
 
     model_config = ConfigDict(
@@ -4819,7 +4831,7 @@ class Readiness(Document):
 
 
 class ReferenceDocument(Document):
-    """The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
+    """The state of a capture's reference, or why none is possible. `stops`: known positions on the rail.
 
     `outdated`: points were added to the capture since.
     """

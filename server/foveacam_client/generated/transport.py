@@ -1,5 +1,5 @@
 # Written by .ci/generate_client.py; do not edit.
-"""Sends calls, repeats those that may be, and reads answers, files and events.
+"""Sends calls, with retries where allowed, and reads answers, files and events.
 
 Written from `async_transport.py`.
 """
@@ -32,7 +32,7 @@ from foveacam_client.server_sent import EventReader
 STREAM = Call("GET", "/api/v1/events")
 _NEWEST = Call("GET", "/api/v1/events/recent", query={"limit": 1})
 SILENCE_S = 25.0
-"""The server sends something into a stream of events every 10 s."""
+"""Read timeout of a stream of events, in which the server sends something every 10 s."""
 BLOCK_BYTES = 1 << 16
 
 
@@ -58,7 +58,7 @@ class Transport:
             transport=http_transport,
         )
         self.lease_token: str | None = None
-        """Sent with every call; of the control lease."""
+        """Token of the control lease, sent with every call."""
         self.lease_lost: ClientError | None = None
         """Why the lease is lost, which every call then raises."""
 
@@ -72,12 +72,12 @@ class Transport:
             raise LeaseLost(str(self.lease_lost)) from self.lease_lost
 
     def answer(self, call: Call, kind: type[AnswerT]) -> AnswerT:
-        """Return the document that a call is answered with."""
+        """Send a call and return the document of its answer."""
         answer = self._send(call)
         return read_answer(answer, kind)
 
     def start(self, call: Call, kind: type[ResultT]) -> StartedJob[ResultT]:
-        """Return the job that a call starts."""
+        """Send a call and return the job that it starts."""
         return StartedJob(self.answer(call, models.JobDocument), kind)
 
     def order(self, call: Call) -> None:
@@ -85,15 +85,15 @@ class Transport:
         self._send(call)
 
     def download(self, call: Call) -> "Download":
-        """Return the file of a call, which is asked for when it is read."""
+        """Return the file of a call, which is requested when it is read."""
         return Download(self, call)
 
     def content(self, call: Call) -> bytes:
-        """Return the bytes that a call is answered with."""
+        """Send a call and return the bytes of its answer."""
         return (self._send(call)).content
 
     def chunks(self, call: Call) -> Generator[bytes, None]:
-        """Yield the bytes that a call is answered with as they come."""
+        """Send a call and yield the bytes of its answer as they arrive."""
         with self._opened(call) as answer:
             try:
                 for block in answer.iter_bytes(BLOCK_BYTES):
@@ -102,7 +102,7 @@ class Transport:
                 raise self._unreachable(error) from error
 
     def save(self, call: Call, path: Path) -> None:
-        """Write a call's answer into a file that appears whole; begin anew where the connection breaks."""
+        """Write a call's answer to a file, renamed when complete; start again if the connection breaks."""
         for attempt in count(1):
             try:
                 with PartFile(path) as file, closing(self.chunks(call)) as blocks:
@@ -118,15 +118,15 @@ class Transport:
     def events(
         self, call: Call = STREAM, *, last_event_id: int | None
     ) -> Generator[models.EventDocument, None]:
-        """Yield events without end, first those after `last_event_id`; a broken stream is opened anew."""
+        """Yield events endlessly, first those after `last_event_id`; a broken stream is opened again."""
         if last_event_id is None:
             last_event_id = self.newest_event_id()
         reader = EventReader(last_event_id)
         attempt, absence = 0, Absence(self._retries.reconnect_s)
         while True:
             try:
-                with closing(self.listen(reader, call)) as heard:
-                    for event in heard:
+                with closing(self.listen(reader, call)) as stream:
+                    for event in stream:
                         attempt = 0
                         absence.end()
                         if event is not None:
@@ -138,14 +138,14 @@ class Transport:
             self._pause(self._retries.back_off_s(attempt))
 
     def newest_event_id(self) -> int:
-        """Return the id of the newest event; 0 where there is none."""
+        """Return the id of the newest event; 0 without one."""
         newest = self.answer(_NEWEST, list[models.EventDocument])
         return newest[-1].id if newest else 0
 
     def listen(
         self, reader: EventReader, call: Call = STREAM, *, silence_s: float = SILENCE_S
     ) -> Generator[models.EventDocument | None, None]:
-        """Yield events from one connection, and None for whatever else it brings, until it ends."""
+        """Yield events from one connection, and None for anything else received, until it ends."""
         reader.forget_line()
         with self._opened(call, headers=reader.headers, silence_s=silence_s) as answer:
             try:
@@ -214,12 +214,12 @@ class Transport:
     def _unreachable(self, error: Exception) -> ClientError:
         why = str(error) or type(error).__name__
         return Unreachable(
-            f"{self._url}: nobody answers ({why}); is the server running, and is the address right?"
+            f"{self._url}: no server answers ({why}); is the server running, and is the address right?"
         )
 
 
 class Download:
-    """A file of the server; nothing is asked for until it is read."""
+    """A file of the server, which is requested when it is read."""
 
     def __init__(self, transport: Transport, call: Call) -> None:
         self._transport = transport
@@ -234,7 +234,7 @@ class Download:
         return (self.read()).decode("utf-8")
 
     def chunks(self) -> Generator[bytes, None]:
-        """Yield its bytes as they come."""
+        """Yield its bytes as they arrive."""
         return self._transport.chunks(self._call)
 
     def save(self, path: Path | str) -> Path:

@@ -1,1 +1,1 @@
-"""Who uses the server, and what each may do: users, sign-ins, tokens of services, rights, audit log."""
+"""Authentication and authorization: users, sign-ins, tokens of services, rights, audit log."""

@@ -1,7 +1,7 @@
-"""Users, sign-ins, tokens and audit log as one: a change of a user reaches the user's open browsers.
+"""Combines users, sign-ins, tokens and audit log: a change of a user affects the user's open browsers.
 
-What takes rights away (a sign-out, a removal, another password) holds in memory at once, ends the open
-streams first, and waits for no disk. What gives rights is written before it holds.
+A revocation (a sign-out, a removal, another password) takes effect in memory at once, ends the open streams
+first, and does not wait for the disk. A grant is written before it takes effect.
 """
 
 import logging
@@ -30,24 +30,24 @@ from foveacam_server.foundation.store import Store
 _log = logging.getLogger(__name__)
 
 SWEEP_S = 5.0
-"""Interval at which what has expired loses its open streams, and what waits for the disk is written."""
+"""Interval at which expired sign-ins and tokens lose their open streams, and failed writes are retried."""
 
 
 class Mode(StrEnum):
-    """What a server asks of whoever comes."""
+    """Authentication that a server requires."""
 
     OPEN = "open"
-    """Nothing: one person on one machine."""
+    """None: one person on one machine."""
     TOKEN = "token"  # noqa: S105 - a mode, no token
-    """The shared token of the settings."""
+    """The settings' shared token."""
     USERS = "users"
     """A name and a password, or a service's token."""
     FIRST_ADMIN = "first_admin"
-    """The code in a file that the terminal names; nothing is served before the first admin exists."""
+    """The first admin's code, in a file named on the terminal; nothing else is served before."""
 
 
 def mode_without_users(*, shared_token: bool, guarded: bool) -> Mode:
-    """Return what a server without users asks; `guarded`: whether others can reach it."""
+    """Return the authentication of a server without users; `guarded`: whether others can reach it."""
     if shared_token:
         return Mode.TOKEN
     return Mode.FIRST_ADMIN if guarded else Mode.OPEN
@@ -57,10 +57,11 @@ class Accounts:
     """The accounts of one server; callable from any thread."""
 
     def __init__(self, store: Store, *, shared_token: bool = False, guarded: bool = False) -> None:
-        """`shared_token`: whether the settings have one; `guarded`: whether the server must ask somebody."""
+        """`shared_token`: whether the settings have one; `guarded`: whether authentication is required."""
         self._shared_token, self._guarded = shared_token, guarded
         self._changing = threading.RLock()
-        """Held from a change of a user to the end of the user's sign-ins, and while one begins."""
+        """Lock held from a change of a user until the user's sign-ins have ended, and while a sign-in
+        begins."""
         self._key = SigningKey(store.folder)
         self.users = Users(store)
         self.sign_ins = SignIns(store, self._key)
@@ -75,14 +76,14 @@ class Accounts:
         self._sweeper.start()
 
     def close(self) -> None:
-        """Write what is to be written, then end."""
+        """Write pending changes, then end."""
         self.first_admin.forget()
         self._sweeper.close()
         self.audit.close()
 
     @property
     def mode(self) -> Mode:
-        """What the server asks of whoever comes."""
+        """Authentication that the server requires now."""
         if self.users.exist:
             return Mode.USERS
         return mode_without_users(shared_token=self._shared_token, guarded=self._guarded)
@@ -94,7 +95,7 @@ class Accounts:
     def join(self, code: str, password: str, *, name: str | None) -> User:
         """Set the password of the invited user, or make the first admin `name`; raise `WrongCredentials`.
 
-        Whoever was signed in as that user is signed out: a link is how an account is taken back.
+        All sign-ins of that user end: a link is the way to recover an account.
         """
         if self.first_admin.matches(code):
             return self._join_first(password, name=name)
@@ -120,9 +121,9 @@ class Accounts:
     def authenticate(
         self, name: str, password: str, *, address: str, known: str = "", sign_in: str | None = None
     ) -> User:
-        """Return the user whose name and password these are.
+        """Return the user with this name and password.
 
-        `known`: cookie of a known browser; `sign_in`: where the user is signed in already. Raise
+        `known`: cookie of a known browser; `sign_in`: the user's present sign-in, if any. Raise
         `WrongCredentials`, or `TooManyAttempts`.
         """
         browser = sign_in or self.known_browsers.id_of(known, name)
@@ -136,7 +137,7 @@ class Accounts:
         return user
 
     def begin(self, user: User, *, address: str, browser: str) -> str:
-        """Sign in a user who has proved who it is; return the cookie's value.
+        """Sign in an authenticated user; return the cookie's value.
 
         Raise `WrongCredentials` for one who was removed, disabled, or got another password since.
         """
@@ -151,7 +152,7 @@ class Accounts:
         return cookie
 
     def change_user(self, name: str, *, role: UserRole | None, disabled: bool | None) -> User:
-        """Change a user and what the user's tokens may; a disabled one is signed out everywhere."""
+        """Change a user and the rights of the user's tokens; a disabled user is signed out everywhere."""
         takes_rights = disabled is True or (
             role is not None and not rights_of(role) >= self.users.rights(name)
         )
@@ -176,8 +177,8 @@ class Accounts:
     ) -> list[ServiceToken]:
         """Remove a user, who is signed out everywhere; return the user's tokens, which are revoked.
 
-        `keep_tokens`: they stay, on the authority of the user `by`; None: of whoever has the machine. Raise
-        `Busy` for the last admin, `InvalidInput` for who would keep tokens on an authority that goes.
+        `keep_tokens`: they stay, owned by the user `by`; None: by the local machine. Raise `Busy` for
+        the last admin, `InvalidInput` where the removed user would own them.
         """
         if keep_tokens and by == name:
             raise InvalidInput(
@@ -201,7 +202,7 @@ class Accounts:
     def set_password(self, name: str, password: str, *, keep: str | None, proved: User | None = None) -> None:
         """Set a user's password; sign the user out everywhere but in the sign-in `keep`.
 
-        `proved`: the user as the present password has proved it.
+        `proved`: the user as authenticated by the present password.
         """
         with self._ending_sign_ins(name, keep=keep):
             self.users.set_password(name, password, proved=proved)
@@ -222,20 +223,20 @@ class Accounts:
     def add_token(
         self, principal: Principal, name: str, scopes: frozenset[Right], *, days: int | None
     ) -> tuple[str, ServiceToken]:
-        """Return a new secret and its token, which never may more than `principal`; raise `Forbidden`."""
+        """Return a new secret and its token, with no more rights than `principal`; raise `Forbidden`."""
         for scope in sorted(scopes):
             require(principal, scope, asked=f"a token that may {scope}")
         owner = self.authority_of(principal)
         return self.tokens.add(name, scopes, days=days, created_by=principal.name, owner=owner)
 
     def authority_of(self, principal: Principal) -> str | None:
-        """Return the user on whose authority a principal acts; None for whoever has the machine."""
+        """Return the user who owns what a principal creates; None for the local machine."""
         if principal.kind is PrincipalKind.SERVICE and principal.sign_in is not None:
             return self.tokens.get(principal.sign_in).owner
         return principal.name if principal.kind is PrincipalKind.USER else None
 
     def revoke_token(self, token_id: str) -> ServiceToken:
-        """Refuse a service's token from now on, and end its open streams; raise `NotFound`."""
+        """Revoke a service's token and end its open streams; raise `NotFound`."""
         token = self.tokens.get(token_id)
         self._revoke_tokens([token_id])
         return token
@@ -248,7 +249,7 @@ class Accounts:
 
     @contextmanager
     def _ending_sign_ins(self, name: str, *, keep: str | None = None) -> Iterator[None]:
-        """Sign a user out once the block has changed the user, or where the disk did not take that."""
+        """Sign a user out after the block has changed the user, also where the write failed."""
         with self._changing:
             try:
                 yield
@@ -263,9 +264,9 @@ class Accounts:
                 self.streams.end(sign_in.id)
 
     def _take_up(self) -> None:
-        """Take up what the last server left; forget what the key of this data directory has not signed."""
+        """Load the state of the last run; drop sign-ins not signed by this data directory's key."""
         try:
-            if self._key.is_new:  # a new directory, a restored backup, or a sign-out that was not written
+            if self._key.is_new:  # a new directory, a restored backup, or an unwritten sign-out
                 self.sign_ins.revoke_stored()
                 self.users.drop_invitations()
             self._key.keep()

@@ -1,7 +1,7 @@
-"""Slows whoever guesses passwords and tokens, without closing an account to those who know the right one.
+"""Rate limits of wrong passwords and tokens, without locking out users who know the right one.
 
-An address is blocked after some wrong ones, longer each time. An account that many addresses guess at is
-looked at seldom, for browsers that have never signed in as its user. A known browser has its own limits.
+An address is blocked after some wrong attempts, longer each time. For an account under attack from many
+addresses, passwords of unknown browsers are checked at a low rate. A known browser has its own limits.
 """
 
 import math
@@ -16,21 +16,22 @@ from foveacam_server.foundation.errors import TooManyAttempts
 
 MOST_WRONG = 10
 WINDOW_S = 60.0
-"""So many wrong ones in so long block an address, or a known browser, for as long."""
+"""Number of wrong attempts, and the window, s, that block an address or known browser for the same time."""
 LONGEST_BLOCK_S = 3600.0
-"""Each further wrong one doubles the block up to this; after as long without one, counting begins anew."""
+"""Longest block, to which each further wrong attempt doubles it; after this time without one, the count is
+reset."""
 GUESSED_WRONG = 20
 GUESSED_S = 3600.0
-"""So many wrong passwords of unknown browsers in so long, and an account counts as guessed at."""
+"""Number of wrong passwords of unknown browsers, and the window, from which an account is under attack."""
 GUESSED_PAUSE_S = 10.0
-"""Least time between two passwords of unknown browsers that are looked at, while an account is guessed at."""
+"""Least time between two checked passwords of unknown browsers, while an account is under attack."""
 _MOST_NAMES = 8192
 _NETWORK_BITS = 64
-"""Of an IPv6 address: whoever has one has the network's other 2⁶⁴."""
+"""Prefix of an IPv6 address by which it is counted: one client has all 2⁶⁴ addresses of the network."""
 
 
 def origin_of(address: str) -> str:
-    """Return what is counted as one origin: an IPv4 address, or the /64 network of an IPv6 address."""
+    """Return the key of an origin: an IPv4 address, or the /64 network of an IPv6 address."""
     try:
         found = ip_address(address)
     except ValueError:
@@ -60,7 +61,7 @@ class WrongAttempts:
         self._tries: OrderedDict[str, _Tries] = OrderedDict()
 
     def wait_s(self, address: str) -> float:
-        """Return how long an address, or known browser, is blocked; 0 when it may try."""
+        """Return the remaining block of an address or known browser, s; 0 when it may try."""
         with self._lock:
             tries = self._tries.get(origin_of(address))
             return 0.0 if tries is None else max(0.0, tries.until_s - self._now_s())
@@ -81,7 +82,7 @@ class WrongAttempts:
             _bound(self._tries, origin)
 
     def forget(self, address: str) -> None:
-        """Forget the wrong attempts of a known browser: a right one came."""
+        """Reset the wrong attempts of a known browser after a right one."""
         with self._lock:
             self._tries.pop(origin_of(address), None)
 
@@ -95,7 +96,7 @@ class _Guesses:
 
 
 class GuessedAccounts:
-    """Accounts at which unknown browsers guess, whatever addresses they have; callable from any thread."""
+    """Accounts under attack by unknown browsers of any addresses; callable from any thread."""
 
     def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
         self._now_s = now_s
@@ -103,12 +104,12 @@ class GuessedAccounts:
         self._guesses: OrderedDict[str, _Guesses] = OrderedDict()
 
     def guessed(self, name: str) -> bool:
-        """Return whether so many wrong passwords came for an account that unknown browsers are slowed."""
+        """Return whether an account is under attack, so that unknown browsers are slowed."""
         with self._lock:
             return self._is_guessed(name, self._now_s())
 
     def begin_look(self, name: str) -> float:
-        """Return 0 and claim the look at a password, or return how long it must wait."""
+        """Return 0 and reserve the check of a password, or return the time to wait, s."""
         with self._lock:
             now_s = self._now_s()
             if not self._is_guessed(name, now_s):
@@ -128,7 +129,7 @@ class GuessedAccounts:
             _bound(self._guesses, name)
 
     def forget(self, name: str) -> None:
-        """Forget the wrong passwords for an account: its user came by a link."""
+        """Reset the wrong passwords for an account, whose user came by a link."""
         with self._lock:
             self._guesses.pop(name, None)
 
@@ -142,7 +143,7 @@ class GuessedAccounts:
 
 
 def _bound(kept: OrderedDict[str, _Tries] | OrderedDict[str, _Guesses], newest: str) -> None:
-    """Forget the names that were heard of longest ago, beyond the most that are kept."""
+    """Drop the least recently used names beyond the largest number kept."""
     kept.move_to_end(newest)
     while len(kept) > _MOST_NAMES:
         kept.popitem(last=False)
@@ -160,9 +161,9 @@ class SignInLimits:
         return self._accounts.guessed(name)
 
     def check(self, name: str, *, address: str, browser: str | None) -> None:
-        """Raise `TooManyAttempts` where no password is looked at now.
+        """Raise `TooManyAttempts` where no password is checked now.
 
-        `browser`: id of a browser that has signed in as this user; what others tried does not concern it.
+        `browser`: id of a browser that has signed in as this user, to which attempts of others do not count.
         """
         wait_s = self._origins.wait_s(browser or address)
         if wait_s > 0.0:
@@ -171,7 +172,7 @@ class SignInLimits:
             return
         wait_s = self._accounts.begin_look(name)
         if wait_s > 0.0:
-            self._origins.add_wrong(address)  # who does not wait is blocked before who does
+            self._origins.add_wrong(address)  # one who does not wait is blocked first
             raise _too_many(name, wait_s, f"many addresses for {name}")
 
     def add_wrong(self, name: str, *, address: str, browser: str | None) -> None:
@@ -181,12 +182,12 @@ class SignInLimits:
             self._accounts.add_wrong(name)
 
     def forget_browser(self, browser: str | None) -> None:
-        """Forget the wrong passwords of a known browser: the right one came. Those of an address stay."""
+        """Reset the wrong passwords of a known browser after the right one. Those of an address stay."""
         if browser is not None:
             self._origins.forget(browser)
 
     def forget_account(self, name: str) -> None:
-        """Forget the wrong passwords for an account: its user has a new one."""
+        """Reset the wrong passwords for an account whose user has a new one."""
         self._accounts.forget(name)
 
 

@@ -1,7 +1,7 @@
 """The audit log: who changed what, when, from where, and how it ended; written by a `BatchedWriter`.
 
 The same request of the same principal within `MERGE_S` is one entry that counts them: a joystick sends thirty
-a second. What nobody in particular was refused is merged by address, so that a flood cannot fill the disk.
+a second. Refused requests without a principal are merged by address, so that a flood cannot fill the disk.
 """
 
 import json
@@ -30,7 +30,7 @@ _MOST_OPEN = 256
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AuditEntry:
-    """A change that somebody made or tried."""
+    """An entry: a change that was made or attempted."""
 
     id: int
     utc: str
@@ -53,22 +53,22 @@ class AuditEntry:
 
 @dataclass(slots=True)
 class AuditNote:
-    """What a route adds to the entry of its request; in the scope as `audit_note`."""
+    """Details that a route adds to the entry of its request; in the scope as `audit_note`."""
 
     who: Principal | None = None
-    """Who it turned out to be, in a request by which somebody signs in."""
+    """The authenticated principal, in a request that signs in."""
     detail: str = ""
 
 
 def outcome_of(status: int) -> str:
-    """Return how a request with this status ended."""
+    """Return the outcome of a request by its HTTP status."""
     if status in (401, 403, 429):
         return "refused"
     return "failed" if status >= 400 else "done"
 
 
 class AuditLog:
-    """Takes entries from any thread without waiting for the disk, and reads them back."""
+    """Records entries from any thread without waiting for the disk, and reads them back."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -88,15 +88,15 @@ class AuditLog:
         what: str = "",
         detail: str = "",
     ) -> None:
-        """Take an entry."""
-        anybody = principal.kind is PrincipalKind.NOBODY
+        """Record an entry."""
+        anonymous = principal.kind is PrincipalKind.ANONYMOUS
         entry = AuditEntry(
-            id=0,  # `_save` gives it one, or merges it
+            id=0,  # `_save` assigns it, or merges the entry
             utc=utc_now(),
             who=principal.name,
             kind=principal.kind.value,
             method=method,
-            path="/…" if anybody and not detail else path[:_PATH_CHARS],
+            path="/…" if anonymous and not detail else path[:_PATH_CHARS],
             what=what,
             address=address,
             status=status,
@@ -107,11 +107,11 @@ class AuditLog:
         self._writer.add(entry)
 
     def close(self) -> None:
-        """Write what waits, then end."""
+        """Write queued entries, then end."""
         self._writer.close()
 
     def flush(self) -> bool:
-        """Wait for what was taken so far; return whether it was written."""
+        """Wait for the entries recorded so far; return whether they were written."""
         return self._writer.flush(timeout_s=FLUSH_S)
 
     def read(
@@ -150,7 +150,7 @@ class AuditLog:
             last = entries[-1].id
 
     def _save(self, entries: Sequence[AuditEntry]) -> None:
-        """Write entries, merged with earlier ones; the same entries give the same rows when tried again."""
+        """Write entries, merged with earlier ones; idempotent, so that a retry gives the same rows."""
         last_id, merged_by_key = self._last_id, dict(self._open)
         rows: dict[int, AuditEntry] = {}
         for entry in entries:
@@ -175,7 +175,7 @@ def _log_fault(detail: str) -> None:
 
 
 def _key(entry: AuditEntry) -> tuple[str, ...]:
-    """Return what entries that are merged have in common."""
+    """Return the key by which entries are merged."""
     return (
         entry.who, entry.kind, entry.method, entry.path, entry.address, str(entry.status), entry.detail
     )  # fmt: skip

@@ -15,7 +15,7 @@ def known_cookie_of(request: Request) -> str:
 
 
 def sign_in_browser(request: Request, response: Response, accounts: Accounts, user: User) -> None:
-    """Sign in a user who has proved who it is, in the browser of the request; the response sets the cookies.
+    """Sign an authenticated user in, in the browser of the request; the response sets the cookies.
 
     Raise `WrongCredentials` for a user who has changed since.
     """

@@ -1,4 +1,4 @@
-"""The cookies of a browser that has signed in: of the sign-in, and of having signed in before."""
+"""The cookies of a browser: of its sign-in, and of a known browser."""
 
 from starlette.responses import Response
 
@@ -6,21 +6,21 @@ COOKIE = "foveacam_session"
 COOKIE_DAYS = 30
 KNOWN_COOKIE = "foveacam_known"
 KNOWN_DAYS = 400
-"""The longest that browsers keep one."""
+"""Longest lifetime that browsers allow."""
 
 
 def set_cookie(response: Response, value: str, *, secure: bool) -> None:
-    """Let a response set the cookie of a sign-in; `secure`: the request came by https."""
+    """Set the cookie of a sign-in in a response; `secure`: the request came by https."""
     _set(response, COOKIE, value, days=COOKIE_DAYS, secure=secure)
 
 
 def set_known_cookie(response: Response, value: str, *, secure: bool) -> None:
-    """Let a response set the cookie of a known browser."""
+    """Set the cookie of a known browser in a response."""
     _set(response, KNOWN_COOKIE, value, days=KNOWN_DAYS, secure=secure)
 
 
 def clear_cookie(response: Response) -> None:
-    """Let a response remove the cookie of a sign-in; the browser stays known."""
+    """Remove the cookie of a sign-in in a response; the browser stays known."""
     response.delete_cookie(COOKIE, httponly=True, samesite="lax")
 
 

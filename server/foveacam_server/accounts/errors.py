@@ -1,4 +1,4 @@
-"""Refuses what a principal has no right to."""
+"""Errors of requests without the needed right."""
 
 from foveacam_server.accounts.rights import Principal, Right
 from foveacam_server.foundation.errors import Forbidden
@@ -11,7 +11,7 @@ _DOING = {
 
 
 def forbidden(principal: Principal, right: Right, *, asked: str) -> Forbidden:
-    """Return the refusal of a request that needs `right`."""
+    """Return the error of a request that lacks `right`."""
     return Forbidden(
         f"{asked} needs the right to {_DOING[right]}; you are {principal.title}",
         asked=asked,

@@ -1,4 +1,4 @@
-"""The link that makes the first admin: in a file that only its owner can read, for an hour, once."""
+"""The one-time link that makes the first admin: in a file that only its owner can read, valid for an hour."""
 
 import logging
 import secrets
@@ -19,7 +19,7 @@ _CODE_BYTES = 24
 
 
 class FirstAdminLink:
-    """The code of the link, and its file; callable from any thread."""
+    """The code of the link and its file; callable from any thread."""
 
     def __init__(self, folder: Path, now_s: Callable[[], float] = time.monotonic) -> None:
         self._path = folder / LINK_FILE
@@ -27,17 +27,17 @@ class FirstAdminLink:
         self._lock = threading.Lock()
         self._code: str | None = None
         self._until_s = 0.0
-        self._remove()  # of a server that was killed
+        self._remove()  # left by a killed server
 
     def code(self) -> str:
-        """Return the code, made at the first call; it is good for an hour from then."""
+        """Return the code, made at the first call and valid for an hour from then."""
         with self._lock:
             if self._code is None:
                 self._code, self._until_s = secrets.token_urlsafe(_CODE_BYTES), self._now_s() + LIFE_S
             return self._code
 
     def matches(self, code: str) -> bool:
-        """Return whether `code` is the one, and still good."""
+        """Return whether `code` is the right one and still valid."""
         with self._lock:
             return self._code is not None and self._now_s() < self._until_s and equal(code, self._code)
 
@@ -48,13 +48,13 @@ class FirstAdminLink:
         return self._path
 
     def forget(self) -> None:
-        """Refuse the code from now on, and remove the file: it was used, or the server ends."""
+        """Invalidate the code and remove the file, after its use or at the end of the server."""
         with self._lock:
             self._until_s = 0.0
         self._remove()
 
     def forget_expired(self) -> None:
-        """Remove the file once the code is no longer good."""
+        """Remove the file once the code has expired."""
         with self._lock:
             expired = self._code is not None and self._now_s() >= self._until_s
         if expired:

@@ -1,7 +1,7 @@
 """Browsers that have signed in before, by a signed cookie that outlives the sign-in.
 
-It lets nobody in: it says that somebody signed in here as a user, so that wrong passwords which others send
-do not hold this browser up.
+It gives no access: it only shows that a user has signed in here before, so that wrong passwords sent by
+others do not slow this browser.
 """
 
 import secrets
@@ -12,7 +12,7 @@ from foveacam_server.accounts.cookies import KNOWN_DAYS
 from foveacam_server.accounts.tables import secret_hash
 
 MOST_USERS = 8
-"""Users that one browser is known to have; the one who signed in longest ago is forgotten."""
+"""Largest number of users of a browser; the one who signed in longest ago is dropped."""
 _NAME_CHARS = 16
 _ID_BYTES = 12
 

@@ -1,4 +1,4 @@
-"""Connections that a sign-in or token has open, and how they are ended."""
+"""Registry of the open connections of each sign-in or token, to end them on revocation."""
 
 import threading
 from collections import Counter, defaultdict
@@ -15,7 +15,7 @@ class OpenStreams:
 
     @contextmanager
     def opened(self, sign_in: str, end: Callable[[], None]) -> Iterator[None]:
-        """Hold a connection that `end` ends, while the block runs; `end` must not wait."""
+        """Register a connection during the block; `end` ends it, and must not block."""
         with self._lock:
             self._ends[sign_in].append(end)
         try:

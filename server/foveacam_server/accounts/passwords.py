@@ -1,4 +1,4 @@
-"""Passwords: what one must be, and slow hashes (Argon2id), a few at a time because each takes 64 MiB."""
+"""Rules for passwords, and slow hashes (Argon2id), a few at a time because each takes 64 MiB."""
 
 import threading
 from collections.abc import Iterator
@@ -13,11 +13,12 @@ from foveacam_server.foundation.errors import TooManyAttempts
 
 LEAST_CHARS = 10
 MOST_CHARS = 256
-"""A longer one would only cost time."""
+"""Longest password: a longer one would only cost time."""
 AT_ONCE = 2
-"""Passwords of browsers that are not known."""
+"""Hashes at a time for passwords of unknown browsers."""
 AT_ONCE_KNOWN = 1
-"""Of known browsers, and new ones: a flood of strangers does not hold them up."""
+"""Hashes at a time for known browsers and new passwords, apart so that a flood of others does not delay
+them."""
 LONGEST_WAIT_S = 0.5
 _HASHER = PasswordHasher()
 _SLOTS = threading.BoundedSemaphore(AT_ONCE)
@@ -39,19 +40,19 @@ def check_password(password: str, *, name: str) -> None:
 
 
 def hash_password(password: str) -> str:
-    """Return the hash of a new password, with its salt and the parameters that it was made with."""
+    """Return the hash of a new password, with its salt and parameters."""
     with _slot(_KNOWN_SLOTS):
         return _HASHER.hash(password)
 
 
 def verify_password(password: str, stored: str | None, *, known: bool) -> bool:
-    """Return whether a password is the stored one; as slow where there is none, which then tells nothing.
+    """Return whether a password is the stored one; equally slow without one, to reveal nothing.
 
     `known`: whether the browser has signed in as that user before.
     """
     with _slot(_KNOWN_SLOTS if known else _SLOTS):
         try:
-            _HASHER.verify(stored or _hash_of_nobody(), password)
+            _HASHER.verify(stored or _unmatchable_hash(), password)
         except (VerificationError, InvalidHashError):
             return False
     return stored is not None
@@ -59,7 +60,7 @@ def verify_password(password: str, stored: str | None, *, known: bool) -> bool:
 
 @contextmanager
 def _slot(slots: threading.BoundedSemaphore) -> Iterator[None]:
-    """Hold one of the few places; raise `TooManyAttempts` when none is free soon: others need the threads."""
+    """Take one of the few places; raise `TooManyAttempts` when none is free soon, to spare the threads."""
     if not slots.acquire(timeout=LONGEST_WAIT_S):
         raise TooManyAttempts(
             "many people sign in at once",
@@ -75,5 +76,5 @@ def _slot(slots: threading.BoundedSemaphore) -> Iterator[None]:
 
 
 @cache
-def _hash_of_nobody() -> str:
+def _unmatchable_hash() -> str:
     return _HASHER.hash("of no user")

@@ -1,4 +1,4 @@
-"""What routes learn of a request: who it comes from, and the note for its entry in the audit log."""
+"""Dependencies of routes: principal and address of a request, and the note for its audit entry."""
 
 from ipaddress import IPv6Address, IPv6Network, ip_address
 from typing import Annotated
@@ -20,7 +20,7 @@ def address_of(scope: Scope) -> str:
 def person_of(scope: Scope) -> str:
     """Return the key of the person whose limits apply: the user, the service's token, or the address.
 
-    IPv6 addresses count by their network of 64 bits, all of which one machine may have.
+    IPv6 addresses count by their /64 network, all of which one machine may have.
     """
     principal: Principal = scope["principal"]
     match principal.kind:
@@ -31,7 +31,7 @@ def person_of(scope: Scope) -> str:
     address = address_of(scope)
     try:
         found = ip_address(address)
-    except ValueError:  # a name, or a Unix socket's peer
+    except ValueError:  # not an IP address: a host name, or a Unix socket's peer
         return f"address {address}"
     if isinstance(found, IPv6Address):
         found = found.ipv4_mapped or found

@@ -1,16 +1,16 @@
-"""Rights, the roles and scopes that carry them, and who a request comes from."""
+"""Rights, roles, scopes, and the principal of a request."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class Right(StrEnum):
-    """What an operation needs."""
+    """A right that an operation needs."""
 
     VIEW = "view"
     """See pictures, states, results and files."""
     OPERATE = "operate"
-    """Move the rig, capture, compute, change and trash what was made, delete what can be made again."""
+    """Move the rig, capture, compute, change and trash results, delete what can be made again."""
     ADMINISTER = "administer"
     """Manage users, tokens and the rig file, put calibrations in force, delete measured data for good."""
 
@@ -36,33 +36,33 @@ def rights_of(role: UserRole) -> frozenset[Right]:
 
 
 class PrincipalKind(StrEnum):
-    """How a principal proved who it is."""
+    """Authentication method of a principal."""
 
     LOCAL = "local"
-    """Whoever uses the machine of an open server."""
+    """Anybody at the machine of an open server."""
     SHARED_TOKEN = "shared_token"  # noqa: S105 - a kind, no token
-    """Whoever knows the one token of the settings."""
+    """Anybody with the settings' shared token."""
     USER = "user"
     SERVICE = "service"
-    NOBODY = "nobody"
-    """Whoever has not proved anything."""
+    ANONYMOUS = "nobody"
+    """Anybody without authentication."""
 
 
 LOCAL_STREAMS = "local"
-"""Under this id are the open connections of whoever uses an open server: the first admin ends them."""
+"""Id of the open connections of an open server's users, which the first admin ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Principal:
-    """Who a request comes from, and what it may do."""
+    """The principal of a request, with its rights."""
 
     kind: PrincipalKind
     name: str
     rights: frozenset[Right]
     role: UserRole | None = None
-    """Of a user; None for everybody else."""
+    """Role of a user; None for any other principal."""
     sign_in: str | None = None
-    """Id of the sign-in of a user's browser, or of a service's token: what can be revoked."""
+    """Id of the user's sign-in or the service's token, which can be revoked."""
 
     def may(self, right: Right) -> bool:
         """Return whether it has a right."""
@@ -75,7 +75,7 @@ class Principal:
 
     @property
     def title(self) -> str:
-        """Return who it is, in words."""
+        """Return the principal in words."""
         match self.kind:
             case PrincipalKind.USER:
                 article = "a" if self.role is UserRole.VIEWER else "an"
@@ -88,10 +88,10 @@ class Principal:
 
 LOCAL = Principal(kind=PrincipalKind.LOCAL, name="this machine", rights=frozenset(Right))
 SHARED = Principal(kind=PrincipalKind.SHARED_TOKEN, name="the shared token", rights=frozenset(Right))
-NOBODY = Principal(kind=PrincipalKind.NOBODY, name="nobody", rights=frozenset())
+ANONYMOUS = Principal(kind=PrincipalKind.ANONYMOUS, name="nobody", rights=frozenset())
 
 
 def who_at(principal: Principal, address: str) -> str:
-    """Return who did something and from where, in words; the address alone where nobody signs in."""
+    """Return principal and address in words; only the address where nobody signs in."""
     named = principal.kind in (PrincipalKind.USER, PrincipalKind.SERVICE)
     return f"{principal.name} at {address}" if named else address

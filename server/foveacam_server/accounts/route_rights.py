@@ -1,7 +1,7 @@
-"""The access that each route declares where it is defined, and the route that a request is for.
+"""Access rights declared by each route, and the lookup of a request's route.
 
-A router states what reading and changing its resource need, `needs` and `open_to_anybody` state it for one
-route. A route that declares nothing is for admins alone.
+A router declares the rights for reading and changing its resource, `needs` and `open_to_anybody` those of one
+route. A route without a declaration is for admins only.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,21 +20,22 @@ SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 ACCESS = "foveacam_access"
 """Attribute of an endpoint: a function, or an ASGI application that is mounted."""
 _KEPT, _KEPT_CHARS = 2048, 200
-"""Matches that are kept for the next request of the same path, and the longest such path."""
+"""Size of the cache of matches by path, and the longest cached path."""
 
 _Endpoint = TypeVar("_Endpoint")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:
-    """What a route needs of whoever calls it."""
+    """Access that a route requires."""
 
     right: Right | None
-    """None: it is served to anybody."""
+    """Right that is needed; None: served to anybody."""
     stops: bool = False
-    """Whether it is the stop: the right token always gets it, viewers where the rig file says so."""
+    """Whether it is the stop: always allowed with the right token, and to viewers where the rig file allows
+    it."""
     takes_token: bool = False
-    """Whether the shared token in its query signs a browser in."""
+    """Whether the shared token in the query signs a browser in."""
 
 
 UNDECLARED = Access(right=Right.ADMINISTER)
@@ -61,13 +62,13 @@ def _declare(access: Access) -> Callable[[_Endpoint], _Endpoint]:
 
 
 def declared_access(endpoint: object) -> Access | None:
-    """Return what an endpoint declares; None for nothing."""
+    """Return the access that an endpoint declares; None without a declaration."""
     found: Access | None = getattr(endpoint, ACCESS, None)
     return found
 
 
 class GuardedRouter(DeclaringRouter):
-    """A router that declares what its routes need; a WebSocket declares its own."""
+    """A router that declares the rights of its routes; a WebSocket declares its own."""
 
     def __init__(
         self,
@@ -80,9 +81,9 @@ class GuardedRouter(DeclaringRouter):
         include_in_schema: bool = True,
         route_class: type[APIRoute] = APIRoute,
     ) -> None:
-        """`reading`: the right that GET needs; `changing`: that of all other methods.
+        """`reading`: the right for GET; `changing`: that for all other methods.
 
-        `opens`: services that these routes alone need; each is made of what is open by then.
+        `opens`: services that only these routes need; each is constructed from the services open by then.
         """
         self._reading, self._changing = reading, changing
         self.opens = tuple(opens)
@@ -117,7 +118,7 @@ class RouteTable:
         return list(iter_route_contexts(self.routes))
 
     def load(self) -> None:
-        """Make the table now, rather than at the first request."""
+        """Build the table now instead of at the first request."""
         _ = self._matchers
 
     @cached_property
@@ -125,10 +126,10 @@ class RouteTable:
         return [context.matches for context in self.contexts]
 
     def access(self, scope: Scope) -> Access | None:
-        """Return what the route of a request or WebSocket needs; None where nothing is served.
+        """Return the access that the route of a request or WebSocket requires; None without a route.
 
-        A request whose method a path does not have is that of the first route of that path, which answers it
-        with 405. Callable from any thread.
+        A request with another method than its path has belongs to the first route of that path, which answers
+        405. Callable from any thread.
         """
         path: str = scope["path"]
         find = self._known if len(path) <= _KEPT_CHARS else self._find

@@ -1,7 +1,7 @@
-"""Tokens of services: shown once, stored as hashes, with scopes, an end and the time of their last use.
+"""Tokens of services: shown once, stored as hashes, with scopes, expiry and time of last use.
 
-A token never has more rights than its owner, the user on whose authority it exists, has now. What is revoked
-is refused at once, and stays refused whether or not the disk takes it.
+A token never has more rights than its owner, the user on whose authority it exists, has now. A revoked token
+is refused at once, also when the revocation cannot be written.
 """
 
 import logging
@@ -24,7 +24,7 @@ from foveacam_server.foundation.store import Store
 _log = logging.getLogger(__name__)
 
 PREFIX = "fcd_"
-"""Begins every token, so that a leaked one is recognised."""
+"""Prefix of every token, so that a leaked one is recognised."""
 SHOWN_CHARS = 10
 _SECRET_BYTES = 32
 _MISSING = object()
@@ -43,11 +43,11 @@ class ServiceToken:
     expires_utc: str | None
     last_used_utc: str | None
     owner: str | None
-    """User whose rights bound it; None: whoever has the machine or the shared token."""
+    """User whose rights bound it; None: the local machine or the shared token."""
 
     @property
     def expired(self) -> bool:
-        """Whether its life is over."""
+        """Whether it has expired."""
         return self.expires_utc is not None and self.expires_utc < utc_now()
 
 
@@ -55,22 +55,22 @@ class ServiceTokens:
     """The tokens of a server, in memory, so that a request costs no query; callable from any thread."""
 
     def __init__(self, store: Store, *, rights_of_owner: Callable[[str], frozenset[Right]]) -> None:
-        """`rights_of_owner`: what a user may do now."""
+        """`rights_of_owner`: returns the present rights of a user."""
         self._store = store
         self._rights_of_owner = rights_of_owner
         self._lock = threading.Lock()
         self._live: dict[str, ServiceToken] = {}
-        """By the hash of the secret."""
+        """Tokens by the hash of the secret."""
         self._used: dict[str, str] = {}
-        """When a token was used, by its id, that is not written yet."""
+        """Unwritten times of use, by token id."""
         self._refused: set[str] = set()
-        """Ids of tokens that are refused and still in the table: the disk did not take it yet."""
+        """Ids of revoked tokens that are still in the table, because the write failed."""
         self._handed_over: dict[str, str | None] = {}
-        """New owners, by id, that are not written yet."""
+        """Unwritten new owners, by token id."""
         self.load()
 
     def load(self) -> None:
-        """Take up the stored tokens."""
+        """Load the stored tokens."""
         with self._store.session() as session:
             rows = session.scalars(select(ServiceTokenRow)).all()
         with self._lock:
@@ -112,7 +112,7 @@ class ServiceTokens:
             owner=owner,
         )
         hashed = secret_hash(secret)
-        self._write_pending()  # the name of a token that was revoked is in the table until then
+        self._write_pending()  # a revoked token's name is in the table until then
         with self._lock:
             if any(other.name == name for other in self._live.values()):
                 raise Busy(
@@ -127,7 +127,7 @@ class ServiceTokens:
         return secret, token
 
     def find(self, secret: str) -> Principal | None:
-        """Return whose token this is; None for one that is unknown, expired, revoked, or without a right."""
+        """Return the principal of a token; None for one unknown, expired, revoked, or without a right."""
         with self._lock:
             token = self._live.get(secret_hash(secret))
             if token is None or token.expired:
@@ -151,7 +151,7 @@ class ServiceTokens:
         return found
 
     def refuse(self, *ids: str) -> None:
-        """Refuse tokens from now on; `write_changes` makes it last over a restart."""
+        """Revoke tokens; `write_changes` stores that for the next start."""
         with self._lock:
             self._live = {hashed: token for hashed, token in self._live.items() if token.id not in ids}
             self._refused.update(ids)
@@ -160,7 +160,7 @@ class ServiceTokens:
                 self._handed_over.pop(token_id, None)
 
     def hand_over(self, *ids: str, owner: str | None) -> None:
-        """Let tokens exist on the authority of another user; `write_changes` makes it last."""
+        """Give tokens another owner; `write_changes` stores that."""
         with self._lock:
             self._live = {
                 hashed: replace(token, owner=owner) if token.id in ids else token
@@ -169,7 +169,7 @@ class ServiceTokens:
             self._handed_over.update(dict.fromkeys(ids, owner))
 
     def write_changes(self) -> None:
-        """Write what was refused or handed over. Where the disk does not take it, `write` tries again."""
+        """Write revocations and new owners. If that fails, `write` tries again."""
         try:
             self._write_pending()
         except WRITE_ERRORS as error:
@@ -180,7 +180,7 @@ class ServiceTokens:
         return [token.id for token in self.all() if token.expired]
 
     def write(self) -> None:
-        """Write what was refused or handed over, and when the others were used; raise what fails."""
+        """Write revocations, new owners and times of use; raise errors."""
         self._write_pending()
         with self._lock:
             used, self._used = self._used, {}

@@ -1,7 +1,7 @@
 """Sign-ins: the browsers in which users are signed in, by a signed cookie whose secret the server can forget.
 
-All live sign-ins are in memory, so that a request costs no query; the table keeps them over a restart. What
-is revoked is refused at once, and stays refused whether or not the disk takes it.
+All live sign-ins are in memory, so that a request costs no query; the table keeps them over a restart. A
+revoked sign-in is refused at once, also when the revocation cannot be written.
 """
 
 import logging
@@ -48,7 +48,7 @@ class _Live:
     sign_in: SignIn
     principal: Principal
     until_s: float
-    """By the monotonic clock: a wall clock that is set back prolongs nothing."""
+    """Expiry by the monotonic clock, so that a wall clock set back does not prolong it."""
     seen_utc: str
     unwritten: bool = False
 
@@ -62,17 +62,17 @@ class SignIns:
     _signer: Signer = field(init=False)
     _lock: threading.Lock = field(init=False, default_factory=threading.Lock)
     _live: dict[str, _Live] = field(init=False, default_factory=dict)
-    """By the hash of the secret."""
+    """Sign-ins by the hash of the secret."""
     _unwritten: set[str] = field(init=False, default_factory=set)
-    """Ids that are refused and still in the table: the disk did not take it yet."""
+    """Ids of revoked sign-ins that are still in the table, because the write failed."""
     _writing: threading.Lock = field(init=False, default_factory=threading.Lock)
-    """Held while it is decided whether the key may be in its file."""
+    """Lock held while it is decided whether the key may be in its file."""
 
     def __post_init__(self) -> None:
         self._signer = Signer(self.key.text, salt="foveacam sign-in")
 
     def load(self, users: list[User]) -> None:
-        """Take up the stored sign-ins of these users; others, and those that have expired, are forgotten."""
+        """Load the stored sign-ins of these users; drop others and expired ones."""
         named = {user.name: user for user in users if not user.disabled}
         with self.store.session() as session:
             rows = session.scalars(select(SignInRow)).all()
@@ -86,7 +86,7 @@ class SignIns:
         self.forget_expired()
 
     def revoke_stored(self) -> None:
-        """Revoke all that the table has, as when the key that signed them is no more."""
+        """Revoke all sign-ins of the table, as after the loss of the key that signed them."""
         with self.store.session() as session:
             ids = session.scalars(select(SignInRow.id)).all()
         if ids:
@@ -122,7 +122,7 @@ class SignIns:
         return self._signer.sign(secret).decode(), sign_in
 
     def find(self, cookie: str) -> Principal | None:
-        """Return whose sign-in a cookie is; None for one that is forged, expired or revoked."""
+        """Return the principal of a cookie; None for one that is forged, expired or revoked."""
         try:
             secret = self._signer.unsign(cookie).decode()
         except (BadSignature, UnicodeDecodeError):
@@ -141,13 +141,13 @@ class SignIns:
         return sorted(found, key=lambda pair: pair[0].created_utc, reverse=True)
 
     def refuse(self, *ids: str) -> None:
-        """Refuse sign-ins from now on; `write_refused` makes it last over a restart."""
+        """Revoke sign-ins; `write_refused` stores that for the next start."""
         with self._lock:
             self._live = {key: live for key, live in self._live.items() if live.sign_in.id not in ids}
             self._unwritten.update(ids)
 
     def write_refused(self) -> None:
-        """Delete what was refused. Where the disk does not take it, `write` tries again."""
+        """Delete revoked sign-ins from the table. If that fails, `write` tries again."""
         try:
             with self._writing:
                 self._write_refused()
@@ -155,12 +155,12 @@ class SignIns:
             _log.warning("a sign-out holds, but was not written; it is tried again: %s", error)
 
     def revoke(self, *ids: str) -> None:
-        """Refuse sign-ins, at once and for good."""
+        """Revoke sign-ins and store that."""
         self.refuse(*ids)
         self.write_refused()
 
     def write(self) -> None:
-        """Write what was refused, and when the others were used; raise what the disk does not take."""
+        """Write revocations and times of use; raise errors of the disk."""
         with self._writing:
             self._write_refused()
             self.key.keep()
@@ -189,7 +189,7 @@ class SignIns:
             self._unwritten -= ids
 
     def _void_key(self) -> None:
-        """Remove the key: a server that is killed before it could write accepts no cookie of before."""
+        """Remove the key, so that a server killed before a successful write accepts no earlier cookie."""
         try:
             self.key.void()
         except OSError as error:

@@ -16,16 +16,16 @@ _KEY_CHARS = 2 * _KEY_BYTES
 class SigningKey:
     """The key, in memory and in its file.
 
-    Without the file, the next start makes another key, and every cookie that was signed before is void: so a
-    sign-out holds that the disk does not take.
+    Without the file, the next start makes another key, which invalidates all earlier cookies: so a sign-out
+    holds even if it cannot be written.
     """
 
     def __init__(self, folder: Path) -> None:
-        """Read the key, or make one; raise `InvalidInput` for a file that is no key."""
+        """Read the key, or make one; raise `InvalidInput` for a file that is not a key."""
         self._path = folder / KEY_FILE
         found = self._read()
         self.is_new = found is None
-        """Whether there was none: what older cookies signed is void."""
+        """Whether the key is new, so that earlier cookies are invalid."""
         self.text = found or secrets.token_hex(_KEY_BYTES)
         self._kept = not self.is_new
 

@@ -1,4 +1,4 @@
-"""Tables of users, sign-ins, tokens of services and the audit log; of secrets there are hashes alone."""
+"""Tables of users, sign-ins, tokens of services and the audit log; secrets are stored only as hashes."""
 
 import hashlib
 import hmac
@@ -11,17 +11,17 @@ from foveacam_hardware.contract import DeviceFault, StorageFull
 from foveacam_server.foundation.store import TableRow
 
 WRITE_ERRORS = (StorageFull, DeviceFault, SQLAlchemyError)
-"""What a write to the database raises where the disk does not take it."""
+"""Errors of a failed write to the database."""
 
 
 class UserRow(TableRow):
-    """A person."""
+    """Row of a user."""
 
     __tablename__ = "users"
     name: Mapped[str] = mapped_column(String(64), primary_key=True)
     role: Mapped[str]
     password_hash: Mapped[str | None]
-    """Argon2id; None until the invitation was used."""
+    """Argon2id hash; None until the invitation was used."""
     disabled: Mapped[bool]
     created_utc: Mapped[str]
     last_seen_utc: Mapped[str | None]
@@ -57,7 +57,7 @@ class ServiceTokenRow(TableRow):
     expires_utc: Mapped[str | None]
     last_used_utc: Mapped[str | None]
     owner: Mapped[str | None]
-    """User on whose authority it exists; None: whoever has the machine or the shared token."""
+    """User on whose authority it exists; None: the local machine or the shared token."""
 
 
 class AuditRow(TableRow):
@@ -79,10 +79,10 @@ class AuditRow(TableRow):
 
 
 def secret_hash(secret: str) -> str:
-    """Return the hash under which a secret is stored that is random and too long to be guessed."""
+    """Return the hash under which a random secret, too long to be guessed, is stored."""
     return hashlib.sha256(secret.encode()).hexdigest()
 
 
 def equal(given: str, wanted: str) -> bool:
-    """Compare two secrets in a time that tells nothing of where they differ."""
+    """Compare two secrets in constant time."""
     return hmac.compare_digest(given.encode(), wanted.encode())

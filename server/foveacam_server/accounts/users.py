@@ -1,4 +1,4 @@
-"""Users: their roles, passwords and invitations; there is always an admin who can sign in."""
+"""Users with their roles, passwords and invitations; the last admin who can sign in cannot be removed."""
 
 import re
 import secrets
@@ -24,7 +24,7 @@ UserState = Literal["active", "invited", "disabled"]
 INVITATION_HOURS = 48
 _INVITATION_BYTES = 24
 NAME_PATTERN = r"^[a-z0-9][a-z0-9._@+-]{0,63}$"
-"""Lower case, so that nobody passes for somebody else by a capital."""
+"""Valid names: lower case, so that names cannot differ by a capital only."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +39,7 @@ class User:
     created_utc: str
     last_seen_utc: str | None
     credentials: str = field(repr=False)
-    """Changes with the password."""
+    """Version of the password: changes with it."""
 
     @property
     def state(self) -> UserState:
@@ -63,18 +63,18 @@ class Users:
     def __init__(self, store: Store) -> None:
         self._store = store
         self._lock = threading.Lock()
-        """One change at a time, so that two changes cannot remove both of two admins."""
+        """Serializes changes, so that two concurrent ones cannot remove both of two admins."""
         self._rights: dict[str, frozenset[Right]] = {}
         self._admin_joined = False
         self._read_rights()
 
     @property
     def exist(self) -> bool:
-        """Whether an admin can sign in: from then on everybody must."""
+        """Whether an admin who can sign in exists: from then on everybody must."""
         return self._admin_joined
 
     def rights(self, name: str) -> frozenset[Right]:
-        """Return what a user may do now; nothing for one who is disabled or was removed."""
+        """Return the present rights of a user; none for one who is disabled or was removed."""
         return self._rights.get(name, frozenset())
 
     def all(self) -> list[User]:
@@ -90,10 +90,10 @@ class Users:
     def add(
         self, name: str, role: UserRole, *, password: str | None = None, first: bool = False
     ) -> tuple[User, Invitation | None]:
-        """Add a user; without a password, one who is invited to set it. `first`: only as the first admin.
+        """Add a user; without a password, one who is invited to set it.
 
-        Raise `Busy` for a name that is taken, or a first admin who is not the first, `InvalidInput` for a bad
-        password, or for a first user who could not administer the server.
+        `first`: only as the first admin. Raise `Busy` for a used name or where an admin exists despite
+        `first`, `InvalidInput` for a bad password, or for a first user who is not an admin with a password.
         """
         self._check_first(name, role, with_password=password is not None)
         check_name(name)
@@ -119,7 +119,7 @@ class Users:
         if self.exist or (role is UserRole.ADMIN and with_password):
             return
         raise InvalidInput(
-            "the first user is an admin with a password: else nobody could add others",
+            "the first user is an admin with a password, who can add others",
             asked=f"{name}, {role}, {'with' if with_password else 'without'} a password",
             found="no user yet",
             remedy="give both the role admin and a password",
@@ -144,37 +144,37 @@ class Users:
             _check_admin_left(session, f"to remove {name}")
 
     def invite(self, name: str) -> Invitation:
-        """Return a new code with which the user sets a password; an older code is no longer good."""
+        """Return a new code with which the user sets a password; invalidates an older code."""
         with self._change() as session:
             return _invite(_row(session, name))
 
     def drop_invitations(self) -> None:
-        """Refuse all codes from now on."""
+        """Invalidate all codes."""
         with self._change() as session:
             for row in session.scalars(select(UserRow)):
                 _drop_invitation(row)
 
     def check_invitation(self, code: str) -> str:
-        """Return whose invitation a code is; raise `WrongCredentials` for one that is none any more."""
+        """Return the user of an invitation's code; raise `WrongCredentials` for an invalid or expired one."""
         with self._store.session() as session:
             return _invited(session, code).name
 
     def join(self, code: str, password: str) -> User:
-        """Set the password of the user whose invitation this is; raise `WrongCredentials`."""
+        """Set the password of an invitation's user; raise `WrongCredentials`."""
         check_password(password, name=self.check_invitation(code))
         hashed = hash_password(password)
         with self._change() as session:
-            row = _invited(session, code)  # again: somebody else may have used it meanwhile
+            row = _invited(session, code)  # checked again: it may have been used meanwhile
             row.password_hash = hashed
             _drop_invitation(row)
             name = row.name
         return self.get(name)
 
     def sign_in(self, name: str, password: str, *, known: bool) -> User:
-        """Return the user whose name and password these are, and remember when.
+        """Return the user with this name and password, and store the time.
 
-        `known`: whether the browser is. Raise `WrongCredentials`, the same whether the name or the password
-        is wrong.
+        `known`: whether the browser is known. Raise `WrongCredentials`, the same for a wrong name and a wrong
+        password.
         """
         with self._store.session() as session:
             row = session.get(UserRow, name)
@@ -194,7 +194,7 @@ class Users:
             return _user(row)
 
     def come_by_provider(self, name: str, *, new_role: UserRole | None) -> User:
-        """Return the user whom a provider has proved to be `name`; an unknown one is added with `new_role`.
+        """Return the user authenticated by a provider as `name`; an unknown one is added with `new_role`.
 
         Raise `WrongCredentials` for a user who is disabled, or unknown without `new_role`.
         """
@@ -215,10 +215,10 @@ class Users:
             return _user(row)
 
     def set_password(self, name: str, password: str, *, proved: User | None = None) -> None:
-        """Set a user's password; open invitations are no longer good.
+        """Set a user's password; invalidates open invitations.
 
-        `proved`: the user as the present password has proved it; raise `WrongCredentials` where it is another
-        one by now.
+        `proved`: the user as authenticated by the present password; raise `WrongCredentials` if that has
+        changed since.
         """
         check_password(password, name=name)
         hashed = hash_password(password)
@@ -243,7 +243,7 @@ class Users:
 
 
 def changed_meanwhile(name: str) -> WrongCredentials:
-    """Return the refusal of somebody whose password changed while it was checked."""
+    """Return the error for a user whose password changed during its check."""
     return WrongCredentials(
         f"the password of {name} was changed meanwhile, or the user disabled or removed",
         asked=f"to sign in as {name}",
@@ -304,7 +304,7 @@ def _check_admin_left(session: Session, asked: str) -> None:
 
 
 def _invited(session: Session, code: str) -> UserRow:
-    """Return the row of the user whose invitation this is; raise `WrongCredentials`."""
+    """Return the row of an invitation's user; raise `WrongCredentials`."""
     row = session.scalar(select(UserRow).where(UserRow.invitation_hash == secret_hash(code)))
     if row is None or row.disabled or (row.invitation_until_utc or "") < utc_now():
         raise WrongCredentials(
@@ -330,7 +330,7 @@ def _drop_invitation(row: UserRow) -> None:
 
 def _not_the_first(name: str) -> Busy:
     return Busy(
-        f"asked to make {name} the first admin: somebody else became that meanwhile",
+        f"asked to make {name} the first admin: another user was made the first admin meanwhile",
         asked=f"{name} as the first admin",
         found="an admin",
         remedy="sign in, or ask an admin to add you",

@@ -1,1 +1,1 @@
-"""Opens all services of a running server in order; nothing but the application imports it."""
+"""Opens all services of a running server in order; imported by the application only."""

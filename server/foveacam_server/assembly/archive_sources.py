@@ -23,7 +23,7 @@ class CaptureArchiveSource:
         self._captures = captures
 
     def archive_item(self, item_id: str) -> ArchiveItem:
-        """Return a capture that has ended."""
+        """Return a capture that is complete."""
         stored = self._captures.collection.get(item_id)
         if self._captures.is_running(item_id) or is_being_written(stored.folder):
             raise Busy(
@@ -35,7 +35,7 @@ class CaptureArchiveSource:
         return dataset_item(readable_dataset(stored), item_id=stored.id)
 
     def before_removal(self, item_id: str) -> None:
-        """Draw the thumbnail while its frames are here."""
+        """Draw the thumbnail while the frames are on the disk."""
         collection = self._captures.collection
         capture_picture(collection, collection.get(item_id), "thumbnail", form="jpg")
 
@@ -70,7 +70,7 @@ class RecordingArchiveSource:
         )
 
     def before_removal(self, item_id: str) -> None:
-        """Close the file, so that its room is freed."""
+        """Close the file, so that its disk space is freed."""
         self._recordings.opened.forget(self._recordings.readable(item_id).path)
 
     def report_change(self, item_id: str, message: str) -> None:
@@ -89,7 +89,7 @@ class StillArchiveSource:
         self._stills = stills
 
     def archive_item(self, item_id: str) -> ArchiveItem:
-        """Return a still that is kept; raise Busy for one that waits for its user's decision."""
+        """Return a kept still; raise Busy for one that is neither kept nor discarded yet."""
         found = self._stills.collection.get(item_id)
         stored = found.stored
         if found.state is not StillState.KEPT:
@@ -101,7 +101,7 @@ class StillArchiveSource:
         return dataset_item(readable_dataset(stored), item_id=stored.id, kind="stills")
 
     def before_removal(self, item_id: str) -> None:
-        """Draw the thumbnail while its frames are here."""
+        """Draw the thumbnail while the frames are on the disk."""
         collection = self._stills.collection
         capture_picture(collection.drawn, collection.get(item_id).stored, "thumbnail", form="jpg")
 

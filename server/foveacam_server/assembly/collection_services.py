@@ -29,7 +29,7 @@ from foveacam_server.resources.looking.depth_backends.service import DepthBacken
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CollectionServices:
-    """One service a kind."""
+    """The services of stored pictures, one per kind."""
 
     captures: CaptureService
     stills: StillService

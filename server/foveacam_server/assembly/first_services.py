@@ -1,6 +1,6 @@
 """Opens the services that all others share: store, events, calibrations, settings, views, 3D pane, hardware.
 
-The hardware thread opens the rig that is chosen, or a recording that is played.
+The hardware thread opens the chosen rig, or a recording to play.
 """
 
 import asyncio
@@ -58,7 +58,7 @@ class ServerFoundation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigKnowledge:
-    """Stored knowledge of the rig: calibrations (in `folder`), settle time, camera settings."""
+    """Stored data of the rig: calibrations (in `folder`), settle time, camera settings."""
 
     folder: Path
     calibration: CalibrationService
@@ -74,7 +74,7 @@ class DisplayServices:
 
     hub: FrameHub
     tap: FrameTap
-    """Where frames and pictures are published: it passes them to the hub and to recordings."""
+    """Sink of frames and pictures, which passes them to the hub and to recordings."""
     streams: LiveStreams
     stereo: LiveStereo
     viewer: SceneViewer | None
@@ -83,7 +83,7 @@ class DisplayServices:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SharedServices:
-    """What the services of resources are opened with."""
+    """The services with which those of the resources are opened."""
 
     foundation: ServerFoundation
     knowledge: RigKnowledge
@@ -100,7 +100,7 @@ def open_foundation(
     loop: asyncio.AbstractEventLoop,
     kernels: Preparation,
 ) -> ServerFoundation:
-    """Open the store, the event log, the accounts, and the watch over the event loop; called on the loop."""
+    """Open the store, event log, accounts, and lag measurement of the event loop; called on the loop."""
     store = stack.enter_context(Store(settings.data))
     events = EventLog(store)
     stack.callback(events.close)

@@ -1,4 +1,4 @@
-"""Opens what turns looks into fixations, clouds, wide depth and measurements, and what follows targets."""
+"""Opens the services of fixations, clouds, wide depth and measurements, and of following targets."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ class ObservationServices:
 def open_observation(
     shared: SharedServices, *, captures: DatasetCollection, matcher: DepthBackendService
 ) -> ObservationServices:
-    """Open them and start their threads and that of the jobs, whose handlers are registered by now."""
+    """Open them, start their threads, and that of the jobs, as all handlers are registered by now."""
     clouds = CloudCollection(shared.foundation.store)
     wide_depth = _wide_depth(shared)
 
@@ -71,7 +71,7 @@ def open_observation(
 
 
 def retained_looks(shared: SharedServices, observation: ObservationServices) -> Sources:
-    """Return clouds and fixations as the rules of retention remove them: for good."""
+    """Return the retention sources of clouds and fixations, which are deleted for good."""
     clouds, fixations, viewer = observation.clouds, observation.fixations, shared.displays.viewer
     looks = RetainedLooks(shared.foundation.store, shared.foundation.store.subfolder(CLOUDS))
 
@@ -147,7 +147,7 @@ def _open_following(
     context: WideDepthService,
     captures: DatasetCollection,
 ) -> tuple[FollowService, FollowRounds, LoopService]:
-    """Open what follows targets, one or many, and let the wide view mark them."""
+    """Open the services that follow one or several targets, and mark these in the wide view."""
     follows = FollowService(
         FollowTools(
             hardware=shared.hardware,

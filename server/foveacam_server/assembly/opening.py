@@ -54,7 +54,7 @@ from foveacam_server.rig.stop import StopSwitch
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationServices:
-    """Services that measure and store calibrations, and that which tests the trigger."""
+    """Services that measure and store calibrations, and the trigger tests."""
 
     sessions: CalibrationSessionService
     drift: DriftChecks
@@ -76,7 +76,7 @@ class OpenedGroups:
 
 
 def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> Services:
-    """Open all services; the rig opens on its own thread, so that a missing device delays nothing."""
+    """Open all services; the rig opens on the hardware thread, so that a missing device delays nothing."""
     groups = _open_groups(foundation, loop=loop)
     shared, collections, observation = groups.shared, groups.collections, groups.observation
     knowledge, displays = shared.knowledge, shared.displays
@@ -171,7 +171,7 @@ def _open_shared(
 
 
 def _open_calibration(shared: SharedServices) -> CalibrationServices:
-    """Open the calibration services; they share what runs calibration jobs."""
+    """Open the calibration services, which share the runner of calibration jobs."""
     tools = CalibrationJobTools(
         hardware=shared.hardware,
         calibration=shared.knowledge.calibration,
@@ -253,7 +253,7 @@ def _open_computing(foundation: ServerFoundation) -> ComputeQueue:
 
 
 def _open_engine(shared: SharedServices) -> EngineService:
-    """Start to measure the load; called on the event loop's thread."""
+    """Start the load measurement; called on the event loop's thread."""
     engine = EngineService(
         EngineParts(
             hardware=shared.hardware,
@@ -271,7 +271,7 @@ def _open_engine(shared: SharedServices) -> EngineService:
 
 
 def _start_scene_follower(shared: SharedServices) -> None:
-    """Start to show in the 3D pane where the foveae look."""
+    """Start to show the foveae's gaze in the 3D pane."""
     if shared.displays.viewer is None:
         return
 

@@ -1,4 +1,4 @@
-"""The routers of REST, a line for each module of `resources`; paths are tried in this order."""
+"""The routers of REST, one line per module of `resources`; paths are matched in this order."""
 
 import importlib
 
@@ -60,5 +60,5 @@ MODULES = (
 
 
 def load_routers() -> list[GuardedRouter]:
-    """Return the router of each module, which is imported when it was not yet."""
+    """Return the routers of all modules, importing them if needed."""
     return [importlib.import_module(f"foveacam_server.resources.{name}").router for name in MODULES]

@@ -1,4 +1,4 @@
-"""All services of a running server, which the lifespan opens; each router names those that it uses."""
+"""All services of a running server, opened by the lifespan; each route declares those that it uses."""
 
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -94,7 +94,7 @@ class Services:
     stop: StopSwitch
     computing: ComputeQueue
     stopping: ThreadPoolExecutor
-    """Threads that only the stop uses, so that no other request can delay it."""
+    """Threads reserved for the stop, so that no other request can delay it."""
     calibration: CalibrationService
     records: CalibrationRecords
     sessions: CalibrationSessionService
@@ -124,10 +124,10 @@ class Services:
 
 
 def registry_of(services: Services, routers: Iterable[GuardedRouter]) -> ServiceRegistry:
-    """Return the services by their types, with those that routers open for their routes alone.
+    """Return the services by their types, with those that routers open for their own routes.
 
-    Protocols through which resources see each other are types of their own. Raise `DeviceFault` when a route
-    asks for a type that none of them has.
+    Protocols through which resources see each other are registered as separate types. Raise `DeviceFault`
+    when a route asks for a type that none of them has.
     """
     registry = ServiceRegistry()
     for name, kind in get_type_hints(Services).items():

@@ -19,16 +19,16 @@ CAMERA_MAKERS = {
     "2ba2": "Daheng",
     "2bdf": "Hikrobot",
 }
-"""By USB vendor id."""
+"""Vendors of USB cameras by USB vendor id."""
 USBFS_MB = 1000
-"""Enough for three USB3 cameras of 1.5 MB frames, with their buffers."""
+"""Memory for USB transfers, MB: enough for three USB3 cameras of 1.5 MB frames, with their buffers."""
 RMEM_BYTES = 10 * 1024 * 1024
-"""Enough for six frames of a GigE camera."""
+"""Receive buffer, bytes: enough for six frames of a GigE camera."""
 JUMBO_MTU = 9000
 
 
 def udev_rules() -> str:
-    """Return udev rules that let the user at the machine use cameras and controller."""
+    """Return udev rules that give the logged-in user access to cameras and controller."""
     usb = 'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{id}", MODE="0660", GROUP="plugdev", TAG+="uaccess"  # {name}'
     lines = [usb.format(id=vendor, name=name) for vendor, name in CAMERA_MAKERS.items()]
     tty = (
@@ -55,7 +55,7 @@ def check_usbfs(machine: Machine, needs: RigNeeds) -> Finding:
     path = "/sys/module/usbcore/parameters/usbfs_memory_mb"
     memory_mb = machine.number(path)
     if memory_mb is None:
-        return fine("usbfs_memory_mb", "this machine has no USB, or does not tell")
+        return fine("usbfs_memory_mb", "no USB, or not reported by this machine")
     if memory_mb == 0 or memory_mb >= USBFS_MB:
         return fine("usbfs_memory_mb", f"{memory_mb} MB" if memory_mb else "no limit")
     if not (_usb_cameras(machine) or needs.machine_vision):
@@ -72,7 +72,7 @@ def check_receive_buffer(machine: Machine, needs: RigNeeds) -> Finding:
     """Check whether the network's receive buffer holds a few frames."""
     size_bytes = machine.number("/proc/sys/net/core/rmem_max")
     if size_bytes is None:
-        return fine("net_core_rmem_max", "this machine does not tell")
+        return fine("net_core_rmem_max", "not reported by this machine")
     if size_bytes >= RMEM_BYTES:
         return fine("net_core_rmem_max", f"{size_bytes} bytes")
     if not needs.machine_vision:

@@ -17,7 +17,7 @@ Discover: TypeAlias = Callable[[], list[FoundCamera]]
 def look_for_cameras(
     discoveries: Mapping[str, Discover], needs: RigNeeds
 ) -> tuple[list[FoundCamera], list[Finding]]:
-    """Let every driver list its cameras; return the cameras, and a finding for each driver."""
+    """List the cameras of every driver; return them, and a finding for each driver."""
     cameras: list[FoundCamera] = []
     findings = []
     for kind, discover in discoveries.items():
@@ -71,7 +71,7 @@ def check_named(cameras: Sequence[FoundCamera], needs: RigNeeds) -> list[Finding
 
 
 def _check_video_device(named: NamedCamera, cameras: Sequence[FoundCamera]) -> Finding:
-    """Check whether the system has the video device that the rig file names."""
+    """Check whether the rig file's video device is present."""
     name = f"camera_{named.role}"
     same = [camera for camera in cameras if camera.kind == named.kind]
     found = next((camera for camera in same if is_named(camera, named.wanted)), None)

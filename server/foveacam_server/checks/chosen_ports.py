@@ -1,4 +1,4 @@
-"""Finds the serial ports that a rig file names: by path, by the controller's USB id, or by serial number.
+"""Finds the serial ports of a rig file: by path, by the controller's USB id, or by serial number.
 
 They are searched for as the drivers do; `ports` checks them.
 """
@@ -37,7 +37,7 @@ class UsbSerialPort:
         return f"{self.name} ({details})" if details else self.name
 
     def identity(self) -> PortIdentity:
-        """Return it as the drivers know it."""
+        """Return the port as the drivers' type."""
         vendor, _, product = self.usb_id.partition(":")
         ids = (int(vendor, 16), int(product, 16)) if vendor and product else None
         return PortIdentity(name=self.name, usb_id=ids, serial=self.serial, product=self.product)
@@ -45,7 +45,7 @@ class UsbSerialPort:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChosenPort:
-    """A port of the rig file, its use, and its present device `name`, empty without one."""
+    """A port of the rig file, with its use and its present device `name`, empty without one."""
 
     use: str
     named: str
@@ -65,7 +65,7 @@ def usb_serial_ports(machine: Machine) -> list[UsbSerialPort]:
 
 
 def chosen_ports(machine: Machine, needs: RigNeeds) -> list[ChosenPort]:
-    """Return the ports that the rig file names, with their present devices."""
+    """Return the rig file's ports, with their present devices."""
     present = usb_serial_ports(machine)
     return [_chosen(machine, present, use, named) for use, named in needs.ports.items()]
 

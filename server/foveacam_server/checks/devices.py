@@ -1,7 +1,7 @@
 """Checks the rig's own devices: each is opened once and identified; on request, the trigger wiring.
 
 The trigger test keeps the mirrors parked and gives one pulse, which must expose both foveae. A camera that
-answers a command and no pulse lacks a wire; one that answers neither is faulty itself.
+answers a command but no pulse has a faulty wire; one that answers neither is itself faulty.
 """
 
 from contextlib import suppress
@@ -50,11 +50,11 @@ def check_trigger(rig: Rig) -> list[Finding]:
         return [pulse, *(_verdict(rig.camera(role)) for role in (Role.LEFT, Role.RIGHT))]
     finally:
         _disable(rig)
-    return [fine(PULSE, "one pulse exposed both foveae, and both said so")]
+    return [fine(PULSE, "one pulse exposed both foveae, and both reported it")]
 
 
 def _verdict(camera: Camera) -> Finding:
-    """Judge whether the camera exposes on command: then its wires are faulty, otherwise the camera is."""
+    """Return the verdict on a camera: its wires are faulty if it exposes on command, else itself."""
     name, before = f"trigger_{camera.role}", camera.settings
     try:
         camera.configure(replace(before, triggered=True, trigger_source=TriggerSource.SOFTWARE))
@@ -70,8 +70,8 @@ def _verdict(camera: Camera) -> Finding:
         _restore(camera, before)
     return problem(
         name,
-        "wiring: it exposes on command; that a pulse does not expose it, or nobody hears of it, is a wire's"
-        " fault",
+        "wiring: it exposes on command, so a wire is at fault if a pulse does not expose it or no strobe"
+        " arrives",
         "check the pulse's wire to its trigger_line, the strobe's from its strobe_line to the controller,"
         " both grounds, and both names in the rig file",
     )

@@ -18,9 +18,9 @@ class Severity(StrEnum):
 
     OK = "ok"
     WARNING = "warning"
-    """It works, but slower or not always."""
+    """Works, but slower or unreliably."""
     PROBLEM = "problem"
-    """It will not work."""
+    """Does not work."""
 
 
 COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.PROBLEM: "red"}
@@ -62,7 +62,7 @@ def problem(name: str, found: str, remedy: str = "") -> Finding:
 
 
 def attempt(name: str, check: Callable[[], Finding]) -> Finding:
-    """Return the finding of a check; one that raises has found a problem, and the other checks go on."""
+    """Return the finding of a check; an exception becomes a problem, so that the other checks go on."""
     try:
         return check()
     except Exception as error:  # noqa: BLE001 - the outermost frame of a check: whatever it raises is a finding
@@ -70,7 +70,7 @@ def attempt(name: str, check: Callable[[], Finding]) -> Finding:
 
 
 def attempt_several(name: str, check: Callable[[], list[Finding]]) -> list[Finding]:
-    """Return the findings of a check that has several, as `attempt`."""
+    """Return the findings of a check with several, as `attempt` does."""
     try:
         return check()
     except Exception as error:  # noqa: BLE001 - as in `attempt`
@@ -78,7 +78,7 @@ def attempt_several(name: str, check: Callable[[], list[Finding]]) -> list[Findi
 
 
 def failed(name: str, error: Exception) -> Finding:
-    """Return the finding of a check that could not be done."""
+    """Return the finding of a check that raised an error."""
     if isinstance(error, FoveaError):
         return problem(name, str(error))
     _log.debug("check %s failed", name, exc_info=error)

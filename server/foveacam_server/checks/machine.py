@@ -1,6 +1,6 @@
-"""The machine that the checks examine: its file system, the user, and what that user may open.
+"""The machine that the checks examine: its file system, the user, and the user's permissions.
 
-A test gives a file system of its own; no check accesses the system in another way.
+Tests use another root; no check accesses the system in another way.
 """
 
 import grp

@@ -1,4 +1,4 @@
-"""What a rig needs of its machine, which decides the severity of a finding."""
+"""Requirements of a rig on its machine, which determine the severity of a finding."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ MACHINE_VISION = ("aravis", "pylon")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedCamera:
-    """A camera that the rig file names: `wanted` is its serial number, or its source."""
+    """A camera of the rig file; `wanted`: its serial number or source."""
 
     role: str
     kind: str
@@ -24,7 +24,7 @@ class NamedCamera:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigNeeds:
-    """Devices that the rig file names. `ports`: serial ports by their use."""
+    """Devices of the rig file. `ports`: serial ports by their use."""
 
     simulated: bool
     cameras: tuple[NamedCamera, ...] = ()
@@ -42,7 +42,7 @@ class RigNeeds:
 
 
 def needs_of(config: SimulatedRigConfig | SerialRigConfig) -> RigNeeds:
-    """Return what a rig needs."""
+    """Return the requirements of a rig."""
     if isinstance(config, SimulatedRigConfig):
         return RigNeeds(simulated=True)
     cameras = []

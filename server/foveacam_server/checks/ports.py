@@ -11,7 +11,7 @@ RELOAD = "sudo udevadm control --reload && sudo udevadm trigger"
 
 
 def check_ports(machine: Machine, needs: RigNeeds) -> Finding:
-    """Check whether the ports that the rig file names are present; report all ports."""
+    """Check whether the rig file's ports are present; report all ports."""
     present = ", ".join(map(str, usb_serial_ports(machine))) or "none"
     chosen = chosen_ports(machine, needs)
     missing = [port for port in chosen if port.problem]
@@ -28,7 +28,7 @@ def check_ports(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_port_permission(machine: Machine, needs: RigNeeds) -> Finding:
-    """Check whether this user may open the ports, those of the rig before all."""
+    """Check whether this user may open the ports, above all those of the rig."""
     paths = {port.path: port.name for port in usb_serial_ports(machine)}
     used = {machine.at(name): f"{name} ({use})" for name, use in uses_of_ports(machine, needs).items()}
     closed = {path: name for path, name in (paths | used).items() if not machine.may_use(path)}
@@ -57,7 +57,7 @@ def check_holders(machine: Machine, needs: RigNeeds) -> Finding:
 
 
 def check_latency(machine: Machine, needs: RigNeeds) -> Finding:
-    """Check whether FTDI converters wait before they hand bytes on, and which of them the rig uses."""
+    """Check the latency timers of FTDI converters, and which of them the rig uses."""
     used = uses_of_ports(machine, needs)
     uses = {machine.at(name).name: f" ({use})" for name, use in used.items()}
     slow = {

@@ -1,4 +1,1 @@
-"""What commands of `foveacam` share (options about the rig, its opening), and `foveacam calibrate`.
-
-`calibrate` is here because it spans four resources.
-"""
+"""Parts shared by commands of `foveacam` (options, opening the rig); commands of several resources."""

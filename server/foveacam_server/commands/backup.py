@@ -21,7 +21,7 @@ def backup(
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Copy all that a server keeps into one file; it may be running."""
+    """Copy a server's data directory into one file; the server may be running."""
     from foveacam_server.foundation.backup.archive import back_up
     from foveacam_server.foundation.progress_bar import progress_bar
 
@@ -29,7 +29,7 @@ def backup(
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("backup")
         manifest = back_up(folder, archive, created_utc=utc_now(), watch=bar)
-    _tell(manifest, as_json=as_json, where=f"{folder} -> {archive}")
+    _print_manifest(manifest, as_json=as_json, where=f"{folder} -> {archive}")
 
 
 def restore(
@@ -37,7 +37,7 @@ def restore(
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Unpack a backup into a data directory that is new or empty, once every hash is right."""
+    """Restore a backup into a new or empty data directory, after a check of all hashes."""
     from foveacam_server.foundation.backup.restore import restore as restore_backup
     from foveacam_server.foundation.progress_bar import progress_bar
 
@@ -45,13 +45,13 @@ def restore(
     with progress_bar(Console(stderr=True), silent=as_json, cancels=True) as bar:
         bar.stage("restore")
         manifest = restore_backup(archive, folder, watch=bar)
-    _tell(manifest, as_json=as_json, where=f"{archive} -> {folder}")
+    _print_manifest(manifest, as_json=as_json, where=f"{archive} -> {folder}")
 
 
-def _tell(manifest: "BackupManifest", *, as_json: bool, where: str) -> None:
+def _print_manifest(manifest: "BackupManifest", *, as_json: bool, where: str) -> None:
     size = sum(file.size for file in manifest.files)
     if as_json:
-        told = {"files": len(manifest.files), "bytes": size, "created_utc": manifest.created_utc}
-        typer.echo(json.dumps(told | {"program": manifest.program}))
+        document = {"files": len(manifest.files), "bytes": size, "created_utc": manifest.created_utc}
+        typer.echo(json.dumps(document | {"program": manifest.program}))
         return
     typer.echo(f"{len(manifest.files)} files, {decimal(size)}, of {manifest.created_utc}: {where}")

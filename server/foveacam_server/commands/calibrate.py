@@ -42,7 +42,7 @@ ModelOption = Annotated[str | None, typer.Option(help="lens model: five or ratio
 ViewsOption = Annotated[int | None, typer.Option(help="how many views of the board to take")]
 StationOption = Annotated[list[str] | None, typer.Option(help="where to sweep; may be given again")]
 NodesOption = Annotated[str | None, typer.Option(help="poses of the sweep, such as 9x9")]
-OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' polynomial; usually elected")]
+OrderOption = Annotated[int | None, typer.Option(help="order of the mirrors' polynomial; usually by scores")]
 
 
 @app.command()
@@ -80,7 +80,7 @@ def wide(
 def lens(
     rig_options: RigOptions,
     *,
-    camera: Annotated[Role, typer.Option(help="whose lens; that of wide as the command wide finds it")],
+    camera: Annotated[Role, typer.Option(help="camera whose lens to measure; wide as by the command wide")],
     images: ImagesOption = None,
     pattern: PatternOption = "*",
     station: Annotated[str | None, typer.Option(help="where the board is shown")] = None,
@@ -91,7 +91,7 @@ def lens(
     session: SessionOption = None,
     label: LabelOption = None,
 ) -> None:
-    """Find the lens of any camera with a board; a fovea's informs, no other step uses it."""
+    """Measure the lens of any camera with a board; a fovea's is for information, no other step uses it."""
     shown = {"station": station, "board": _board(board, square_mm, marker_mm), "views": views}
     if camera is Role.WIDE:
         wide_options = validated(of_step.WideOptions, shown)
@@ -113,10 +113,10 @@ def mirrors(
     extent_ax_deg: Annotated[float | None, typer.Option(help="outermost gaze across, degrees")] = None,
     extent_ay_deg: Annotated[float | None, typer.Option(help="outermost gaze down, degrees")] = None,
     spacing: Annotated[str | None, typer.Option(help="rim (denser there) or even")] = None,
-    restart: Annotated[bool, typer.Option("--restart", help="set aside what was swept before")] = False,
+    restart: Annotated[bool, typer.Option("--restart", help="set earlier sweeps aside")] = False,
     session: SessionOption = None,
 ) -> None:
-    """Stage 2: sweep the markers over the field, or go on with an interrupted sweep."""
+    """Stage 2: sweep the mirrors over the field on the markers, or resume an interrupted sweep."""
     from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session
 
     grid = parse_pair(nodes, option="--nodes", example="9x9")
@@ -149,7 +149,7 @@ def rectify(
     activate: Annotated[bool, typer.Option("--activate", help="put the result in force")] = False,
     session: SessionOption = None,
 ) -> None:
-    """Stages 2 and 3 fitted: volts to angles, and the rectification, from what was measured."""
+    """Fit stages 2 and 3 to the measurements: volts to angles, and the rectification."""
     from foveacam_server.commands.calibrate_runs import SessionChoice, run_fit_in_session
 
     options = validated(
@@ -180,9 +180,7 @@ def check(
 def settle(
     rig_options: RigOptions,
     *,
-    apply: Annotated[
-        bool, typer.Option("--apply", help="let the rig wait after every move as long as was measured")
-    ] = False,
+    apply: Annotated[bool, typer.Option("--apply", help="put the measured settle time in use")] = False,
     session: SessionOption = None,
 ) -> None:
     """Measure how fast each mirror axis comes to rest, and its resonance."""
@@ -209,7 +207,7 @@ def run_all(
         bool,
         typer.Option(
             "--apply-settle/--no-apply-settle",
-            help="let the rig wait after every move as long as was measured",
+            help="put the measured settle time in use",
         ),
     ] = True,
     activate: Annotated[
@@ -217,7 +215,7 @@ def run_all(
     ] = True,
     session: SessionOption = None,
 ) -> None:
-    """Calibrate from nothing: every step after the other."""
+    """Calibrate from scratch: all steps in order."""
     from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session
 
     grid = parse_pair(nodes, option="--nodes", example="9x9")
@@ -246,11 +244,11 @@ def drift(
     *,
     distance_m: Annotated[
         float | None,
-        typer.Option(help="distance of what stands in the middle, if known", min=0.5),
+        typer.Option(help="distance of the scene's centre, if known", min=0.5),
     ] = None,
-    apply: Annotated[bool, typer.Option("--apply", help="correct a drift that is surely there")] = False,
+    apply: Annotated[bool, typer.Option("--apply", help="correct a significant drift")] = False,
 ) -> None:
-    """Look once into the scene: how far have the eyes moved since they were calibrated?"""
+    """Measure the drift of the eyes since their calibration, by a look into the scene."""
     from foveacam_server.commands.calibrate_runs import run_drift
 
     run_drift(rig_options, distance_m=distance_m, apply=apply)
@@ -262,14 +260,14 @@ def settle_time(
     rig_options: RigOptions,
     *,
     apply: Annotated[
-        bool, typer.Option("--apply", help="wait as long as the session has measured, from now on")
+        bool, typer.Option("--apply", help="use the session's measured settle time from now on")
     ] = False,
     rig_file: Annotated[
-        bool, typer.Option("--rig-file", help="wait as long as the rig's file says, from now on")
+        bool, typer.Option("--rig-file", help="use the rig file's settle time from now on")
     ] = False,
     session: SessionOption = None,
 ) -> None:
-    """Show or change how long the rig waits after every move; nothing is measured for it."""
+    """Show or change the settle time, which the rig waits after every move; measures nothing."""
     from foveacam_server.commands.calibrate_runs import find_session
     from foveacam_server.commands.calibration_data import open_data
     from foveacam_server.commands.rig import RigChoice
@@ -307,7 +305,7 @@ def _run_with_board(
     images: Path | None,
     pattern: str,
 ) -> None:
-    """Run a step that looks at a board, in the session or a new one: with the rig, or on images."""
+    """Run a step on a board, in the session or a new one: with the rig, or on image files."""
     from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session, run_on_images
     from foveacam_server.resources.calibrating.sessions.wide_step import ImageFolder
 
@@ -323,7 +321,7 @@ def _run_with_board(
 def _board(
     corners: str | None, square_mm: float | None, marker_mm: float | None
 ) -> Mapping[str, str | float | None] | None:
-    """Return a board's options, not validated yet."""
+    """Return the options of a board, not validated yet."""
     size = parse_pair(corners, option="--board", example="9x6")
     if size is None and square_mm is None and marker_mm is None:
         return None

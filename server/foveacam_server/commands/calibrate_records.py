@@ -111,10 +111,10 @@ def import_file(
     *,
     file: Annotated[Path, typer.Argument(help="calibration file, or the authors' device bundle")],
     distance_m: Annotated[
-        float | None, typer.Option(help="distance of the markers, which a bundle does not say", min=0.1)
+        float | None, typer.Option(help="distance of the markers, which a bundle lacks", min=0.1)
     ] = None,
 ) -> None:
-    """Keep the calibration of a file; `use` puts it in force."""
+    """Store the calibration of a file; `use` puts it in force."""
     from foveacam_server.commands.calibration_data import CalibrationData
     from foveacam_server.commands.rig import RigChoice
     from foveacam_server.resources.calibrating.calibrations.record_files import ImportFacts, calibration_of
@@ -139,7 +139,7 @@ def import_file(
 
 @app.command()
 def discard(calibration: WhichOne, data: DataOption = None) -> None:
-    """Put a calibration in the trash; `restore` brings it back."""
+    """Move a calibration to the trash; `restore` brings it back."""
     from foveacam_server.commands.calibration_data import CalibrationData
 
     records = CalibrationData(checked_settings({"data": data}).data)
@@ -155,7 +155,7 @@ def restore(
     calibration: Annotated[str, typer.Argument(help="id of a discarded calibration, or its beginning")],
     data: DataOption = None,
 ) -> None:
-    """Take a calibration out of the trash."""
+    """Restore a calibration from the trash."""
     from foveacam_server.commands.calibration_data import CalibrationData
 
     found = CalibrationData(checked_settings({"data": data}).data).restore(calibration)
@@ -169,7 +169,7 @@ def combine(
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Put the sweeps of several sessions together, to be fitted as one."""
+    """Combine the sweeps of several sessions into one, to be fitted jointly."""
     from foveacam_server.commands.calibration_data import CalibrationData
 
     made = CalibrationData(checked_settings({"data": data}).data).sessions.combine(session, label=label)

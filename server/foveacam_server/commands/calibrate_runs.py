@@ -38,7 +38,7 @@ _INTERRUPTED = 130
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionChoice:
-    """The session of a step: the one named, else a new one (`begin`) or the newest of the rig."""
+    """The session of a step: the given one, else a new one (`begin`) or the newest of the rig."""
 
     session: str | None
     label: str | None = None
@@ -48,7 +48,7 @@ class SessionChoice:
 def run_in_session(
     rig_options: RigOptions, run: Run, chosen: SessionChoice, *, activate: bool = False
 ) -> None:
-    """Run a step with a rig and print the session; `activate`: put in force what it fits."""
+    """Run a step with a rig and print the session; `activate`: put the fitted calibration in force."""
     choice, console = RigChoice.of(rig_options), Console(stderr=True)
     with open_data(choice, lock=True) as data:
         known = None if chosen.begin and chosen.session is None else find_session(data, chosen.session)
@@ -82,7 +82,7 @@ def run_fit_in_session(
 def run_on_images(
     rig_options: RigOptions, images: ImageFolder, options: WideOptions | LensOptions, chosen: SessionChoice
 ) -> None:
-    """Find the lens of a camera by image files and print the session; it runs beside a server."""
+    """Measure the lens of a camera from image files and print the session; runs beside a server."""
     console = Console(stderr=True)
     if not images.folder.is_dir():
         raise InvalidInput(f"--images {images.folder}: there is no such folder; give a folder of images")
@@ -131,7 +131,7 @@ def run_drift(rig_options: RigOptions, *, distance_m: float | None, apply: bool)
 def session_for_step(
     known: CalibrationSession | None, data: DataDirectory, chosen: SessionChoice, *, console: Console
 ) -> Iterator[CalibrationSession]:
-    """Yield the known session or a new one; after Ctrl-C print how to continue.
+    """Yield the given session or a new one; after Ctrl-C print how to continue.
 
     A new session that is still empty when its step fails is deleted.
     """
@@ -149,7 +149,7 @@ def session_for_step(
 
 
 def find_session(data: DataDirectory, wanted: str | None) -> CalibrationSession:
-    """Return the session named, or the newest of this rig."""
+    """Return the given session, or the newest of this rig."""
     if wanted is None:
         for session in data.sessions.every():
             if session.head.rig_id == data.rig_id:
@@ -227,11 +227,11 @@ def _drift_rows(found: SessionDocument) -> Iterator[tuple[str, str]]:
     drifts = found.fit.drift if found.fit is not None else None
     for eye, drift in (drifts or {}).items():
         moved = f"{drift.moved_px:.2f} ± {drift.sigma_px:.2f} px in {drift.minutes:.1f} min"
-        yield f"{eye} mount", f"drifted by {drift.px_per_minute:.2f} px a minute, {moved}: taken out"
+        yield f"{eye} mount", f"drifted by {drift.px_per_minute:.2f} px a minute, {moved}: corrected"
         for jump_px in drift.knocks_px:
-            yield f"{eye} mount", f"knocked amid the sweeps, its gaze jumped by {jump_px:.1f} px: taken out"
+            yield f"{eye} mount", f"knocked during the sweeps, its gaze jumped by {jump_px:.1f} px: corrected"
     if found.closing is not None:
-        done = "taken out" if found.closing.corrected else "within its own error"
+        done = "corrected" if found.closing.corrected else "within its own error"
         yield "drift since the sweep", f"rows {found.closing.rows_px:.2f} px apart: {done}"
 
 

@@ -1,4 +1,4 @@
-"""What commands read and write of calibrations in the data directory, with or without a server beside."""
+"""Access of commands to the calibrations of a data directory, with or without a running server."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -65,9 +65,9 @@ class CalibrationData:
         raise InvalidInput(f"calibration {wanted!r}: it may be any of {ids}; give one id in full")
 
     def add(self, calibration: Calibration) -> None:
-        """Store a calibration; the one in force for its rig stays so, a rig's first comes into force."""
+        """Store a calibration; its rig's one in force stays in force, a rig's first comes into force."""
         in_force = self._in_force_for(calibration.rig_id)
-        if in_force is not None:  # first, so that a full disk changes nothing that is in force
+        if in_force is not None:  # first, so that a full disk leaves the one in force
             write_pin(self.folder, in_force.rig_id, in_force.id)
         self.records.add(calibration)
 
@@ -83,7 +83,7 @@ class CalibrationData:
         return self.records.restore(found.id)
 
     def describe(self, calibration: Calibration) -> CalibrationDocument:
-        """Return a calibration as REST shows it, without its health."""
+        """Return a calibration's REST document, without its health."""
         return CalibrationDocument.of(
             calibration, kept=self._is_kept(calibration), current=self._in_force(calibration)
         )
@@ -105,7 +105,7 @@ class CalibrationData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DataDirectory:
-    """What a command reads and writes in the data directory, for one rig."""
+    """Calibrations, sessions and settle times of one rig in a data directory, for a command."""
 
     rig_id: str
     baseline_m: float
@@ -117,11 +117,11 @@ class DataDirectory:
 
 @contextmanager
 def open_data(choice: RigChoice, *, lock: bool) -> Iterator[DataDirectory]:
-    """Open the data directory for one command; with `lock`, raise `Busy` while a server has it.
+    """Open the data directory for one command; with `lock`, raise `Busy` while a server uses it.
 
-    A command locks it to change what a server holds in memory (the calibration and the settle time in use),
-    or to measure with a rig in a session. All others run beside a server: they write new files, or into
-    folders with a lock of their own.
+    A command locks it to change values that a server holds in memory (the calibration and the settle time in
+    use), or to measure with a rig in a session. All others can run beside a server: they write new files, or
+    into folders with a separate lock.
     """
     folder = choice.settings.data / "calibrations"
     with ExitStack() as stack:

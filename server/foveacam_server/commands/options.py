@@ -16,7 +16,7 @@ SessionOption = Annotated[
     str | None, typer.Option("--session", help="session to work in; usually the newest of this rig")
 ]
 LabelOption = Annotated[str | None, typer.Option(help="name for people")]
-DataOption = Annotated[Path | None, typer.Option(help="folder for calibrations and everything that is taken")]
+DataOption = Annotated[Path | None, typer.Option(help="folder for calibrations and all captured data")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object and nothing else")]
 
 ClusterOption = Annotated[
@@ -56,7 +56,7 @@ _RIG_OPTIONS: dict[str, tuple[Any, object]] = {  # Any: an annotation
     "real_time": (
         Annotated[
             bool,
-            typer.Option("--real-time", help="let the simulated rig take the time that a real one takes"),
+            typer.Option("--real-time", help="run the simulated rig in real time"),
         ],
         False,
     ),
@@ -88,7 +88,7 @@ def on_rig(*, usual_scene: str) -> Callable[[Callable[..., None]], Callable[...,
             for name, (annotation, default) in _RIG_OPTIONS.items()
         ]
         called.__signature__ = inspect.Signature(own + shared)  # type: ignore[attr-defined]  # read by typer
-        del called.__wrapped__  # else typer reads the annotations of what it wraps
+        del called.__wrapped__  # otherwise typer reads the wrapped function's annotations
         called.__annotations__ = {parameter.name: parameter.annotation for parameter in own + shared}
         return called
 

@@ -26,7 +26,7 @@ app = typer.Typer(
 
 @app.command()
 def show(data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Say what the rules would remove now, and why; also beside a server that uses the folder."""
+    """List what the rules would remove now, with reasons; also while a server uses the folder."""
     from foveacam_server.commands.retention_items import due_items
 
     found = due_items(checked_settings({"data": data}).data)
@@ -35,7 +35,7 @@ def show(data: DataOption = None, as_json: JsonOption = False) -> None:
 
 @app.command()
 def apply(data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Remove what the rules name; a server that uses the folder must have ended."""
+    """Apply the rules; no server may be using the folder."""
     from foveacam_server.commands.retention_items import remove_due_items
 
     moved = remove_due_items(checked_settings({"data": data}).data)

@@ -1,4 +1,4 @@
-"""What the rules of retention may remove of a data directory, from the command line."""
+"""Applies the rules of retention to a data directory from the command line."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from foveacam_server.resources.looking.fixations.table import FixationTable, Tar
 
 
 def due_items(folder: Path) -> RetentionPreview:
-    """Return what the rules would remove now; a server may be using the folder."""
+    """Return the preview of the rules; a server may be using the folder."""
     sources = _sources(folder)
     if (folder / DATABASE).exists():
         looks = RetainedLooks(StoreReader(folder), folder / CLOUDS)
@@ -34,7 +34,7 @@ def due_items(folder: Path) -> RetentionPreview:
 
 
 def remove_due_items(folder: Path) -> RetentionApplied:
-    """Remove what the rules name; raise `Busy` where a server is using the folder."""
+    """Apply the rules; raise `Busy` while a server is using the folder."""
     with Store(folder) as store:
         service = RetentionService(folder, {**_sources(folder), **_removable_looks(store)})
         return service.apply(service.preview().digest)
@@ -64,7 +64,7 @@ def _sources(data: Path) -> Sources:
 
 
 def _removable_looks(store: Store) -> Sources:
-    """Return clouds and fixations of a folder that no server uses."""
+    """Return the sources of clouds and fixations of a folder that no server uses."""
     clouds, fixations, targets = CloudCollection(store), FixationTable(store), TargetTable(store)
 
     def remove_fixation(fixation_id: str) -> None:

@@ -1,4 +1,4 @@
-"""Opens the rig that a command chose: a simulated one in virtual time unless `real_time` is given."""
+"""Opens the rig of a command: a simulated one in virtual time unless `real_time` is given."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigChoice:
-    """The chosen rig; `real_time`: let a simulated one run in real time."""
+    """The chosen rig; `real_time`: run a simulated one in real time."""
 
     settings: Settings
     seed: int | None = None
@@ -31,7 +31,7 @@ class RigChoice:
 
     @classmethod
     def of(cls, rig_options: RigOptions) -> "RigChoice":
-        """Return the choice of a command's options."""
+        """Return the choice made by a command's options."""
         return cls(settings=rig_options.settings, seed=rig_options.seed, real_time=rig_options.real_time)
 
     @property
@@ -44,7 +44,7 @@ class RigChoice:
 
     @property
     def rig_id(self) -> str:
-        """The rig id that its calibrations name."""
+        """The rig's id, by which its calibrations are found."""
         config = self.config
         if isinstance(config, SerialRigConfig):
             return config.rig_id
@@ -115,7 +115,7 @@ class OwnRig:
         return self._rig.head
 
     def check_may_move(self) -> None:
-        """Always allow it: this command owns the rig."""
+        """Do nothing: this command owns the rig, so moves are always allowed."""
 
     def run_moving(self, work: Callable[[CaptureRig], T]) -> T:
         """Run `work` on the rig at once."""

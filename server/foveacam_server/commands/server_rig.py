@@ -17,12 +17,12 @@ PATIENCE_S = 90.0
 
 @contextmanager
 def server_rig(address: str, *, token: SecretStr | None) -> Iterator["Rig"]:
-    """Yield the rig of the server at `address`; what the client raises in the block becomes a `FoveaError`.
+    """Yield the rig of the server at `address`; the client's errors in the block become `FoveaError`s.
 
-    Raise `InvalidInput` for what is no address, no server of ours or a wrong request, `NotConnected` where
-    nobody answers, else `FoveaError` in the server's words.
+    Raise `InvalidInput` for an invalid address, another kind of server or a wrong request, `NotConnected`
+    where nobody answers, else `FoveaError` with the server's message.
     """
-    import foveacam_client as client  # here, since most commands ask no server, and it takes 0.3 s
+    import foveacam_client as client  # here, since most commands need no server and the import takes 0.3 s
 
     url = server_address(address)
     connection = client.Connection(

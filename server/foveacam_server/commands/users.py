@@ -1,4 +1,4 @@
-"""`foveacam users`: who may use a server that is stopped, also when nobody can sign in any more."""
+"""`foveacam users`: manages the users of a stopped server, also when nobody can sign in any more."""
 
 import json
 from collections.abc import Iterator
@@ -31,22 +31,22 @@ def list_users(data: DataOption = None, as_json: JsonOption = False) -> None:
     with _accounts(data) as accounts:
         users = accounts.users.all()
     if as_json:
-        told = [{"name": user.name, "role": user.role.value, "state": user.state} for user in users]
-        typer.echo(json.dumps({"users": told}))
+        documents = [{"name": user.name, "role": user.role.value, "state": user.state} for user in users]
+        typer.echo(json.dumps({"users": documents}))
         return
     table = Table("name", "role", "state", "last seen")
     for user in users:
         table.add_row(user.name, user.role.value, user.state, user.last_seen_utc or "never")
-    Console().print(table if users else "No users: whoever uses this machine may do everything.")
+    Console().print(table if users else "No users: everyone on this machine has all rights.")
 
 
 @app.command()
 def add(
     name: NameArgument,
-    role: Annotated[UserRole, typer.Option(help="what the user may do")] = UserRole.OPERATOR,
+    role: Annotated[UserRole, typer.Option(help="role of the user")] = UserRole.OPERATOR,
     data: DataOption = None,
 ) -> None:
-    """Add a user; the first one is an admin. The password is asked for."""
+    """Add a user; the first one is an admin. Prompts for the password."""
     password = typer.prompt("Password", hide_input=True, confirmation_prompt=True)
     with _accounts(data) as accounts:
         accounts.users.add(name, role, password=password)
@@ -67,7 +67,7 @@ def link(name: NameArgument, data: DataOption = None) -> None:
 def remove(
     name: NameArgument,
     keep_tokens: Annotated[
-        bool, typer.Option("--keep-tokens", help="let the user's tokens of services go on working")
+        bool, typer.Option("--keep-tokens", help="keep the user's tokens of services valid")
     ] = False,
     data: DataOption = None,
 ) -> None:

@@ -1,1 +1,1 @@
-"""How a browser comes in: pages, their policy, sign-in, access rules, OpenAPI, viser's relay."""
+"""Browser access: pages and their policy, sign-in, access rules, OpenAPI, relay of the 3D pane."""

@@ -18,7 +18,7 @@ from foveacam_server.accounts.attempts import WrongAttempts
 from foveacam_server.accounts.audit import AuditNote
 from foveacam_server.accounts.cookies import COOKIE
 from foveacam_server.accounts.requests import address_of
-from foveacam_server.accounts.rights import LOCAL, NOBODY, SHARED, Principal, Right
+from foveacam_server.accounts.rights import ANONYMOUS, LOCAL, SHARED, Principal, Right
 from foveacam_server.accounts.route_rights import SAFE_METHODS, Access, RouteTable
 from foveacam_server.accounts.service_tokens import PREFIX
 from foveacam_server.accounts.tables import equal
@@ -43,47 +43,47 @@ class AccessRules:
     """The rules of one server; callable from any thread."""
 
     routes: RouteTable
-    """The routes of the application that is guarded."""
+    """The routes of the guarded application."""
     token: str | None
-    """The one token that all may share; None: there is none."""
+    """The shared token; None: there is none."""
     origins: frozenset[str]
     """Origins of other sites that may control the rig."""
     loopback: bool
     """Whether only this machine can reach the server."""
     hosts: frozenset[str]
-    """Names by which the server may be called where it asks nobody (`own_hosts`)."""
+    """Host names that are allowed while no authentication is required (`own_hosts`)."""
     insecure: bool = False
-    """Whether the server is open to whoever reaches it."""
+    """Whether the server is open to everybody who reaches it."""
     accounts: Accounts | None = None
-    """Opened with the server; None before."""
+    """The accounts, opened with the server; None before."""
     viewers_may_stop: Callable[[], bool] = lambda: False
-    """Whether the rig's file lets those who may only look stop the mirrors."""
+    """Whether the rig file lets viewers stop the mirrors."""
     openid_name: str | None = None
-    """What the button for signing in by a provider says; None: there is none."""
+    """Name of the OpenID provider on its sign-in button; None without one."""
     attempts: WrongAttempts = field(default_factory=WrongAttempts)
-    """Wrong shared tokens by address."""
+    """Counts wrong shared tokens by address."""
 
     @property
     def mode(self) -> Mode:
-        """What the server asks of whoever comes."""
+        """Authentication that the server requires now."""
         if self.accounts is not None:
             return self.accounts.mode
         return mode_without_users(shared_token=self.token is not None, guarded=self.guarded)
 
     @property
     def guarded(self) -> bool:
-        """Whether the server must know who comes: others can reach it, and it is not declared open."""
+        """Whether authentication is required: others can reach the server, and it is not declared open."""
         return not (self.loopback or self.insecure)
 
     def check(self, scope: Scope) -> Principal | Refusal:
-        """Return who an admitted request or WebSocket comes from, or why it is refused."""
+        """Return the principal of an admitted request or WebSocket, or the refusal."""
         foreign = self.check_site(scope)
         if foreign is not None:
             return foreign
         access = scope["access"] = self.routes.access(scope)
         found = self._identify(scope, Headers(scope=scope), stops=access is not None and access.stops)
         if access is not None and access.right is None:
-            return NOBODY if isinstance(found, Refusal) else found
+            return ANONYMOUS if isinstance(found, Refusal) else found
         if isinstance(found, Refusal):
             return found
         return unknown_path(found, scope) if access is None else self._authorise(found, access, scope)
@@ -94,7 +94,7 @@ class AccessRules:
         return found if right is None or found.may(right) or viewer_stops else lacking(found, right, scope)
 
     def audit(self, found: Principal | Refusal, scope: Scope, *, status: int) -> None:
-        """Write a change that was made or tried into the audit log; pictures by WebSocket change nothing."""
+        """Record a change or attempt in the audit log; the WebSocket of pictures changes nothing."""
         changes = scope["type"] == "http" and scope["method"] not in SAFE_METHODS
         if self.accounts is None or status == 0 or not (changes or self._steers(scope)):
             return
@@ -114,7 +114,7 @@ class AccessRules:
         return access is not None and access.right is Right.OPERATE
 
     def admits_token(self, token: str, *, address: str) -> bool:
-        """Return whether `token` is the shared one; after too many wrong ones none is admitted."""
+        """Return whether `token` is the shared one; False after too many wrong ones."""
         if self.token is None or self.attempts.wait_s(address) > 0.0:
             return False
         right = equal(token, self.token)
@@ -124,11 +124,11 @@ class AccessRules:
 
     @property
     def cookie(self) -> str:
-        """The cookie of who knows the shared token, which it is derived from and does not reveal."""
+        """The cookie of a browser that has shown the shared token, derived from it but not revealing it."""
         return hmac.digest((self.token or "").encode(), b"foveacam browser session", hashlib.sha256).hex()
 
     def check_site(self, scope: Scope) -> Refusal | None:
-        """Refuse an unreadable path, a page of another site, and another site's name that leads here."""
+        """Refuse an invalid path, a page of another site, and a foreign name of this server."""
         if _CONTROL.search(scope["path"]):
             return control_character(scope["path"])
         headers = Headers(scope=scope)
@@ -168,7 +168,7 @@ class AccessRules:
 
     def _check_token(self, given: str, scope: Scope, *, stops: bool) -> Principal | Refusal:
         if stops and self.token is not None and equal(given, self.token):
-            return SHARED  # whatever others at its address have tried: the stop is never withheld
+            return SHARED  # despite wrong attempts from its address: the stop is never withheld
         address = address_of(scope)
         wait_s = self.attempts.wait_s(address)
         if wait_s > 0.0:
@@ -176,9 +176,10 @@ class AccessRules:
         return SHARED if self.admits_token(given, address=address) else no_credentials(first_admin=False)
 
     def _host_allowed(self, headers: Headers) -> bool:
-        """Check the host name of the request: another site may let its own name resolve to this server.
+        """Check the host name of the request, against DNS rebinding by another site's name.
 
-        An address in digits is nobody's name; a server that only this machine can reach has those of its own.
+        Numeric addresses are allowed, and for a server that only this machine can reach, this machine's own
+        names.
         """
         name = _host_name(headers.get("host", ""))
         try:
@@ -194,9 +195,10 @@ class AccessRules:
 
 
 def own_hosts(host: str, *, origins: Collection[str]) -> frozenset[str]:
-    """Return the names by which a server that asks nobody may be called.
+    """Return the host names that are allowed while no authentication is required.
 
-    They are those of this machine, the one it listens on, and those of pages that may control the rig anyway.
+    They are those of this machine, the one it listens on, and those of origins that may control the rig
+    anyway.
     """
     machine = socket.gethostname().lower()
     listed = {_host_name(urlsplit(origin).netloc) for origin in origins}

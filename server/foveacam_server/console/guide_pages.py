@@ -1,6 +1,6 @@
 """Serves the guide for users, Markdown in the folder `guide`, as pages in the console's look.
 
-Links among its files become links among the pages; all others are links of this server, or lead out of it.
+Links among its files become links among the pages; other links lead to this server or to other sites.
 """
 
 import re
@@ -19,7 +19,7 @@ from foveacam_server.foundation.errors import NotFound
 GUIDE = "/guide"
 FOLDER = Path(__file__).parent / "guide"
 NAMES = ("looking", "devices", "calibrating", "capturing", "studying", "operating")
-"""In the order of the navigation."""
+"""Names of the pages, in the order of the navigation."""
 _TO_PAGE = re.compile(r"([a-z]+)\.md(#.*)?")
 
 router = GuardedRouter(GUIDE, include_in_schema=False, reading=Right.VIEW, changing=Right.ADMINISTER)
@@ -68,12 +68,12 @@ def article(name: str) -> str:
 
 
 def anchor(heading: str) -> str:
-    """Return the name by which a heading is linked, as GitHub makes it."""
+    """Return the anchor of a heading, made like GitHub's."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
 def _link_attributes(target: str) -> dict[str, str]:
-    """Return attributes that lead a link to a page of the guide, or to another site in a tab of its own."""
+    """Return the attributes of a link to a page of the guide, or to another site in a new tab."""
     found = _TO_PAGE.fullmatch(target)
     if found is not None:
         return {"href": f"{GUIDE}/{found[1]}{found[2] or ''}"}

@@ -1,6 +1,6 @@
-"""Lets pages of the listed origins read this server's answers, by the protocol CORS; Starlette speaks it.
+"""CORS for the listed origins: lets their pages read this server's answers, by Starlette's middleware.
 
-What such a page may do is decided by its credentials, as for everybody: the access rules come after it.
+The rights of such a page depend on its credentials, as for everybody: the access rules come after it.
 """
 
 from starlette.datastructures import Headers
@@ -12,18 +12,18 @@ _ASKED = (
     "Authorization", "X-Api-Token", "X-Lease", "X-Request-ID", "Idempotency-Key", "Prefer", "Last-Event-ID",
     "If-None-Match", "Range", "traceparent",
 )  # fmt: skip
-"""Headers that such a page may send."""
+"""Request headers that such a page may send."""
 _ANSWERED = (
     "Location", "Retry-After", "ETag", "Content-Disposition", "Content-Range", "Preference-Applied", "Allow",
     "X-Request-ID", "X-Frame-Seq", "X-Frame-Time-Ns",
 )  # fmt: skip
-"""Headers of an answer that such a page may read."""
+"""Response headers that such a page may read."""
 
 
 class ListedOrigins:
     """ASGI middleware: answers preflights of the listed origins, and names the origin in the answers to them.
 
-    Requests of all other origins pass unchanged, and get no word of CORS.
+    Requests of all other origins pass unchanged, and get no CORS headers.
     """
 
     def __init__(self, app: ASGIApp, *, origins: frozenset[str]) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _STATIC_IMPORT = re.compile(r'^(?:import|export)\b[^;"(]*"(\.{1,2}/[^"]+)"', re.MULTILINE)
-"""An import or export of a relative module; `import("…")` is loaded later."""
+"""Matches an import or export of a relative module; `import("…")` is loaded later."""
 
 
 def start_modules(entry: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""The OpenAPI document: built beside the event loop, completed by what the middleware answers and asks for.
+"""The OpenAPI document: built on a thread, and completed with the middleware's answers and credentials.
 
 Building it takes seconds of computation, writing it as JSON tens of milliseconds; both are done once, on a
 thread.
@@ -61,7 +61,7 @@ def install(app: FastAPI, *, token_needed: bool, root_path: str) -> None:
 
 
 def _routes_document(app: FastAPI) -> dict[str, Any]:  # Any: a JSON document
-    """Return what FastAPI says of the routes; those that were not asked yet are built for it."""
+    """Return FastAPI's document of the routes; deferred routes are built for it."""
     return get_openapi(
         title=app.title,
         version=app.version,
@@ -73,7 +73,7 @@ def _routes_document(app: FastAPI) -> dict[str, Any]:  # Any: a JSON document
 
 
 def _document_route(app: FastAPI) -> GuardedRouter:
-    """Return the route of the document; FastAPI's own builds it on the event loop."""
+    """Return the route of the document, as FastAPI's own would build it on the event loop."""
     router = GuardedRouter(reading=Right.VIEW, changing=Right.ADMINISTER, include_in_schema=False)
     building, built = asyncio.Lock(), list[bytes]()
 
@@ -88,7 +88,7 @@ def _document_route(app: FastAPI) -> GuardedRouter:
 
 
 def _access_of_operations(app: FastAPI) -> dict[tuple[str, str], Access]:
-    """Return what each operation needs, by its path and its method in the document's spelling."""
+    """Return the access that each operation requires, by path and method in the document's spelling."""
     return {
         (route.path_format or "", method.lower()): declared_access(route.endpoint) or UNDECLARED
         for route in iter_route_contexts(app.routes)

@@ -1,6 +1,7 @@
-"""Signing in by an OpenID Connect provider: the lab's own accounts instead of passwords kept here.
+"""Sign-in by an OpenID Connect provider: the lab's accounts instead of passwords stored here.
 
-Authlib speaks the protocol (discovery, PKCE, state, nonce, signature); here is who may come in.
+Authlib implements the protocol (discovery, PKCE, state, nonce, signature); this module decides who is
+admitted.
 """
 
 import asyncio
@@ -27,7 +28,7 @@ from foveacam_server.foundation.settings import OpenIdSettings, Settings
 OPENID_CALLBACK = f"{OPENID_PATH}/callback"
 STATE_COOKIE = "foveacam_openid"
 STATE_S = 600
-"""Longest time between asking the provider and its answer."""
+"""Timeout of a sign-in at the provider."""
 INSTALL = "pip install 'foveacam-duo[openid]'"
 
 
@@ -40,7 +41,7 @@ class _Provider:
 
 
 def install(app: FastAPI, settings: Settings, gate: AccessRules) -> None:
-    """Serve the sign-in by the provider that the settings name; do nothing without one.
+    """Serve the sign-in by the settings' provider; do nothing without one.
 
     Raise `InvalidInput` where Authlib is not installed.
     """
@@ -63,7 +64,7 @@ def install(app: FastAPI, settings: Settings, gate: AccessRules) -> None:
 
 def _provider(chosen: OpenIdSettings) -> _Provider:
     try:
-        from authlib.integrations.starlette_client import OAuth  # only where a provider is named
+        from authlib.integrations.starlette_client import OAuth  # only needed with a provider
     except ImportError as error:
         raise InvalidInput(
             f"signing in by {chosen.issuer} needs Authlib, which is not installed",
@@ -82,7 +83,7 @@ def _provider(chosen: OpenIdSettings) -> _Provider:
 
 
 class _OpenIdRoutes:
-    """Sends a browser to the provider, and signs it in when it comes back."""
+    """Redirects a browser to the provider, and signs it in on its return."""
 
     def __init__(self, provider: _Provider, gate: AccessRules, *, root_path: str) -> None:
         self._provider = provider
@@ -135,10 +136,10 @@ class _OpenIdRoutes:
 
 
 def _name_of(claims: dict[str, object], *, claim: str) -> str:  # object: the provider's own
-    """Return the user's name of an ID token; raise `WrongCredentials` for one that proves none."""
+    """Return the user's name of an ID token; raise `WrongCredentials` for one without a verified name."""
     name = claims.get(claim)
     if not isinstance(name, str) or not name:
-        raise WrongCredentials(f"the provider says nothing of {claim}; choose another FOVEACAM_OPENID__CLAIM")
+        raise WrongCredentials(f"the provider sent no {claim}; choose another FOVEACAM_OPENID__CLAIM")
     if claim == "email" and claims.get("email_verified") is not True:
         raise WrongCredentials(f"the provider has not verified the address {name}")
     return name.strip().lower()

@@ -1,4 +1,4 @@
-"""The Content-Security-Policy of the server's pages: what they may load and run."""
+"""The Content-Security-Policy of the server's pages."""
 
 _OWN = {
     "default-src": "'self'",
@@ -22,7 +22,7 @@ _VISER = _OWN | {
 
 
 def content_policy() -> str:
-    """Return the policy of every answer that has none of its own."""
+    """Return the policy of every answer without a specific one."""
     return _joined(_OWN)
 
 

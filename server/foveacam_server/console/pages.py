@@ -36,13 +36,13 @@ def console() -> HTMLResponse:
 
 @router.get("/view")
 def video_pane() -> HTMLResponse:
-    """Return the video pane alone, for the panel in the 3D pane."""
+    """Return the video pane by itself, for the panel in the 3D pane."""
     return _page("view.html")
 
 
 @router.get("/windows")
 def window() -> HTMLResponse:
-    """Return the page that shows any views, divided as its address says."""
+    """Return the page of views in the layout of its address."""
     return _page("windows.html")
 
 
@@ -81,7 +81,7 @@ def _page(name: str) -> HTMLResponse:
 
 
 def page_text(name: str) -> str:
-    """Return the HTML of a page, with the version of the files that it loads in their addresses."""
+    """Return the HTML of a page, with the version of its files in their addresses."""
     current = version()
     return _complete_page(name, current).replace('"/static/', f'"/static/{current}/')
 
@@ -90,7 +90,7 @@ def page_text(name: str) -> str:
 def _complete_page(name: str, _version: str) -> str:
     """Return a page with one style sheet, and with links to the modules that its script imports at the start.
 
-    By the links a browser requests all of them at once, in place of a level of imports after the other.
+    With these links a browser requests all of them at once, instead of one level of imports after the other.
     """
     text = with_joined_sheets(name)
     entry = _MODULE.search(text)
@@ -103,7 +103,7 @@ def _complete_page(name: str, _version: str) -> str:
 
 
 def install(app: FastAPI) -> None:
-    """Serve the pages and the files that they load; first, as they are requested most."""
+    """Serve the pages and their files; before all other routes, as they are requested most."""
     seen = needs(Right.VIEW)
     app.mount("/docs/parts", seen(CompressedFiles(directory=SWAGGER)), name="swagger")
     app.mount("/static", seen(VersionedFiles(directory=STATIC, check_dir=False)), name="static")

@@ -1,4 +1,4 @@
-"""ASGI middleware that sets whom a request works for, and limits how many requests one person has open."""
+"""ASGI middleware that sets the person of a request, and limits the open requests of one person."""
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -9,9 +9,9 @@ from foveacam_server.foundation.persons.person_quota import PERSON, Places
 
 
 class PersonRequests:
-    """Comes after the access rules, which find out who asks. A stop is always served.
+    """Comes after the access rules, which determine the principal.
 
-    WebSockets have limits of their own kinds.
+    A stop is always served. WebSockets have separate limits.
     """
 
     def __init__(self, app: ASGIApp, *, places: Places) -> None:
@@ -39,5 +39,5 @@ class PersonRequests:
 
 
 def _is_stop(scope: Scope) -> bool:
-    access: Access | None = scope["access"]  # of the route, as the access rules found it
+    access: Access | None = scope["access"]  # of the route that the access rules found
     return access is not None and access.stops

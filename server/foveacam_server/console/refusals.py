@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from starlette.types import Scope
 
 from foveacam_server.accounts.errors import forbidden
-from foveacam_server.accounts.rights import NOBODY, Principal, Right
+from foveacam_server.accounts.rights import ANONYMOUS, Principal, Right
 from foveacam_server.doors.error_handlers import nothing_served
 from foveacam_server.foundation.errors import (
     FORBIDDEN_ORIGIN,
@@ -21,16 +21,16 @@ from foveacam_server.foundation.errors import (
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A refused request; `ask`: whether signing in would admit it."""
+    """A refused request; `ask`: whether to offer a sign-in, which would admit it."""
 
     problem: ProblemDetails
     ask: bool = False
-    principal: Principal = NOBODY
-    """Who was refused, as far as that is known."""
+    principal: Principal = ANONYMOUS
+    """The refused principal, if known."""
 
 
 def control_character(path: str) -> Refusal:
-    """Refuse a path with a line break, a NUL or another control character, which no address of ours has."""
+    """Refuse a path with a line break, a NUL or another control character, which no route has."""
     return Refusal(
         ProblemDetails(
             kind=UNREADABLE_PATH,
@@ -42,7 +42,7 @@ def control_character(path: str) -> Refusal:
 
 
 def unknown_path(principal: Principal, scope: Scope) -> Refusal:
-    """Refuse a path that no route has."""
+    """Refuse a path without a route."""
     problem = nothing_served(path=scope["path"], method=scope.get("method", "WebSocket"))
     return Refusal(problem, principal=principal)
 
@@ -61,7 +61,7 @@ def foreign_origin(origin: str) -> Refusal:
 
 
 def foreign_host(host: str, own: Collection[str]) -> Refusal:
-    """Refuse a request by a name that is not this machine's."""
+    """Refuse a request with a host name that is not this machine's."""
     return Refusal(
         ProblemDetails(
             kind=FORBIDDEN_ORIGIN,
@@ -75,7 +75,7 @@ def foreign_host(host: str, own: Collection[str]) -> Refusal:
 
 
 def no_credentials(*, first_admin: bool) -> Refusal:
-    """Refuse a request of nobody in particular."""
+    """Refuse a request without authentication."""
     if first_admin:
         detail = "This server has no user yet; nothing is served before the first admin exists."
         remedy = "Open the link in the file that the server named on its terminal."
@@ -101,7 +101,7 @@ def too_many_tries(wait_s: float) -> Refusal:
 
 
 def lacking(principal: Principal, right: Right, scope: Scope) -> Refusal:
-    """Refuse what the principal has no right to."""
+    """Refuse a request for which the principal lacks the right."""
     method = scope.get("method", "WebSocket")
     problem = problem_of(forbidden(principal, right, asked=f"{method} {scope['path']}"))
     return Refusal(problem, principal=principal)

@@ -26,7 +26,7 @@ from foveacam_server.foundation.errors import UNAUTHORIZED
 from foveacam_server.foundation.settings import Settings
 
 HSTS_S = 31_536_000
-"""How long a browser that came by https comes by nothing else."""
+"""HSTS: time for which a browser that came by https uses only https."""
 _POLICY_VIOLATION = 1008
 _SWITCHING_PROTOCOLS = 101
 SIGNED_OUT = 4401
@@ -120,7 +120,7 @@ class _AuditedSend:
 
 
 def install(app: FastAPI, settings: Settings) -> AccessRules:
-    """Guard `app`, serve the pages by which one signs in, and return the rules."""
+    """Guard `app`, serve the sign-in pages, and return the rules."""
     token = settings.token.get_secret_value() if settings.token is not None else None
     gate = AccessRules(
         routes=RouteTable(app.routes),
@@ -180,7 +180,7 @@ async def _refuse_websocket(refusal: Refusal, scope: Scope, receive: Receive, se
 
 
 class OpenConnection:
-    """Stands between the server and the application for one WebSocket or GET."""
+    """Wraps the messages between the server and the application for one WebSocket or GET."""
 
     def __init__(self, scope: Scope, receive: Receive, send: Send) -> None:
         self._websocket = scope["type"] == "websocket"
@@ -190,14 +190,14 @@ class OpenConnection:
         self._waiting: asyncio.Task[Message] | None = None
         self._closed = False
         self._unfinished = False
-        """Whether an answer has begun that has not ended."""
+        """Whether an answer has begun and not ended."""
 
     def end(self) -> None:
-        """End it; callable from any thread."""
+        """End the connection; callable from any thread."""
         self._loop.call_soon_threadsafe(self._ended.set)
 
     async def receive(self) -> Message:
-        """Return the next message of the peer; that it has left once the connection has ended."""
+        """Return the next message of the peer; a disconnect once the connection was ended."""
         if self._waiting is None:
             self._waiting = asyncio.create_task(_awaited(self._receive))
         ended = asyncio.create_task(self._ended.wait())
@@ -211,7 +211,7 @@ class OpenConnection:
         return message
 
     async def send(self, message: Message) -> None:
-        """Send a message; raise `OSError`, as for a peer that has left, once the connection has ended."""
+        """Send a message; raise `OSError`, as for a disconnected peer, once the connection was ended."""
         if self._ended.is_set():
             await self._leave()
             raise OSError("the sign-in of this connection was revoked")
@@ -220,7 +220,7 @@ class OpenConnection:
             self._unfinished = message["type"] == "http.response.start" or message.get("more_body", False)
 
     async def release(self) -> None:
-        """Stop waiting for the peer, and end the answer if the application was stopped within it."""
+        """Stop waiting for the peer, and complete the answer if the application was interrupted in it."""
         if self._waiting is not None:
             self._waiting.cancel()
         if self._unfinished and self._ended.is_set():

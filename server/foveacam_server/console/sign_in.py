@@ -1,6 +1,6 @@
-"""The pages and forms by which a browser signs in; they need no script, and send secrets in a body alone.
+"""The pages and forms of signing in; they need no script, and send secrets only in a body.
 
-The one-time link of an invitation has its code in the URL, which is good once.
+The one-time link of an invitation has its code in the URL, which works only once.
 """
 
 import asyncio
@@ -17,7 +17,7 @@ from foveacam_server.accounts.browser_sign_in import known_cookie_of, sign_in_br
 from foveacam_server.accounts.cookies import set_cookie
 from foveacam_server.accounts.passwords import LEAST_CHARS
 from foveacam_server.accounts.requests import address_of
-from foveacam_server.accounts.rights import NOBODY
+from foveacam_server.accounts.rights import ANONYMOUS
 from foveacam_server.accounts.route_rights import open_to_anybody
 from foveacam_server.accounts.users import User
 from foveacam_server.console.access_rules import AccessRules
@@ -47,7 +47,7 @@ input, button { font: inherit; padding: .5rem; }
 </style></head>
 <body>__BODY__</body></html>
 """
-# A link, since the policy lets a form lead to this server alone
+# A link, since the policy allows forms to this server only
 _OPENID = f"""<main><a class="button" href="{OPENID_PATH}">Sign in with __NAME__</a></main>"""
 _NAME = """<label for="name">Name</label>
 <input id="name" name="name" autocomplete="username" autocapitalize="none" value="__VALUE__"
@@ -56,7 +56,7 @@ required __FOCUS__>
 
 
 def page_of(gate: AccessRules, *, problem: str = "", name: str = "") -> str:
-    """Return the page that asks who somebody is; `problem`: why the last answer was refused."""
+    """Return the sign-in page; `problem`: why the last attempt was refused."""
     mode = gate.mode
     if mode is Mode.FIRST_ADMIN:
         body = (
@@ -113,7 +113,7 @@ def _alert(problem: str) -> str:
 
 
 def router(gate: AccessRules) -> APIRouter:
-    """Return the routes of the pages, for a server with these rules."""
+    """Return the routes of the sign-in pages, for a server with these rules."""
     forms, routes = _SignInForms(gate), APIRouter(include_in_schema=False)
     routes.add_api_route("/sign_in", forms.show, methods=["GET"])
     routes.add_api_route("/sign_in", forms.sign_in, methods=["POST"])
@@ -123,14 +123,14 @@ def router(gate: AccessRules) -> APIRouter:
 
 
 class _SignInForms:
-    """Answers the forms: the console with the cookie, or the form again with the reason."""
+    """Handles the forms: answers with the console and the cookie, or with the form and the reason."""
 
     def __init__(self, gate: AccessRules) -> None:
         self._gate = gate
 
     @open_to_anybody
     async def show(self, request: Request) -> Response:
-        if request.scope["principal"] is not NOBODY:
+        if request.scope["principal"] is not ANONYMOUS:
             return RedirectResponse("/", status_code=303)
         return self._page("", status=200)
 
@@ -213,7 +213,7 @@ def _html(page: str, *, status: int) -> Response:
 
 
 async def read_form(request: Request) -> dict[str, str]:
-    """Return the fields of a form; none of a body that is no form, or too long."""
+    """Return the fields of a form; none for a body that is not a form or too long."""
     if not request.headers.get("content-type", "").startswith(_FORM_TYPE):
         return {}
     body = b""

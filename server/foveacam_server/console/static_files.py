@@ -1,6 +1,6 @@
-"""Serves the files that the pages load: compressed once each, kept by browsers under their version's address.
+"""Serves the files of the pages: compressed once each, cached by browsers under versioned addresses.
 
-A page's style sheets are answered as one, so that a page on a slow line waits for one of them.
+A page's style sheets are joined into one, so that a page on a slow line waits for a single file.
 """
 
 import gzip
@@ -22,23 +22,23 @@ from foveacam_server.doors.compression import accepts_gzip
 STATIC = Path(foveacam_web.__file__).parent / "static"
 
 NO_STALE_PAGES = {"Cache-Control": "no-cache"}
-"""The browser validates its copy each time, so that page and server are of one version."""
+"""Cache header: the browser revalidates its copy each time, so that page and server have the same version."""
 FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
 JOINED = "joined/"
-"""Folder of the address of a page's style sheets in one: `joined/index.html.css`; no such files exist."""
+"""Folder in the address of a page's joined style sheets: `joined/index.html.css`; no such files exist."""
 
 _TEXTS = frozenset({".css", ".html", ".js", ".json", ".map", ".svg", ".txt"})
 _SMALLEST_BYTES = 500
-"""Smaller files are sent as they are: compression would not save a packet."""
+"""Size below which files are not compressed: it would not save a packet."""
 _FILES = 1024
 _LEVEL = 9
 _SHEET = re.compile(r'<link rel="stylesheet" href="/static/(css/[^"]+)">\s*')
 
 
 def version(folder: Path = STATIC) -> str:
-    """Return a version that changes with any of the files and is part of the URLs of all that a page loads.
+    """Return a version that changes with any of the files and is part of all their URLs.
 
-    So modules of two versions never mix, and browsers can cache each file for good.
+    So modules of two versions never mix, and browsers can cache each file indefinitely.
     """
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
@@ -53,7 +53,7 @@ def _version_in(second: int) -> str:  # cached for one second
 
 
 class CompressedFiles(StaticFiles):
-    """Files of which texts are sent compressed to whom accepts that and asks for no range."""
+    """Static files; texts are sent compressed to clients that accept it, except for range requests."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Answer a request for a file."""
@@ -83,7 +83,7 @@ class CompressedFiles(StaticFiles):
 
 
 class VersionedFiles(CompressedFiles):
-    """Files that a browser caches for good under their version's URL, and revalidates under others."""
+    """Files that a browser caches indefinitely under their versioned URL, and revalidates under others."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Answer a request for a file, or for all style sheets of a page in one."""
@@ -106,7 +106,7 @@ def page_names() -> set[str]:
 
 
 def sheets_of(page: str) -> list[str]:
-    """Return the style sheets that a page names, in their order."""
+    """Return the style sheets linked by a page, in their order."""
     return _SHEET.findall(_text_of(page))
 
 
@@ -116,7 +116,7 @@ def joined_sheets(page: str) -> str:
 
 
 def with_joined_sheets(page: str) -> str:
-    """Return a page's HTML with one link in place of those to its style sheets."""
+    """Return a page's HTML with a single link that replaces those to its style sheets."""
     text = _text_of(page)
     first = _SHEET.search(text)
     if first is None:
@@ -143,5 +143,5 @@ def _packed_text(text: str) -> bytes:
 
 @lru_cache(maxsize=_FILES)
 def _packed_file(path: str, _mtime_ns: int, _size: int) -> bytes:
-    """Return a file compressed; by its time and size a changed file is read again."""
+    """Return a file compressed; cached by its time and size, so that a changed file is read again."""
     return gzip.compress(Path(path).read_bytes(), _LEVEL, mtime=0)

@@ -28,7 +28,7 @@ class StopAtDoor:
 
     def __call__(self, request: bytes, peer: str) -> bytes:
         """Engage the stop and return the HTTP response to a complete request; `peer`: client's address."""
-        begin_request(None)  # not that of the thread's last stop
+        begin_request(None)  # a new id, not that of the thread's last stop
         connection = h11.Connection(h11.SERVER)
         connection.receive_data(request)
         try:

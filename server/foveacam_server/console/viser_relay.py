@@ -28,7 +28,8 @@ router = GuardedRouter(include_in_schema=False, reading=Right.VIEW, changing=Rig
 _log = logging.getLogger(__name__)
 
 _MAX_QUEUE = 2
-"""Queued messages: so few that a slow browser's backpressure reaches viser, which then merges updates."""
+"""Length of the queue of messages: short, so that a slow browser's backpressure reaches viser, which then
+merges updates."""
 _OPEN_TIMEOUT_S = 5.0
 _GOING_AWAY, _TRY_AGAIN_LATER, _PROTOCOL_ERROR = 1001, 1013, 1002
 _CLOSE_REASON_LENGTH = 120
@@ -45,7 +46,7 @@ async def redirect_to_page() -> RedirectResponse:
 
 @router.get("/viser/")
 async def page(viewer: Provided[SceneViewer | None], embedded: EmbeddedQuery = "0") -> Response:
-    """Return viser's page; not cached, because page and server must be of one version."""
+    """Return viser's page; not cached, because page and server must have the same version."""
     if viewer is None:
         raise NotConnected(
             "the 3D pane is switched off or could not be started; the console works without it",
@@ -96,7 +97,7 @@ async def _relay(websocket: WebSocket, viewer: SceneViewer, *, protocol: str) ->
 
 
 async def _pump(websocket: WebSocket, upstream: ClientConnection) -> None:
-    """Pass messages in both directions; when one side closes, close the other and return."""
+    """Relay messages in both directions; when one side closes, close the other and return."""
     tasks = [
         asyncio.create_task(_to_viser(websocket, upstream)),
         asyncio.create_task(_to_browser(websocket, upstream)),

@@ -1,1 +1,1 @@
-"""Datasets on the disk: what captures, stills, mosaics and references share."""
+"""Datasets on the disk: shared parts of captures, stills, mosaics and references."""

@@ -1,4 +1,4 @@
-"""What REST says of a dataset, still or recording whose bytes are in an archive."""
+"""Schema of the archive state of a dataset, still or recording."""
 
 from pathlib import Path
 from typing import Self
@@ -10,7 +10,7 @@ from foveacam_server.foundation.schema import ResponseModel
 
 
 class ArchivedDocument(ResponseModel):
-    """Where its bytes are in an archive. `local`: whether all are on this machine's disk as well."""
+    """Location of its files in an archive. `local`: whether all are also on this machine's disk."""
 
     url: str
     utc: str
@@ -25,13 +25,16 @@ class ArchivedDocument(ResponseModel):
 
 
 def archived_document(record: Path, *, sample: Path) -> ArchivedDocument | None:
-    """Return what a record's file says; None without one. `sample`: a file that is absent with the others."""
+    """Return the content of a record's file; None without one.
+
+    `sample`: a file that tells whether the others are present.
+    """
     found = read_record(record)
     return None if found is None else ArchivedDocument.of(found, local=sample.exists())
 
 
 def archived_dataset(stored: StoredCapture) -> ArchivedDocument | None:
-    """Return what the record of a capture or still says; None without one."""
+    """Return the archive record of a capture or still; None without one."""
     frames = (frame for point in stored.dataset or () for frame in point.frames)
     first = next(frames, None)
     sample = stored.folder / (DOCUMENT if first is None else first.file)

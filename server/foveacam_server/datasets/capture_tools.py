@@ -1,4 +1,4 @@
-"""What captures and stills need: services, and the rig's facts for their estimates."""
+"""Services of captures and stills, and the rig's properties for their estimates."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ from foveacam_server.rig.live_views import OverlayOf
 from foveacam_server.rig.ports import CalibrationInForce, PictureSink
 
 RAIL_MM_S = 50.0
-"""Speed of a motor rail; deduced: the usual one of a rig file."""
+"""Speed of a motorised rail; deduced: the default of a rig file."""
 
 
 EXPOSURE_CHANGE_MS = 5.0
-"""Time until both cameras use another exposure; deduced: one command each, during the readout."""
+"""Time to change the exposure of both cameras; deduced: one command each, during the readout."""
 
 
 _TWELVE_BITS = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P)
@@ -34,7 +34,7 @@ _TWELVE_BITS = (PixelFormat.MONO12, PixelFormat.MONO12P, PixelFormat.BAYER_RG12P
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureRigFacts:
-    """A rig's facts for estimates. `rail`: None without one; `rail_by_hand`: the operator moves it."""
+    """A rig's properties for estimates. `rail`: None without one; `rail_by_hand`: the operator moves it."""
 
     settle_us: int
     fovea: CameraSettings
@@ -63,14 +63,14 @@ class CaptureRigFacts:
     def estimate(
         self, plan: RasterPlan, calibration: Calibration, *, codec: ImageCodec, done: int = 0
     ) -> CaptureEstimate:
-        """Return time and size of the points from `done` on."""
+        """Return the estimated time and size of the points from `done` on."""
         fovea, wide = self.sizes(calibration)
         ratio = 1.0 if codec is ImageCodec.TIFF else None
         return estimate_capture(plan, self.pace(), fovea=fovea, wide=wide, done=done, stored_ratio=ratio)
 
 
 def rig_facts(rig: CaptureRig) -> CaptureRigFacts:
-    """Return the facts of a rig, read on its thread; raise `InvalidInput` for one without a trigger."""
+    """Return the properties of a rig, read on its thread; raise `InvalidInput` for one without a trigger."""
     return CaptureRigFacts(
         settle_us=trigger_head(rig).settle_us,
         fovea=rig.left.settings,

@@ -109,7 +109,7 @@ class DatasetCollection:
         return stored
 
     def put_in_trash(self, stored: StoredCapture) -> None:
-        """Move a capture, which may lie in another folder of this disk, to the trash of this collection."""
+        """Move a capture, which may be in another folder of this disk, to the trash of this collection."""
         self._trash.put(stored.folder, stored.id)
 
     def restore(self, capture_id: str) -> StoredCapture:
@@ -167,7 +167,7 @@ class DatasetCollection:
 
 
 def _with_unique_ids(captures: list[StoredCapture]) -> list[StoredCapture]:
-    """Give copies of a capture, which have the same id, their folder's name as id."""
+    """Give copies of a capture, which share its id, their folder's name as id."""
     seen: set[str] = set()
     found = []
     for stored in captures:
@@ -199,7 +199,7 @@ def readable_dataset(stored: StoredCapture) -> Dataset:
 
 
 def brackets_of(dataset: Dataset | None) -> list[int]:
-    """Return the numbers of the exposures that any camera has frames of."""
+    """Return the indices of the exposures of which any camera has frames."""
     return sorted({frame.bracket for point in dataset or () for frame in point.frames})
 
 

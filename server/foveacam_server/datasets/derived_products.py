@@ -21,14 +21,14 @@ WAIT = "wait for it, or cancel its job"
 
 
 class ProductRequest(RequestModel):
-    """The stored request of a job: the capture, and the JSON of the request for the child process."""
+    """The stored request of a job: the capture, and the child process's request as JSON."""
 
     capture_id: str
     arguments: str
 
 
 class Captures(Protocol):
-    """The captures whose products are computed."""
+    """Access to the captures whose products are computed."""
 
     @property
     def collection(self) -> DatasetCollection:
@@ -36,7 +36,7 @@ class Captures(Protocol):
         ...
 
     def is_running(self, capture_id: str) -> bool:
-        """Return whether a job takes the capture or waits to."""
+        """Return whether a job for the capture runs or is queued."""
         ...
 
 
@@ -70,7 +70,7 @@ class DerivedProductEvent(ResponseModel):
 
 
 class DerivedProductJobs:
-    """Queues and runs the jobs of one kind of product; knows of which capture one is being computed."""
+    """Queues and runs the jobs of one kind of product; knows the capture whose product is being computed."""
 
     def __init__(self, kind: DerivedProduct, tools: DerivedProductTools) -> None:
         self._kind, self._tools = kind, tools

@@ -25,7 +25,7 @@ class _Buffer:
         """Do nothing."""
 
     def close(self) -> None:
-        """Stay open: the last bytes are still to be drained."""
+        """Stay open, as the last bytes are still to be drained."""
 
     def drain(self) -> bytes:
         parts, self._parts = self._parts, []
@@ -35,7 +35,7 @@ class _Buffer:
 def zip_stream(folder: Path) -> Iterator[bytes]:
     """Yield an uncompressed ZIP file of a folder's files; images would not become smaller.
 
-    Files that are in the archive alone are read from there.
+    Files that are only in the archive are read from there.
     """
     buffer = _Buffer()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:

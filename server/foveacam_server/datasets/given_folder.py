@@ -1,4 +1,4 @@
-"""Finds a dataset that a command was given, by its folder or by its name in the data folder."""
+"""Finds the dataset given to a command, by its folder or by its name in the data folder."""
 
 from pathlib import Path
 

@@ -1,6 +1,6 @@
-"""The trash of a folder of items: what is removed stands in it until it is restored or deleted for good.
+"""The trash of a folder of items: removed items stay in it until they are restored or deleted for good.
 
-An item lies at `.trash/<id>/<name>`. A power cut, or a program that is killed, leaves it here or there.
+An item is at `.trash/<id>/<name>`. After a power failure or a kill it is in one of the two places.
 """
 
 import os
@@ -14,14 +14,14 @@ from foveacam_pipeline.storage.disk import disk_errors, rename_durably
 
 TRASH = ".trash"
 DELETING = ".deleting-"
-"""Begins the name of what is being deleted, which is never shown nor restored."""
+"""Prefix of items that are being deleted, which are never listed or restored."""
 Move = Callable[[Path, Path], object]
 
 
 class Trash:
     """Moves the items of `folder` to its trash and back; `noun` names an item in errors.
 
-    `taken`: whether an item has this path. `Move` renames an item, with what belongs to it.
+    `taken`: whether an item has this path. `Move` renames an item with its companion files.
     """
 
     def __init__(self, folder: Path, *, noun: str, taken: Callable[[Path], bool] = os.path.lexists) -> None:
@@ -30,7 +30,7 @@ class Trash:
 
     @property
     def homes(self) -> list[Path]:
-        """The folders of the trash: each holds what was removed under the id that is its name."""
+        """The folders of the trash: each is named by an id and holds the items removed under it."""
         found = (self._folder / TRASH).glob("*")
         return [home for home in found if home.is_dir() and not home.name.startswith(DELETING)]
 
@@ -50,7 +50,7 @@ class Trash:
         return target
 
     def delete(self, item_id: str) -> None:
-        """Delete for good what was removed under an id, and what an interrupted deletion left."""
+        """Delete for good the items removed under an id, with leftovers of an interrupted deletion."""
         home = self._folder / TRASH / item_id
         with self._move("deleting", home):
             home.rename(home.with_name(f"{DELETING}{item_id}"))  # else a kill leaves half an item to restore

@@ -1,1 +1,1 @@
-"""`foveacam doctor`: checks what a rig and a server need on this machine."""
+"""`foveacam doctor`: checks the requirements of a rig and a server on this machine."""

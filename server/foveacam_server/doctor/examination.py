@@ -141,7 +141,7 @@ def check_console() -> Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExaminationContext:
-    """What the checks examine; a test gives its own."""
+    """Objects that the checks examine; tests replace them."""
 
     machine: Machine = field(default_factory=Machine)
     searches: Mapping[str, Discover] = field(default_factory=camera_searches)

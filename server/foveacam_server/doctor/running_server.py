@@ -1,4 +1,4 @@
-"""Checks a server that runs, as a client finds it: reached, known, ready, clock, streams, certificate."""
+"""Checks a running server as a client: reachability, version, rights, readiness, clock, streams, TLS."""
 
 import socket
 import ssl
@@ -47,9 +47,9 @@ class _Client:
 def examine_server(
     url: str, *, token: SecretStr | None, trusted: ssl.SSLContext | None = None
 ) -> list[Finding]:
-    """Run all checks on the server at `url`; those behind one that fails are left out.
+    """Run all checks on the server at `url`; those that depend on a failed one are left out.
 
-    `trusted`: certificates to trust; None: the system's. Raise `InvalidInput` for what is no address.
+    `trusted`: certificates to trust; None: the system's. Raise `InvalidInput` for an invalid address.
     """
     secret = None if token is None else token.get_secret_value()
     headers = {} if secret is None else {"X-Api-Token": secret}
@@ -61,7 +61,7 @@ def examine_server(
 
 
 def _findings(client: _Client) -> list[Finding]:
-    """Return one finding of each check, whatever the server answers, and however late."""
+    """Return one finding of each check, whatever the server answers and however late."""
     reached = _attempt("server", _check_reached, client)
     if reached.level is Severity.PROBLEM:
         return [reached]
@@ -120,10 +120,10 @@ def _check_reached(client: _Client) -> Finding:
 
 
 def _check_clock(client: _Client) -> Finding:
-    told = client.http.get("/healthz").headers.get("date")
-    if told is None:
-        return warning("clock", "the server does not say its time", "does a proxy remove the header Date?")
-    off_s = (datetime.now(UTC) - parsedate_to_datetime(told)).total_seconds()
+    date = client.http.get("/healthz").headers.get("date")
+    if date is None:
+        return warning("clock", "the server does not state its time", "does a proxy remove the header Date?")
+    off_s = (datetime.now(UTC) - parsedate_to_datetime(date)).total_seconds()
     text = f"the clocks differ by {abs(off_s):.0f} s"
     if abs(off_s) > CLOCK_OFF_S:
         return warning("clock", text, "times of records and the life of sign-ins go by it: set both by NTP")
@@ -171,7 +171,7 @@ def _check_ready(client: _Client) -> Finding:
     if answer["ready"]:
         return fine("rig", "it can foveate now")
     missing = "; ".join(f"{each['device']}: {each['detail']}" for each in answer["problems"])
-    return problem("rig", missing, "see the page Rig; `foveacam doctor` on its own machine says more")
+    return problem("rig", missing, "see the page Rig; `foveacam doctor` on its own machine shows more")
 
 
 def _check_calibration(client: _Client) -> Finding:
@@ -182,7 +182,7 @@ def _check_calibration(client: _Client) -> Finding:
 
 
 def _check_events(client: _Client) -> Finding:
-    """Check that an event stream begins at once: a proxy that collects answers would keep it back."""
+    """Check that an event stream begins at once: a buffering proxy would delay it."""
     began_s = time.perf_counter()
     try:
         with client.http.stream("GET", "/api/v1/events", headers={"Last-Event-ID": "0"}) as stream:

@@ -1,1 +1,1 @@
-"""Limits of what a client may use: bodies, times of connections, threads; the stop's own way; TLS."""
+"""The HTTP server: limits of bodies, connections and threads; middleware; a fast path of the stop; TLS."""

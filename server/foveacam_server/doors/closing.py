@@ -1,4 +1,4 @@
-"""Closes services in the reverse order of their opening; one that hangs does not keep the others open."""
+"""Closes services in the reverse order of their opening; a hanging one does not block the others."""
 
 import asyncio
 import logging
@@ -14,13 +14,13 @@ _log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 CLOSE_S = 30.0
-"""Time for closing where no process waits for its end."""
+"""Time for closing when the process is not ending."""
 LEAST_S = 0.05
-"""Time that a service gets at least; most need a few milliseconds."""
+"""Least time for each service; most need a few milliseconds."""
 
 
 def full_time() -> float:
-    """Return the time for closing where no process waits for its end."""
+    """Return the time for closing when the process is not ending."""
     return CLOSE_S
 
 
@@ -31,7 +31,7 @@ class ClosingStack:
         self._steps: list[tuple[str, Callable[[], object]]] = []
 
     def callback(self, close: Callable[[], object]) -> None:
-        """Register what closes a service."""
+        """Register the function that closes a service."""
         self._steps.append((getattr(close, "__qualname__", repr(close)), close))
 
     def enter_context(self, context: AbstractContextManager[T]) -> T:
@@ -43,8 +43,8 @@ class ClosingStack:
     def close(self, left_s: Callable[[], float] = full_time) -> list[str]:
         """Close all services; return the names of those that did not end in time.
 
-        `left_s` returns the time that is left for all of them. Each is waited for half of it, then the next
-        one is closed beside it; in the end all that is left is waited for those that are not done.
+        `left_s` returns the time left for all of them. Each service is given half of it, then the next one is
+        closed in parallel; at the end the rest of the time goes to those that are not done.
         """
         steps, self._steps = self._steps, []
         threads = []
@@ -68,9 +68,9 @@ def _attempt(name: str, close: Callable[[], object]) -> None:
 
 
 async def run_beside(work: Callable[[], T]) -> T:
-    """Run `work` on a thread of its own; the event loop goes on, and threads of pools may be busy.
+    """Run `work` on a separate thread, as those of pools may be busy.
 
-    What is closed may join threads that still hand work to the loop.
+    The event loop must go on: a closing service may join threads that still hand work to it.
     """
     done: Future[T] = Future()
 

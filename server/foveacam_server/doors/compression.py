@@ -1,8 +1,8 @@
 """ASGI middleware: compresses pages and large JSON documents by gzip.
 
 Files are compressed where they are served (`console/static_files.py`). Pictures, streams, events, downloads,
-parts of files and what has an ETag are sent as they are; so are small documents and answers to changes, which
-may hold a secret beside words of the request, whose compressed length would tell of it (BREACH).
+parts of files and answers with an ETag are not compressed; nor are small documents and answers to changes,
+which may contain a secret beside text of the request, so that the compressed length would reveal it (BREACH).
 """
 
 import gzip
@@ -13,17 +13,17 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _SMALLEST_BYTES = {"application/json": 4096, "text/html": 1024}
-"""Smallest answers that are compressed, by their type; other types are not."""
+"""Least size of compressed answers by media type; other types are never compressed."""
 _KEPT_BYTES = 100_000
-"""Pages from this size on are kept compressed: that of the 3D pane has 0.8 MB, and none of them changes."""
+"""Size from which compressed pages are cached: that of the 3D pane has 0.8 MB, and they do not change."""
 _PAGES = 4
 _LEVEL = 6
 _BESIDE_BYTES = 64 * 1024
-"""From this size on, an answer is compressed beside the event loop."""
+"""Size from which an answer is compressed on a thread instead of the event loop."""
 
 
 class CompressedAnswers:
-    """Compresses whole answers to whom accepts gzip."""
+    """ASGI middleware that compresses whole answers for clients that accept gzip."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -41,7 +41,7 @@ class _Compressor:
     def __init__(self, send: Send) -> None:
         self._send = send
         self._start: Message | None = None
-        """The beginning of an answer that qualifies, until its body comes."""
+        """The held-back start message of an answer that qualifies, until its body comes."""
 
     async def send(self, message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -1,4 +1,4 @@
-"""Aborts connections whose peer has stopped: half-sent requests, and answers that the peer does not read.
+"""Aborts connections whose peer has stalled: half-sent requests, and answers that the peer does not read.
 
 uvicorn would close such a connection, which waits for a send buffer that never drains.
 """
@@ -17,16 +17,16 @@ _log = logging.getLogger(__name__)
 
 PERIOD_S = 1.0
 HEADERS_S = 10.0
-"""Longest time of a request's line and headers. A kept connection that has sent nothing of its next request
-may wait longer: uvicorn closes it."""
+"""Timeout of a request's line and headers. A kept-alive connection without a next request may wait longer:
+uvicorn closes it."""
 BODY_S = 120.0
-"""Longest time of a request's body."""
+"""Timeout of a request's body."""
 UNREAD_S = 10.0
-"""Longest time in which a peer may read none of the waiting bytes; one that reads a few stays connected."""
+"""Timeout of a peer that reads no byte of an answer; one that reads a few stays connected."""
 
 
 class Connection(Protocol):
-    """The part of uvicorn's protocol objects that is used here; there is one a connection."""
+    """The part of uvicorn's protocol objects that is used here; there is one per connection."""
 
     @property
     def transport(self) -> asyncio.Transport:
@@ -41,7 +41,7 @@ class Connection(Protocol):
 
 @dataclass(slots=True)
 class _Progress:
-    """Phase of a connection at the last check, and since when it is in it."""
+    """Phase of a connection at the last check, and its start time."""
 
     phase: tuple[str, object]
     """What the peer must send next, and the request it belongs to: a connection may carry many."""
@@ -51,7 +51,7 @@ class _Progress:
 
 
 class ConnectionWatch:
-    """Checks the progress of each connection every second; aborts those that make none."""
+    """Checks the progress of each connection every second; aborts stalled ones."""
 
     def __init__(self) -> None:
         self._progress: dict[object, _Progress] = {}

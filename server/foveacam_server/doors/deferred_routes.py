@@ -1,4 +1,4 @@
-"""Routes of the application that are built at their first request, on a thread beside the event loop."""
+"""Routes of the application that are built at their first request, on a thread instead of the event loop."""
 
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,13 +14,13 @@ from foveacam_server.doors.closing import run_beside
 from foveacam_server.foundation.http.declared_routes import DeclaredRoute, DeclaringRouter
 
 _building = threading.Lock()
-"""One route is built at a time: FastAPI and pydantic change the filters of warnings meanwhile, and put back
-those of the whole process, whichever thread has changed them since."""
+"""Serializes the building of routes: FastAPI and pydantic change and restore the warning filters of the whole
+process, whichever thread has changed them since."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inclusion:
-    """How the application includes its routers."""
+    """Prefix, responses and limit of bodies with which the application includes its routers."""
 
     prefix: str
     responses: Mapping[int | str, dict[str, Any]]  # Any: FastAPI's own
@@ -55,7 +55,7 @@ class DeferredRoute(Route):
         return match, child_scope
 
     def build(self) -> APIRoute:
-        """Return FastAPI's route, made at the first call; callable from any thread."""
+        """Return FastAPI's route, built at the first call; callable from any thread."""
         with _building:
             if self._built is None:
                 self._built = self._made()

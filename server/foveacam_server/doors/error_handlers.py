@@ -57,7 +57,7 @@ def install(app: FastAPI) -> None:
     async def on_anything(request: Request, error: Exception) -> JSONResponse:
         # Starlette re-raises the error after this answer, so that the server logs it once
         answer = problem_of(error).response(instance=request.url.path)
-        answer.headers.update(request_header())  # it passes no middleware
+        answer.headers.update(request_header())  # this answer passes no middleware
         return answer
 
     app.add_exception_handler(FoveaError, on_fovea_error)
@@ -68,7 +68,7 @@ def install(app: FastAPI) -> None:
 
 
 def _served(request: Request) -> str:
-    """Return the methods that a request's address has a route for."""
+    """Return the methods for which a request's path has a route."""
     routes = request.app.routes
     found = [
         method
@@ -89,7 +89,7 @@ def nothing_served(*, path: str, method: str) -> ProblemDetails:
 
 
 def problem_of_status(status: int, *, path: str, method: str, headers: dict[str, str]) -> ProblemDetails:
-    """Return the problem of a status that the framework chose."""
+    """Return the problem for an HTTP status raised by the framework."""
     if status == HTTPStatus.NOT_FOUND:
         return nothing_served(path=path, method=method)
     if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:

@@ -1,7 +1,7 @@
-"""What a server listens by: a socket bound before it starts, and the certificate for https.
+"""The listening socket, bound before the server starts, and the certificate for https.
 
 The socket has small send buffers, which connections inherit. The certificate is checked before the server
-starts, in plain words.
+starts, with readable errors.
 """
 
 import errno
@@ -12,7 +12,8 @@ from pathlib import Path
 from foveacam_hardware.contract import Busy, FoveaError, InvalidInput
 
 SEND_BUFFER_BYTES = 128 * 1024
-"""About one picture: more in the kernel's buffer would be old when it is sent (default: up to 4 MB)."""
+"""Send buffer of about one picture: more in the kernel would be outdated when it is sent (default: up to 4
+MB)."""
 _BACKLOG = 256
 _MINIMUM = ssl.TLSVersion.TLSv1_2
 
@@ -24,7 +25,7 @@ def listen(host: str, port: int) -> socket.socket:
     """
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-        # asyncio sends small answers at once on sockets that name the protocol alone; Nagle's algorithm
+        # asyncio sends small answers at once only on sockets that name the protocol; Nagle's algorithm
         # otherwise waits for the acknowledgement of the one before, 40 ms
         listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     except OSError as error:
@@ -61,8 +62,8 @@ def _refusal(error: OSError, *, host: str, port: int) -> FoveaError:
 def tls_context(certificate: Path | None, key: Path | None) -> ssl.SSLContext | None:
     """Return the server's side of TLS; None where neither file is given, for plain http.
 
-    Raise `InvalidInput` for one without the other, files that cannot be read or are no PEM, a key that is
-    another certificate's, and one with a pass phrase.
+    Raise `InvalidInput` for one file without the other, files that cannot be read or are not PEM, the key of
+    another certificate, and a key with a pass phrase.
     """
     if certificate is None and key is None:
         return None
@@ -96,7 +97,7 @@ def _check_readable(path: Path) -> None:
 
 def _no_pass_phrase() -> str:
     raise InvalidInput(
-        "the key has a pass phrase, which nobody types when a server starts by itself",
+        "the key has a pass phrase, which cannot be entered when a server starts unattended",
         found="a key with a pass phrase",
         remedy="give one without: openssl pkey -in KEY -out NEW",
     )

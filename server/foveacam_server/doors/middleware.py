@@ -1,7 +1,6 @@
-"""ASGI middleware: refusals as problem documents, HEAD wherever GET is served, streams, times of requests.
+"""ASGI middleware: refusals as problem documents, HEAD for every GET, unbuffered streams, timings.
 
-FastAPI counts a body's bytes (`max_body_size` of a router or route), reads no further, and answers in plain
-text; here that answer is replaced.
+FastAPI enforces `max_body_size` of a router or route and answers in plain text; here that answer is replaced.
 """
 
 import time
@@ -38,7 +37,7 @@ HEADER_BYTES = 16 * 1024
 class HeaderLimit:
     """ASGI middleware: answers 431 to a request whose line and headers are larger than `HEADER_BYTES`.
 
-    The parser's own limit holds for what comes in pieces alone.
+    The parser's own limit applies only to headers that arrive in pieces.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -93,8 +92,8 @@ def _is_no_problem(start: Message) -> bool:
 def _problem(scope: Scope, start: Message) -> ProblemDetails:
     if start["status"] == TOO_LARGE.status:
         return _too_large(scope)
-    told = Headers(raw=start["headers"])
-    kept = {name: told[name] for name in _KEPT_HEADERS if name in told}
+    headers = Headers(raw=start["headers"])
+    kept = {name: headers[name] for name in _KEPT_HEADERS if name in headers}
     return problem_of_status(start["status"], path=scope["path"], method=scope["method"], headers=kept)
 
 
@@ -116,10 +115,10 @@ def _too_large(scope: Scope) -> ProblemDetails:
 
 
 class UncollectedStreams:
-    """ASGI middleware: asks proxies to pass on as it comes what has no length beforehand.
+    """ASGI middleware: tells proxies not to buffer answers without a length.
 
-    That is whatever has no end (pictures, events), of which a proxy that collects it would send ever older
-    parts, and what is made while it is sent (archives).
+    These are endless streams (pictures, events), which a buffering proxy would delay more and more, and
+    archives made while they are sent.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -145,7 +144,7 @@ _WITHOUT_BODY = (204, 304)
 
 
 class HeadRequests:
-    """ASGI middleware: answers HEAD with the headers of GET, and ends the route before it makes the body."""
+    """ASGI middleware: answers HEAD with the headers of GET, and ends the route before its body."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -165,15 +164,15 @@ class HeadRequests:
         try:
             await self._app({**scope, "method": "GET"}, receive, send_headers)
         except* _HeadersSent:
-            pass  # from within a task group of a stream, or alone
+            pass  # alone, or in the exception group of a stream
 
 
 class _HeadersSent(Exception):
-    """Ends the GET after its headers."""
+    """Raised to end the GET after its headers."""
 
 
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
-"""What a client invents beside them is no label of its own."""
+"""Known methods; others, which a client may invent, share one label."""
 
 
 class RequestTimes:

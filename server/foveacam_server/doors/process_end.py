@@ -1,7 +1,7 @@
 """Ends the process in time after SIGINT or SIGTERM, whatever still runs in it.
 
-The mirrors are parked at once, on a thread of their own. Services are closed by others meanwhile. At the
-deadline a thread that nothing can hold up ends the process; a timer in C does so where no Python runs.
+The mirrors are parked at once, on a separate thread. Services are closed elsewhere meanwhile. At the deadline
+a thread that nothing can block ends the process; a timer in C does so where no Python runs.
 """
 
 import contextlib
@@ -19,20 +19,21 @@ from types import FrameType
 _log = logging.getLogger(__name__)
 
 END_S = 3.5
-"""Deadline after the first signal: the process ends then, with what has not ended by itself."""
+"""Deadline after the first signal, at which the process ends in any case."""
 LAST_S = 4.2
-"""Deadline of the timer in C: a computation that never releases the interpreter stops every Python thread."""
+"""Deadline of the timer in C, for a computation that never releases the interpreter and so stops all Python
+threads."""
 CLOSED_S = 2.0
-"""Once all services are closed: longest time in which idle threads and the interpreter end."""
+"""Longest time for the end of idle threads and the interpreter, once all services are closed."""
 RESERVE_S = 0.4
-"""Of the time to the deadline, what the services may not use."""
+"""Part of the time to the deadline that services may not use."""
 UNCLEAN = 1
 """Exit status when something did not end in time; 0: everything ended by itself."""
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 def start_exit_timer(after_s: float) -> None:
-    """Let the process end in `after_s`, by a thread that needs no Python interpreter."""
+    """End the process after `after_s`, by a thread that needs no Python interpreter."""
     silent = Path(os.devnull).open("w")  # noqa: SIM115 - written to when the timer fires
     faulthandler.dump_traceback_later(after_s, exit=True, file=silent)
 
@@ -47,7 +48,7 @@ class ProcessEnd:
         exit_now: Callable[[int], object] = os._exit,
         start_timer: Callable[[float], object] = start_exit_timer,
     ) -> None:
-        """`on_begin`: brings the rig to rest, on a thread of its own."""
+        """`on_begin`: brings the rig to rest; called on a separate thread."""
         self._on_begin = on_begin
         self._exit_now = exit_now
         self._start_timer = start_timer
@@ -63,7 +64,7 @@ class ProcessEnd:
         return self._deadline_s is not None
 
     def left_s(self) -> float:
-        """Return the time that is left for closing services."""
+        """Return the time left for closing services."""
         if self._deadline_s is None:
             return END_S - RESERVE_S
         return self._deadline_s - RESERVE_S - time.monotonic()
@@ -79,23 +80,23 @@ class ProcessEnd:
         threading.Thread(target=self._end_at_deadline, name="foveacam-end", daemon=True).start()
 
     def closed(self, unended: Sequence[str]) -> None:
-        """Note that the services are closed, and which did not end: nothing else is worth waiting for."""
+        """Record that the services are closed, and which did not end: there is nothing else to wait for."""
         self._unended.extend(unended)
         self._closed.set()
 
     def _end_at_deadline(self) -> None:
         deadline_s = self._deadline_s or 0.0
         if self._closed.wait(deadline_s - time.monotonic()):
-            threading.Event().wait(min(CLOSED_S, deadline_s - time.monotonic()))  # the process ends in it
+            threading.Event().wait(min(CLOSED_S, deadline_s - time.monotonic()))  # this call ends the process
         self._end_now([] if self._closed.is_set() else ["requests and services"])
 
     def finish(self) -> None:
-        """End the process at once if a service did not close in time: it may hold up the interpreter."""
+        """End the process at once if a service did not close in time: it may block the interpreter's exit."""
         if self._unended:
             self._end_now([])
 
     def _end_now(self, further: Sequence[str]) -> None:
-        """End the process; name in one line of the log what did not end in time."""
+        """End the process; log in one line what did not end in time."""
         running = [f"thread {thread.name}" for thread in threading.enumerate() if _is_waited_for(thread)]
         names = ", ".join([*self._unended, *further, *running])
         _log.error("the process ends now; not ended in time: %s", names)
@@ -109,7 +110,7 @@ class ProcessEnd:
         reads it. Once a signal came, further ones stay ignored: the process is ending.
         """
         if threading.current_thread() is not threading.main_thread():
-            yield  # signals belong to the main thread
+            yield  # only the main thread can set signal handlers
             return
         written, read = socket.socketpair()
         written.setblocking(False)

@@ -1,4 +1,4 @@
-"""Limits what delays the event loop and the stop, and what memory keeps: threads, collection, arenas."""
+"""Limits delays of the event loop and the stop, and memory: threads, garbage collection, arenas."""
 
 import contextlib
 import ctypes
@@ -14,21 +14,22 @@ from foveacam_server.foundation.persons.person_quota import PERSON
 from foveacam_server.foundation.persons.person_turns import Turns
 
 REQUEST_THREADS, REQUEST_THREADS_EACH = 6, 4
-"""Each thread that computes delays the event loop: by 200 ms with the framework's default of 40. Some are
-left to others, whatever one person asks for."""
+"""Threads of requests, in all and of one person. Each computing thread delays the event loop: by 200 ms with
+the framework's default of 40. Some stay free for others, whatever one person requests."""
 SWITCH_S = 0.001
-"""Delay of the event loop and the stop by each thread that computes; Python's default is 5 ms."""
+"""Switch interval: delay of the event loop and the stop by each computing thread; Python's default is 5
+ms."""
 MOST_ARENAS = 2
-"""By default every thread has its own, of 8 a core; freed pictures stay in each."""
+"""Number of malloc arenas; by default up to 8 per core, each of which retains freed pictures."""
 _M_ARENA_MAX = -8
-"""Of glibc's <malloc.h>."""
+"""Constant of glibc's <malloc.h>."""
 
 
 class PersonThreads(anyio.CapacityLimiter):
-    """Limits the threads of requests, in all and of one person, who wait in turn."""
+    """Limiter of the threads of requests, in all and per person; waiting persons take turns."""
 
     def __new__(cls) -> "PersonThreads":
-        """Return one of this class, where the library would make its own."""
+        """Return an instance of this class, where the library would make its own."""
         return object.__new__(cls)
 
     def __init__(self) -> None:
@@ -44,13 +45,13 @@ class PersonThreads(anyio.CapacityLimiter):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Give it back."""
+        """Release the thread."""
         self._turns.end(PERSON.get())
 
 
 def bound_threads() -> None:
     """Limit the threads of this event loop's requests; called on the loop."""
-    # the library lets nobody choose the class of the limiter that it takes by default
+    # the library has no option for the class of its default limiter
     _default_thread_limiter.set(cast(Any, PersonThreads()))  # Any: of the library's own class
     sys.setswitchinterval(SWITCH_S)
 

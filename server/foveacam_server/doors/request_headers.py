@@ -1,4 +1,4 @@
-"""ASGI middleware: brings the headers of a request into the form that routes and the framework read."""
+"""ASGI middleware: normalizes the headers of a request for routes and the framework."""
 
 import re
 
@@ -9,9 +9,9 @@ _ONE_RANGE = re.compile(rf"{_DIGITS}-{_DIGITS}?|-{_DIGITS}")
 
 
 class RequestHeaders:
-    """ASGI middleware: joins the lines of Prefer, and drops a Range that is none of bytes (RFC 9110, 14.2).
+    """ASGI middleware: joins the lines of Prefer, and drops a Range not of bytes (RFC 9110, 14.2).
 
-    The framework reads the first line of a header alone, and refuses a Range that is to be ignored.
+    The framework reads only the first line of a header, and refuses a Range that should be ignored.
     """
 
     def __init__(self, app: ASGIApp) -> None:

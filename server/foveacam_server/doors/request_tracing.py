@@ -1,4 +1,4 @@
-"""ASGI middleware by which the work of a request is found again: its id, its log line, its trace."""
+"""ASGI middleware for diagnosis of requests: id, log line, trace."""
 
 import logging
 import time
@@ -15,7 +15,7 @@ from foveacam_server.foundation.watching.work_ids import REQUEST_HEADER, REQUEST
 _log = logging.getLogger(__name__)
 _ANSWERS = frozenset({"http.response.start", "websocket.http.response.start", "websocket.accept"})
 _READING = frozenset({"GET", "HEAD", "OPTIONS"})
-"""Pages ask for documents every second: such a request has a trace where its caller has begun one."""
+"""Methods traced only when the caller has begun a trace, as pages request documents every second."""
 CALLER = "traceparent"
 
 
@@ -43,7 +43,7 @@ class RequestIds:
 
 
 def _log_answer(scope: Scope, status: object, *, took_s: float) -> None:
-    """Log a request without its query, which may hold a secret; reading is logged for who debugs alone."""
+    """Log a request without its query, which may contain a secret; reading requests only at DEBUG."""
     method = scope.get("method", "WebSocket")
     level = logging.DEBUG if method in ("GET", "HEAD") else logging.INFO
     path = quote(scope["path"])  # a line break in it would begin another line
@@ -51,7 +51,7 @@ def _log_answer(scope: Scope, status: object, *, took_s: float) -> None:
 
 
 class RequestTraces:
-    """Makes the work of a request part of a trace, while the application sends any."""
+    """Makes a request a span of a trace, while the application sends traces."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -61,7 +61,7 @@ class RequestTraces:
         headers = Headers(scope=scope) if scope["type"] == "http" else Headers()
         traces = self._traces(scope, headers)
         if traces is None:
-            CURRENT_SPAN.set(None)  # not that of an earlier request of the connection
+            CURRENT_SPAN.set(None)  # not the span of an earlier request on the connection
             await self._app(scope, receive, send)
             return
         request = _TracedRequest(traces, scope, headers, send)
@@ -81,7 +81,7 @@ class RequestTraces:
 
 
 class _TracedRequest:
-    """The span of a request, which learns route and status while it is served."""
+    """The span of a request; route and status are set while it is served."""
 
     def __init__(self, traces: Traces, scope: Scope, headers: Mapping[str, str], send: Send) -> None:
         self._scope, self._send = scope, send

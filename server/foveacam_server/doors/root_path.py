@@ -1,7 +1,7 @@
 """Lets the server live below a path of a site, such as https://lab.example/foveacam/, behind a proxy.
 
-The proxy may pass the path on or strip it. Inside, and in JSON, all addresses are those of a server of its
-own; what browsers follow by themselves gets the path here.
+The proxy may forward the path or strip it. Inside, and in JSON, all addresses are those of a server at a
+root; those that browsers follow by themselves get the path here.
 """
 
 import re
@@ -34,7 +34,7 @@ class RootPath:
 
 
 class _Outward:
-    """Sends one answer with the root added; a page is held back until it is whole."""
+    """Sends one answer with the root added; a page is buffered until it is complete."""
 
     def __init__(self, root: str, send: Send) -> None:
         self._root = root

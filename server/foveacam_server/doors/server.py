@@ -18,23 +18,24 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 
 from foveacam_server.doors.connection_watch import Connection, ConnectionWatch
 
-_log = logging.getLogger("uvicorn.error")  # where uvicorn tells of the errors of requests
+_log = logging.getLogger("uvicorn.error")  # uvicorn's logger of errors of requests
 
 GRACE_S = 1.0
-"""Time of open requests when the server shuts down: connections are aborted then, requests cancelled."""
+"""Time for open requests at shutdown, after which connections are aborted and requests cancelled."""
 ABORTED_S = 0.3
-"""Longest time in which aborted requests end; the server does not wait for what ignores its cancellation."""
+"""Longest wait for aborted requests; the server does not wait for one that ignores its cancellation."""
 PING_S = 10.0
-"""Interval of the pings of a WebSocket, and longest time of their answers."""
+"""Interval of the pings of a WebSocket, and their timeout."""
 KEEP_ALIVE_S = 75
-"""Time after which a connection without requests is closed: longer than clients and proxies keep one (httpx
-5 s, nginx 60 s). Else a request that is sent at that moment meets a connection that is being closed."""
+"""Time after which an idle connection is closed: longer than clients and proxies keep one (httpx 5 s, nginx
+60 s). Otherwise a request sent at that moment would meet a closing connection."""
 HANDSHAKE_S = 10.0
-"""Longest time of a TLS handshake."""
+"""Timeout of a TLS handshake."""
 MESSAGE_BYTES = 2**20
 """Largest message of a WebSocket: subscriptions and viser's messages are a thousand times smaller."""
 OPEN_FILES = 65_536
-"""Limit of open files that the server requests; with 1 024, as many idle clients lock out all others."""
+"""Limit of open files that the server requests; with 1 024, as many idle clients would lock out all
+others."""
 
 
 class RefusableWebSocket(WebSocketsSansIOProtocol):
@@ -48,10 +49,9 @@ class RefusableWebSocket(WebSocketsSansIOProtocol):
 
 
 class QuietEnds:
-    """Ends without an error what the shutdown cancels, and a WebSocket whose client has left.
+    """Suppresses the errors of requests cancelled by the shutdown, and of a WebSocket whose client has left.
 
-    That shows in the next message to it or from it, or in a further one after that. uvicorn would log a
-    traceback of each.
+    The latter appears with the next or a later message to or from it. uvicorn would log a traceback of each.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -69,7 +69,7 @@ class QuietEnds:
 
 
 class KeptConnections:
-    """Logs an error that is raised after its complete answer, and keeps the connection.
+    """Logs an error raised after the complete answer, and keeps the connection.
 
     uvicorn would close it, and the client, which has its answer, would notice only at its next request.
     """
@@ -95,24 +95,24 @@ class KeptConnections:
 
 
 def server_config(app: ASGIApp, *, trusted_proxies: Sequence[str] = ()) -> uvicorn.Config:
-    """Return the settings that every server of this project has.
+    """Return the uvicorn settings common to all servers of this project.
 
     `trusted_proxies`: addresses or networks whose X-Forwarded-For and X-Forwarded-Proto are used; those of
     any other peer are ignored.
     """
     return uvicorn.Config(
         QuietEnds(KeptConnections(app)),
-        http="h11",  # whose state the watch reads
+        http="h11",  # the watch reads this implementation's state
         ws=RefusableWebSocket,
         proxy_headers=bool(trusted_proxies),
         forwarded_allow_ips=list(trusted_proxies),
-        ws_per_message_deflate=False,  # costs twelve times what it saves on JPEG
+        ws_per_message_deflate=False,  # costs twelve times what it saves for JPEG
         ws_ping_interval=PING_S,
         ws_ping_timeout=PING_S,
         ws_max_size=MESSAGE_BYTES,
         timeout_keep_alive=KEEP_ALIVE_S,
         timeout_graceful_shutdown=GRACE_S + ABORTED_S,  # type: ignore[arg-type]  # handed to asyncio alone
-        log_config=None,  # its records go where all others go
+        log_config=None,  # its records go to the root logger
         log_level="warning",
         access_log=False,
     )
@@ -133,7 +133,7 @@ class WatchedServer(uvicorn.Server):
     @property
     def watched(self) -> set[Connection]:
         """Every open connection, HTTP or WebSocket; the server's own set."""
-        return cast(set[Connection], self.server_state.connections)  # h11 and sansio alone
+        return cast(set[Connection], self.server_state.connections)  # of h11 and sansio only
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start to listen and to watch."""
@@ -182,8 +182,8 @@ class WatchedServer(uvicorn.Server):
     async def _abort_requests(self) -> None:
         """Abort, after `GRACE_S`, the connections that are still open, and cancel their requests.
 
-        A peer that does not read keeps its connection open for ever. Aborted first, a request finds its
-        client gone, and what cancels it is no error.
+        A peer that does not read would keep its connection open for ever. A request is aborted first, so that
+        it finds its client gone and its cancellation is no error.
         """
         await asyncio.sleep(GRACE_S)
         for connection in list(self.watched):

@@ -1,7 +1,7 @@
-"""Answers from when the server listens until the program is loaded: a page that renews itself, or 503.
+"""Answers requests while the program's modules are imported: a page that reloads itself, or 503.
 
-It needs the standard library alone, so that it is there within a second. The server takes the listening
-socket over; connections that nobody accepted yet wait in it.
+It needs only the standard library, so that it answers within a second. The server takes over the listening
+socket; connections not accepted yet wait in it.
 """
 
 import json
@@ -18,9 +18,9 @@ from foveacam_server.doors.listening_socket import listen, tls_context
 from foveacam_server.foundation.settings import Settings
 
 RENEWED_S = 1
-"""After this time, the page renews itself and a program asks again, s."""
+"""Time after which the page reloads itself and a program retries, s."""
 REQUEST_S = 1.0
-"""Longest time of a request; what has not come by then is not answered."""
+"""Timeout of a request, after which it is not answered."""
 REQUEST_BYTES = 16 * 1024
 WORKERS = 4
 LOADING = "the program is being loaded"
@@ -50,7 +50,7 @@ _SIMULATED = "The first start of a simulated rig compiles its renderer, which ta
 
 
 class StartDoor:
-    """Listens while it is open; each connection is answered once and closed."""
+    """Listens during the context; each connection is answered once and closed."""
 
     def __init__(self, settings: Settings) -> None:
         """Raise `Busy` or `InvalidInput` where the server cannot listen, as `listen` and `tls_context`."""
@@ -84,7 +84,7 @@ class StartDoor:
         return self._listener
 
     def hand_over(self) -> None:
-        """Accept no more connections; from any thread, no effect the second time."""
+        """Accept no more connections; callable from any thread, idempotent."""
         if not self._thread.is_alive():
             return
         self._wake.send(b"x")
@@ -102,7 +102,7 @@ class StartDoor:
                     self._workers.submit(self._serve, self._listener.accept()[0])
 
     def _serve(self, connection: socket.socket) -> None:
-        with suppress(OSError):  # the client has left, or says nothing
+        with suppress(OSError):  # the client has left, or sends nothing
             connection.settimeout(REQUEST_S)
             with connection if self.tls is None else self._encrypted(connection) as opened:
                 if (request := _read_head(opened)) is not None:
@@ -133,7 +133,7 @@ class StartDoor:
 
 
 def _read_head(connection: socket.socket) -> str | None:
-    """Return the head of a request; None where none came, or too long a one."""
+    """Return the head of a request; None on timeout or when it is too long."""
     read = b""
     while b"\r\n\r\n" not in read:
         if len(read) > REQUEST_BYTES or not (more := connection.recv(4096)):

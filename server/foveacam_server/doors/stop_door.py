@@ -1,7 +1,7 @@
-"""A thread accepts every connection, answers a stop without the event loop, and passes on all others.
+"""A thread accepts every connection, answers a stop without the event loop, hands others to the server.
 
-So a busy event loop cannot delay a stop that comes on a connection of its own. A stop on a kept-alive
-connection goes through the loop, as every other request.
+So a busy event loop cannot delay a stop on a new connection. A stop on a kept-alive connection goes through
+the loop, as every other request.
 """
 
 import logging
@@ -17,14 +17,15 @@ _log = logging.getLogger(__name__)
 
 STOP_LINE = b"POST /api/v1/stop HTTP/1."
 FORWARDED = b"\r\nx-forwarded-for:"
-"""Requests through a proxy are passed on: the server checks whether the proxy is trusted."""
+"""Header of requests through a proxy; they are handed to the server, which checks whether the proxy is
+trusted."""
 END_OF_HEADERS = b"\r\n\r\n"
 PEEK_BYTES = 16_384
-"""Longest request that is answered here; the event loop handles longer ones."""
+"""Largest request that is answered here; the event loop handles larger ones."""
 SILENT_S = 10.0
 """Longest time in which a new connection may send nothing."""
 ANSWER_S = 2.0
-"""Longest time in which a peer may read the answer to its stop."""
+"""Timeout of a peer's reading of the answer to its stop."""
 _ACCEPT_AT_ONCE = 64
 _FULL_PAUSE_S = 0.2
 """Pause when the process has no file descriptor left for another connection."""
@@ -50,9 +51,9 @@ class StopDoor:
         workers: Executor,
         encrypted: bool = False,
     ) -> None:
-        """`adopt`: takes over a connection, called on this thread; `workers`: threads that only stops use.
+        """`adopt`: takes over a connection, called on this thread; `workers`: threads reserved for stops.
 
-        `encrypted`: the server speaks https, and a stop in plain text is none.
+        `encrypted`: the server uses https, so that a stop in plain text is not accepted.
         """
         self._listener = listener
         self._adopt = adopt
@@ -126,7 +127,7 @@ class StopDoor:
             peer.close()
 
     def _stop(self, peer: socket.socket) -> None:
-        """Answer a complete stop (on a thread for stops)."""
+        """Answer a complete stop, on a thread for stops."""
         try:
             with peer:
                 peer.settimeout(ANSWER_S)

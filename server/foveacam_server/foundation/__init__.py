@@ -1,1 +1,1 @@
-"""What every resource stands on and no rig is needed for: jobs, events, store, lease, settings, errors."""
+"""Foundation of all resources, independent of a rig: jobs, events, store, lease, settings, errors."""

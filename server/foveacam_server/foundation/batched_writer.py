@@ -1,7 +1,7 @@
-"""Writes records on a thread of its own, in batches and in the order in which they came.
+"""Writes records on a separate thread, in batches and in the order of arrival.
 
-Who adds a record never waits. What a full or locked disk refuses is kept and written once it can be; a record
-is lost only where more wait than fit, where the database refuses it for good, or at the end of the program.
+Adding a record never blocks. Records that a full or locked disk refuses are kept and retried; a record is
+lost only when the queue is full, when the database refuses it for good, or at the end of the program.
 """
 
 import logging
@@ -18,23 +18,23 @@ from foveacam_hardware.contract import FoveaError
 _log = logging.getLogger(__name__)
 
 MOST_WAITING = 5000
-"""Records that may wait, those of the batch under way included; later ones are never written."""
+"""Length of the queue, including the batch under way; records beyond it are never written."""
 BATCH = 200
-"""Records written at once."""
+"""Largest batch."""
 RETRY_S = 0.5
 """Pause between two attempts to write."""
 CLOSE_S = 10.0
-"""Longest wait for the last records at the end: twice the time that SQLite waits for a locked database."""
+"""Timeout of writing the last records at the end: twice SQLite's timeout for a locked database."""
 
 RecordT = TypeVar("RecordT")
 
 
 class BatchedWriter(Generic[RecordT]):
-    """Passes records to `save` in batches until it takes them.
+    """Passes records to `save` in batches, with retries.
 
-    `save` raises `FoveaError` for what may be tried again, and must bear a batch that it has written already:
-    an attempt that raised may have succeeded. `on_fault` gets the reason of the first failure, `on_recovered`
-    is called after the first success that follows; both are called on the writer's thread.
+    `save` raises `FoveaError` for a failure worth a retry, and must be idempotent: an attempt that raised may
+    have succeeded. `on_fault` gets the reason of the first failure, `on_recovered` is called after the first
+    success that follows; both are called on the writer's thread.
     """
 
     def __init__(
@@ -53,12 +53,12 @@ class BatchedWriter(Generic[RecordT]):
         self.unwritten = 0
         """Number of records that will never be written."""
         self.fault: str | None = None
-        """Why records wait to be written; None when none does."""
+        """Reason of the last failure while records wait to be written; None when none wait."""
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def add(self, record: RecordT) -> None:
-        """Take a record, from any thread, without waiting for the disk."""
+        """Add a record, from any thread, without waiting for the disk."""
         with self._changed:
             if self._closed or len(self._waiting) >= MOST_WAITING:
                 self.unwritten += 1
@@ -68,13 +68,13 @@ class BatchedWriter(Generic[RecordT]):
             self._changed.notify_all()
 
     def flush(self, *, timeout_s: float) -> bool:
-        """Wait for what was added so far; return whether none of it waits any more."""
+        """Wait for the records added so far; return whether none of them is still queued."""
         with self._changed:
             added = self._added
             return self._changed.wait_for(lambda: self._settled >= added, timeout_s)
 
     def close(self) -> None:
-        """Write what waits, with one attempt where the disk takes nothing, and end the thread."""
+        """Write the queued records, with a single attempt where the disk refuses them, and end the thread."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -99,10 +99,10 @@ class BatchedWriter(Generic[RecordT]):
                     self._changed.wait_for(lambda: self._closed, RETRY_S)
 
     def _try_save(self, batch: Sequence[RecordT]) -> bool:
-        """Write a batch; return whether it need not be written again."""
+        """Write a batch; return whether it is done: written, or refused for good."""
         try:
             self._save(batch)
-        except FoveaError as error:  # full, read-only, or locked: it may recover
+        except FoveaError as error:  # full, read-only or locked disk: may recover
             detail = error.found or str(error)
             known, self.fault = self.fault is not None, detail
             if not known:
@@ -117,7 +117,7 @@ class BatchedWriter(Generic[RecordT]):
         return True
 
     def _settle(self, count: int) -> int:
-        """Drop the oldest `count` records that wait, which are written or lost; return `count`."""
+        """Remove the oldest `count` queued records, which are written or lost; return `count`."""
         with self._changed:
             for _ in range(count):
                 self._waiting.popleft()

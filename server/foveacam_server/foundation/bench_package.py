@@ -1,4 +1,4 @@
-"""Imports modules of foveacam_bench, the benches, which come with the sources but not in the wheel.
+"""Imports modules of foveacam_bench, which is in the sources but not in the wheel.
 
 No module of the product imports that package directly.
 """

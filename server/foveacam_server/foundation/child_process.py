@@ -1,7 +1,7 @@
-"""Runs one of our own modules in a child process and reads the JSON lines that it prints.
+"""Runs a module of the project in a child process and reads the JSON lines that it prints.
 
-For work that would hold the interpreter for long, so that live views and requests go on. The end of its stdin
-tells the child that the server has ended.
+For work that would block the interpreter for long, and with it live views and requests. The child ends when
+its stdin is closed, as the server has then ended.
 """
 
 import json
@@ -28,7 +28,7 @@ def run_child(
     on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> None:
-    """Run `python -m module` to its end; `on_progress` gets each step that it prints.
+    """Run `python -m module` to its end; `on_progress` is called with each step that it prints.
 
     Raise Cancelled when it was cancelled, the error that it printed, or RuntimeError when it failed
     otherwise.
@@ -37,7 +37,7 @@ def run_child(
         [sys.executable, "-m", module, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C goes to the server, which ends the child
+        start_new_session=True,  # Ctrl-C must reach only the server, which ends the child
     )
     with process:
         try:
@@ -54,7 +54,7 @@ def run_child(
 def _follow(
     process: subprocess.Popen[bytes], *, on_progress: OnProgress, cancelled: Callable[[], bool]
 ) -> FoveaError | None:
-    """Pass on the child's messages until its output ends; return the error that it printed."""
+    """Forward the child's messages until its output ends; return the error that it printed."""
     if process.stdout is None:
         raise AssertionError("the child was started with a pipe")
     rest, trouble, source = b"", None, process.stdout.fileno()

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import FoveaError
 from foveacam_server.foundation.errors import KINDS
 
 NICENESS = 10
-"""Lower priority than the server's."""
+"""Niceness: lower priority than the server's."""
 
 
 class ChildProgress(BaseModel):
@@ -57,8 +57,7 @@ class ChildError(BaseModel):
 class StdoutProgress:
     """Implements `ProgressWatcher`: writes each step to stdout. To cancel, kill the process.
 
-    `costs`: duration of each kind of step, in units of any other step; `rounds`: number of steps of each
-    kind.
+    `costs`: relative duration of a step of each kind, 1 for others; `rounds`: number of steps of each kind.
     """
 
     def __init__(self, rounds: int, costs: Mapping[str, float]) -> None:
@@ -90,7 +89,7 @@ def _write_message(message: BaseModel) -> None:
 
 
 def become_child() -> None:
-    """Lower this process's priority, and let it end with the process that started it."""
+    """Lower this process's priority, and make it end with its parent."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     os.nice(NICENESS)
 

@@ -1,4 +1,4 @@
-"""Translates what SQLite reports of a database that cannot be used: damaged, locked, or on a bad disk."""
+"""Translates SQLite's errors of an unusable database: damaged, locked, or on a failing disk."""
 
 import errno
 import shutil
@@ -24,9 +24,9 @@ _MISTAKES = (
     *(IntegrityError, ProgrammingError, DataError, NotSupportedError),
     *(sqlite3.IntegrityError, sqlite3.ProgrammingError, sqlite3.DataError, sqlite3.NotSupportedError),
 )
-"""Errors of a statement, not of the database."""
+"""Errors of a statement, which are not translated."""
 _LEAST_FREE_BYTES = 65_536
-"""With less free space, an I/O error is taken as a full disk."""
+"""Free space below which an I/O error counts as a full disk."""
 RESTORE = "restore a backup with foveacam restore FILE.tar --data NEW"
 
 
@@ -72,7 +72,7 @@ def _translated(cause: BaseException, path: Path) -> FoveaError:
 
 
 def _damaged(cause: BaseException, path: Path) -> DeviceFault:
-    """Return the error of a damaged database: the file, what SQLite found, and what can replace it."""
+    """Return the error of a damaged database: its file, SQLite's finding, and what can replace it."""
     copies = sorted(path.parent.glob(f"{path.name}.before-*"), key=lambda copy: copy.stat().st_mtime)
     remedy = RESTORE
     if copies:

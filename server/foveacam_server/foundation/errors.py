@@ -1,7 +1,7 @@
 """Maps every error to an HTTP status and problem type (RFC 9457); no other module does.
 
 The tree is drawn in `foveacam_hardware.contract.errors`; here each branch gets its slug and status.
-`doors.error_handlers` answers requests with them. The commands need this module without a web framework.
+`doors.error_handlers` answers requests with them. It imports no web framework, as the commands use it too.
 """
 
 import math
@@ -35,13 +35,13 @@ MEDIA_TYPE = "application/problem+json"
 
 
 class NotFound(FoveaError):
-    """A resource that does not exist, or no longer."""
+    """A resource that does not exist, or no longer exists."""
 
     code = "not_found"
 
 
 class StaleView(FoveaError):
-    """A view that no longer shows what was measured."""
+    """A view that no longer shows the look in which to measure."""
 
     code = "stale_view"
 
@@ -53,7 +53,7 @@ class EditedMeanwhile(FoveaError):
 
 
 class StillOpening(NotConnected):
-    """Something that opens now; it is worth asking again after `wait_s`."""
+    """Something that is still opening; retry after `wait_s`."""
 
     wait_s = 2
 
@@ -65,7 +65,7 @@ class WrongCredentials(FoveaError):
 
 
 class TooManyAttempts(FoveaError):
-    """Too many wrong passwords of an address or on an account, until `wait_s` are over."""
+    """Too many wrong passwords from an address or for an account; retry after `wait_s`."""
 
     code = "too_many_attempts"
 
@@ -75,76 +75,76 @@ class TooManyAttempts(FoveaError):
 
 
 class PersonLimit(Busy):
-    """A person holds as many of a limited thing as one may; others are still served."""
+    """A person has reached the limit per person of a limited resource; others are still served."""
 
     code = "person_limit"
     wait_s = 5
 
 
 class AllTaken(Busy):
-    """All persons together hold as many of a limited thing as there are."""
+    """All persons together have reached the limit of a limited resource."""
 
     code = "all_taken"
     wait_s = 5
 
 
 class Forbidden(FoveaError):
-    """Something that needs a right that its principal has not."""
+    """An operation that needs a right which its principal does not have."""
 
     code = "forbidden"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProblemType:
-    """Slug, status and title that one branch of the error tree gets."""
+    """Slug, status and title of one branch of the error tree."""
 
     slug: str
     status: int
     title: str
 
 
-INVALID_INPUT = ProblemType(slug="invalid-input", status=422, title="The request cannot be used as it stands")
+INVALID_INPUT = ProblemType(slug="invalid-input", status=422, title="The request is invalid")
 UNREADABLE = ProblemType(slug="unreadable-body", status=400, title="The body cannot be read")
 UNREADABLE_PATH = ProblemType(slug="unreadable-path", status=400, title="The path cannot be read")
-INTERNAL = ProblemType(slug="internal", status=500, title="The server made a mistake")
+INTERNAL = ProblemType(slug="internal", status=500, title="Internal server error")
 INTERRUPTED = ProblemType(slug="interrupted", status=503, title="The server was restarted")
 TOO_MANY_TRIES = ProblemType(slug="too-many-tries", status=429, title="Too many wrong tokens")
 TOO_LARGE = ProblemType(slug="content-too-large", status=413, title="The request is too large")
 HEADERS_TOO_LARGE = ProblemType(slug="headers-too-large", status=431, title="The headers are too large")
 RANGE_NOT_SATISFIABLE = ProblemType(
-    slug="range-not-satisfiable", status=416, title="The file has no such part"
+    slug="range-not-satisfiable", status=416, title="The requested range is outside the file"
 )
-NOT_FOUND = ProblemType(slug="not-found", status=404, title="There is nothing here")
+NOT_FOUND = ProblemType(slug="not-found", status=404, title="Not found")
 UNAUTHORIZED = ProblemType(slug="unauthorized", status=401, title="Sign in first")
 FORBIDDEN_ORIGIN = ProblemType(slug="forbidden-origin", status=403, title="This page may not control the rig")
 
 KINDS: dict[type[FoveaError], ProblemType] = {
     InvalidInput: INVALID_INPUT,
-    OutOfRange: ProblemType(slug="out-of-range", status=422, title="The rig cannot do that"),
+    OutOfRange: ProblemType(slug="out-of-range", status=422, title="Out of range"),
     NotCalibrated: ProblemType(slug="not-calibrated", status=409, title="The rig is not calibrated"),
-    NotConnected: ProblemType(slug="not-connected", status=503, title="A device is missing"),
-    StorageFull: ProblemType(slug="storage-full", status=507, title="The disk takes no more"),
-    Busy: ProblemType(slug="busy", status=409, title="Somebody else is using it"),
+    NotConnected: ProblemType(slug="not-connected", status=503, title="A device is not connected"),
+    StorageFull: ProblemType(slug="storage-full", status=507, title="The disk is full"),
+    Busy: ProblemType(slug="busy", status=409, title="Busy"),
     Stopped: ProblemType(slug="stopped", status=409, title="The stop is engaged"),
-    Cancelled: ProblemType(slug="cancelled", status=409, title="It was cancelled"),
+    Cancelled: ProblemType(slug="cancelled", status=409, title="Cancelled"),
     Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
     DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
-    WrongCredentials: ProblemType(slug="wrong-credentials", status=401, title="That is not who you are"),
+    WrongCredentials: ProblemType(slug="wrong-credentials", status=401, title="Wrong credentials"),
     TooManyAttempts: ProblemType(slug="too-many-tries", status=429, title="Too many wrong passwords"),
-    PersonLimit: ProblemType(slug="person-limit", status=429, title="You hold too many of these"),
-    AllTaken: ProblemType(slug="all-taken", status=503, title="All places are taken"),
-    Forbidden: ProblemType(slug="forbidden", status=403, title="You have not the right to do this"),
+    PersonLimit: ProblemType(slug="person-limit", status=429, title="Limit per person reached"),
+    AllTaken: ProblemType(slug="all-taken", status=503, title="Server limit reached"),
+    Forbidden: ProblemType(slug="forbidden", status=403, title="Permission denied"),
     EditedMeanwhile: ProblemType(
-        slug="edited-meanwhile", status=409, title="Somebody else changed it meanwhile"
+        slug="edited-meanwhile", status=409, title="Edited by somebody else in the meantime"
     ),
-    StaleView: ProblemType(slug="stale-view", status=409, title="The view shows something else by now"),
+    StaleView: ProblemType(slug="stale-view", status=409, title="The view is out of date"),
 }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProblemDetails:
-    """An RFC 9457 problem, before it knows its URL."""
+    """An RFC 9457 problem, without its `instance` URL."""
 
     kind: ProblemType
     detail: str
@@ -154,7 +154,7 @@ class ProblemDetails:
     headers: dict[str, str] = field(default_factory=dict)
 
     def document(self, *, instance: str | None = None) -> Problem:
-        """Return the problem as REST shows it; unknown parts are not set."""
+        """Return REST's document of the problem; unknown parts are not set."""
         parts = {"asked": self.asked, "found": self.found, "remedy": self.remedy}
         known = {name: _sendable(shorten(value)) for name, value in parts.items() if value is not None}
         if instance is not None:
@@ -168,7 +168,7 @@ class ProblemDetails:
         )
 
     def response(self, *, instance: str | None = None) -> "JSONResponse":
-        """Return the problem as an answer."""
+        """Return the problem as an HTTP response."""
         from starlette.responses import JSONResponse
 
         return JSONResponse(
@@ -185,7 +185,7 @@ def _sendable(text: str) -> str:
 
 
 _PASSING = (TooManyAttempts, StillOpening, PersonLimit, AllTaken)
-"""Errors that say how long to wait, which becomes Retry-After."""
+"""Errors with a time to wait, which is sent as Retry-After."""
 
 
 def problem_of(error: BaseException) -> ProblemDetails:
@@ -211,9 +211,9 @@ def problem_of(error: BaseException) -> ProblemDetails:
 
 
 def translate_error(error: Exception) -> FoveaError | None:
-    """Return the error of the product for one of the system or of text in a file; None for any other.
+    """Return a `FoveaError` for an error of the system or of a file's encoding; None for any other.
 
-    For what no narrower place has translated: it knows neither what was being done nor why.
+    The last resort for errors that no narrower place has translated: the operation is unknown here.
     """
     if isinstance(error, OSError):
         named = "" if error.filename is None else f"{os.fsdecode(error.filename)}: "
@@ -227,7 +227,7 @@ def translate_error(error: Exception) -> FoveaError | None:
 
 
 def _of_full_disk(error: OSError) -> FoveaError:
-    """Return the error of a full disk when it is not known what was to be written."""
+    """Return the error of a full disk for an unknown operation."""
     if error.filename is not None:
         path = Path(os.fsdecode(error.filename))
         return disk_fault(error, what=path.name, folder=path.parent)
@@ -243,13 +243,13 @@ def validation_problem(
 ) -> ProblemDetails:  # Any: pydantic's own
     """Return the problem of a request that does not fit its model: field, value, what is allowed.
 
-    `body`: text of a body that is no JSON.
+    `body`: text of a body that is not JSON.
     """
     return _of_words(INVALID_INPUT, explain_validation(errors, body=body))
 
 
 def unreadable_problem(cause: BaseException) -> ProblemDetails:
-    """Return the problem of a body that cannot be parsed: what is wrong, and where."""
+    """Return the problem of a body that cannot be parsed: the fault and its position."""
     return _of_words(UNREADABLE, explain_unreadable(cause))
 
 

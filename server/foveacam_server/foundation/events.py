@@ -26,7 +26,7 @@ KEPT = 20_000
 PRUNE_EVERY = 1000
 """Number of events between two prunings of the table."""
 BACKLOG = 500
-"""Events that may wait for a slow listener before it is disconnected (it reconnects with its last id)."""
+"""Length of a listener's queue; a slower listener is disconnected (it reconnects with its last id)."""
 
 
 class EventLevel(StrEnum):
@@ -49,7 +49,7 @@ class Event:
     data: Document = field(default_factory=dict)  # JSON: depends on the kind
 
     def describe(self) -> EventDocument:
-        """Return the event as REST shows it."""
+        """Return REST's document of the event."""
         return EventDocument(
             id=self.id,
             kind=self.kind,
@@ -76,7 +76,7 @@ class _Listener:
 
 
 def _json_of(data: BaseModel) -> Document:
-    """Return a schema as a JSON object; of an answer, only the fields that were set."""
+    """Return a schema as a JSON object; of a response model, only the fields that were set."""
     return data.as_json() if isinstance(data, ResponseModel) else data.model_dump(mode="json")
 
 
@@ -104,7 +104,7 @@ class EventLog:
 
     @property
     def fault(self) -> str | None:
-        """Why events wait to be written; None when none does."""
+        """Reason of the last failure while events wait to be written; None when none wait."""
         return self._writer.fault
 
     def emit(
@@ -131,7 +131,7 @@ class EventLog:
         return event
 
     def on_event(self, callback: Callable[[Event], None]) -> None:
-        """Call `callback` with every later event, in the thread that emits it; it must not wait."""
+        """Call `callback` with every later event, in the thread that emits it; it must not block."""
         self._callbacks.append(callback)
 
     def recent(self, limit: int) -> list[Event]:
@@ -140,7 +140,7 @@ class EventLog:
             return list(self._ring)[-limit:]
 
     def after(self, last_id: int) -> list[Event]:
-        """Return the events that followed `last_id`, as far as they are stored."""
+        """Return the events after `last_id`, as far as they are stored."""
         with self._lock:
             ring = list(self._ring)
         oldest = ring[0].id if ring else self._next_id
@@ -163,7 +163,7 @@ class EventLog:
             for event in [] if last_id is None else await anyio.to_thread.run_sync(self.after, last_id):
                 seen = event.id
                 yield event
-                await asyncio.sleep(0)  # lets the loop end a listener that has left
+                await asyncio.sleep(0)  # lets the loop end a disconnected listener
             while (waited := await listener.waiting.get()) is not None:
                 if waited.id > seen:
                     yield waited
@@ -197,7 +197,7 @@ class EventLog:
     def _save(self, events: Sequence[Event]) -> None:
         rows = [{"id": event.id, "kind": event.kind, "document": event.describe()} for event in events]
         with self._store.session() as session:
-            # an attempt that raised may have written them
+            # a failed attempt may have written them
             session.execute(insert(EventRow).prefix_with("OR IGNORE"), rows)
             if any(event.id % PRUNE_EVERY == 0 for event in events):
                 session.execute(delete(EventRow).where(EventRow.id <= events[-1].id - KEPT))

@@ -1,4 +1,4 @@
-"""A pause of garbage collection, for the time in which modules are loaded."""
+"""Pauses garbage collection while modules are imported."""
 
 import gc
 from collections.abc import Iterator
@@ -7,10 +7,11 @@ from contextlib import contextmanager
 
 @contextmanager
 def gc_paused(*, keep: bool = True) -> Iterator[None]:
-    """Collect no garbage: what modules make stays, and searching it takes a quarter of a server's start.
+    """Pause garbage collection during imports.
 
-    `keep`: all that exists at the end is never searched again, nor freed where it is part of a cycle; not for
-    a time when anything may exist but modules.
+    Their objects stay, and scanning them takes a quarter of a server's start. `keep`: freeze all objects that
+    exist at the end: they are never scanned again, nor freed where they are part of a cycle; only for a time
+    when nothing but modules exists.
     """
     gc.disable()
     try:

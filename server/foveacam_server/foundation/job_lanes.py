@@ -1,4 +1,4 @@
-"""Runs the jobs of some kinds on a limited number of threads, each person's in turn."""
+"""Runs the jobs of some kinds on a limited number of threads, persons taking turns."""
 
 import threading
 from collections import Counter
@@ -16,10 +16,13 @@ class Work:
 
 
 class JobLane:
-    """Callable from any thread. Of several threads one person never has all."""
+    """Queue and threads of a lane; callable from any thread.
+
+    One person never occupies all of several threads.
+    """
 
     def __init__(self, name: str, *, at_once: int) -> None:
-        """`name`: of its threads, each of which is started when there is work for it, and stays."""
+        """`name`: of its threads; each is started when it is first needed, and stays."""
         self._name, self._at_once = name, at_once
         self._each = max(1, at_once - 1)
         self._changed = threading.Condition()
@@ -29,32 +32,32 @@ class JobLane:
         self._started = self._closed = False
 
     def start(self) -> None:
-        """Start to run what was put."""
+        """Start to run the queued work."""
         with self._changed:
             self._started = True
             self._add_thread()
 
     def put(self, person: Person, work: Work) -> None:
-        """Run `work` when its turn has come."""
+        """Queue `work`."""
         with self._changed:
             self._waiting.put(person, work)
             self._add_thread()
             self._changed.notify()
 
     def withdraw(self, work: Work) -> bool:
-        """Take back work that waits; return whether it did."""
+        """Remove queued work; return whether it was queued."""
         with self._changed:
             return self._waiting.remove(work)
 
     def close(self) -> list[threading.Thread]:
-        """Let the threads end when nothing waits any more; return them."""
+        """Make the threads end when the queue is empty; return them."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
             return list(self._threads)
 
     def _add_thread(self) -> None:
-        """Start one more thread where all are at work; called with the lock."""
+        """Start one more thread if all are busy; call with the lock held."""
         wanted = min(self._at_once, self._running.total() + len(self._waiting))
         if self._started and len(self._threads) < wanted:
             thread = threading.Thread(target=self._run, name=self._name, daemon=True)
@@ -72,7 +75,7 @@ class JobLane:
                 self._changed.notify()
 
     def _next(self) -> tuple[Person, Work] | None:
-        """Return the next work, once there is any; None once the lane is closed and nothing waits."""
+        """Wait for the next work and return it; None once the lane is closed and the queue empty."""
         with self._changed:
             while True:
                 busy = [person for person, count in self._running.items() if count >= self._each]

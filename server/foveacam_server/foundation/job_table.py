@@ -33,7 +33,7 @@ class JobState(StrEnum):
 
 @dataclass(slots=True, kw_only=True)
 class Job:
-    """Long work that a request started; changed by its runner alone."""
+    """Long work that a request started; changed only by its runner."""
 
     id: str
     kind: str
@@ -52,7 +52,7 @@ class Job:
 
     @property
     def result_id(self) -> str | None:
-        """Id of the result in its collection: the last part of its URL, which is what the table keeps."""
+        """Id of the result in its collection: the last part of the stored URL."""
         return None if self.result_url is None else self.result_url.rpartition("/")[2]
 
     def parse_request(self, schema: type[RequestT]) -> RequestT:
@@ -60,7 +60,7 @@ class Job:
         return schema.model_validate(self.request, strict=False)
 
     def describe(self) -> JobDocument:
-        """Return the job as REST shows it."""
+        """Return REST's document of the job."""
         return JobDocument(
             id=self.id,
             kind=self.kind,
@@ -81,7 +81,7 @@ class JobTable:
         self._store = store
 
     def end_interrupted(self) -> int:
-        """Fail the jobs that a restart interrupted, so that nothing moves unasked; return how many."""
+        """Fail jobs that a restart interrupted, so that nothing moves without a request; return how many."""
         problem = ProblemDetails(
             kind=INTERRUPTED,
             detail="The job was interrupted by a restart of the server.",

@@ -1,6 +1,6 @@
 """Runs jobs one after the other on one thread, as they share one rig; they can be cancelled at every step.
 
-Jobs that do not move the rig run in parallel, a few of each kind at once. Each person's jobs come in turn.
+Jobs that do not move the rig run in parallel, a few of each kind at once. Persons take turns.
 """
 
 import asyncio
@@ -28,13 +28,13 @@ from foveacam_server.foundation.watching.work_ids import JOB_ID, REQUEST_ID
 _log = logging.getLogger(__name__)
 
 MOST_OPEN, MOST_OPEN_EACH = 32, 8
-"""Jobs that wait or run, of all persons and of one; further ones are refused."""
+"""Largest number of queued and running jobs, of all persons and of one; further ones are refused."""
 PARALLEL_AT_ONCE = 4
-"""Jobs of a parallel kind that run at once, unless it says otherwise."""
+"""Default number of jobs of a parallel kind that run at once."""
 
 
 class JobContext:
-    """What a running job gets: it reports progress and asks whether it was cancelled."""
+    """Context of a running job, by which it reports progress and checks for cancellation."""
 
     def __init__(self, runner: "JobRunner", job: Job, *, clock: Clock) -> None:
         self._runner = runner
@@ -53,13 +53,13 @@ class JobContext:
             raise Cancelled("the job was cancelled")
 
     def stage(self) -> None:
-        """Start another part of the work: what its first report counts as done was done before."""
+        """Start another part of the work; the count of its first report is the base of the time left."""
         self._done_before = None
 
     def progress(self, done: int, *, total: int, note: str = "", left_s: float | None = None) -> None:
         """Report `done` of `total`; the time left is extrapolated unless `left_s` is given."""
         job = self.job
-        if self._done_before is None or (job.total and total != job.total):  # something else is counted now
+        if self._done_before is None or (job.total and total != job.total):  # a new total: a new unit
             self._began_ns, self._done_before = self._clock.now_ns(), done
         job.done, job.total, job.note = done, total, note
         spent_s = (self._clock.now_ns() - self._began_ns) / 1e9
@@ -75,7 +75,7 @@ Handler = Callable[[JobContext], str]
 
 
 class JobRunner:
-    """One worker thread over the job table."""
+    """Queues jobs and runs them on worker threads; stores their states in the job table."""
 
     def __init__(self, store: Store, *, events: EventLog, clock: Clock) -> None:
         self._table = JobTable(store)
@@ -91,7 +91,7 @@ class JobRunner:
         self._lock = threading.Lock()
         self._open: dict[str, Job] = {}
         self._unsaved: dict[str, Job] = {}
-        """Jobs that ended and could not be written to the disk."""
+        """Ended jobs that could not be written to the disk yet."""
         self._cancelled: dict[str, str] = {}
         self._endings: dict[str, Future[Job]] = {}
         self.interrupted = self._table.end_interrupted()
@@ -101,9 +101,9 @@ class JobRunner:
     ) -> None:
         """Register the handler of the jobs of `kind`; before `start`.
 
-        `parallel`: they wait for no job of another kind, and for those of their own beyond `at_once`; no job
-        waits for them, and the stop does not cancel them. One that moves the rig (following) gives way to
-        other jobs and ends by itself with the stop.
+        `parallel`: run independently of jobs of other kinds, at most `at_once` together; the stop does not
+        cancel them. One that moves the rig (following) yields it to other jobs and ends by itself at the
+        stop.
         """
         self._handlers[kind] = handler
         if parallel:
@@ -139,7 +139,7 @@ class JobRunner:
     ) -> Job:
         """Enqueue a job, or return the earlier one with the same idempotency key.
 
-        `request`: None for a kind that needs none. `total` and `note`: its progress before it reports any.
+        `request`: None for a kind without one. `total` and `note`: initial progress.
         """
         if kind not in self._handlers:
             raise InvalidInput(f"there is no kind of job called {kind}")
@@ -167,8 +167,8 @@ class JobRunner:
         return job
 
     def _enqueue(self, job: Job, person: Person) -> None:
-        """Let a job run when its turn has come."""
-        context = copy_context()  # with ids and trace of the request
+        """Put a job into the lane of its kind."""
+        context = copy_context()  # keeps ids and trace of the request
         work = Work(partial(context.run, self._do, job, time.perf_counter()))
         with self._lock:
             self._open[job.id] = job
@@ -202,12 +202,12 @@ class JobRunner:
 
     @property
     def open_jobs(self) -> int:
-        """Number of jobs that wait or run."""
+        """Number of queued and running jobs."""
         with self._lock:
             return len(self._open)
 
     async def ended(self, job_id: str, *, timeout_s: float) -> Job:
-        """Wait for a job to end, at most `timeout_s`; return it in its state then."""
+        """Wait for a job to end, at most `timeout_s`; return its state then."""
         with self._lock:
             ending = self._endings.get(job_id)
         if ending is not None:
@@ -215,7 +215,7 @@ class JobRunner:
         return self.get(job_id)
 
     def cancel(self, job_id: str, reason: str = "it was cancelled on request") -> Job:
-        """Cancel a job, unless it has ended; one that waits ends at once."""
+        """Cancel a job, unless it has ended; a queued one ends at once."""
         job = self.get(job_id)
         with self._lock:
             if job_id not in self._open:
@@ -236,7 +236,7 @@ class JobRunner:
                     self._mark_cancelled(job, reason)
 
     def _mark_cancelled(self, job: Job, reason: str) -> None:
-        """Let the job end at its next check; called with the lock held."""
+        """Mark the job as cancelled, so that it ends at its next check; call with the lock held."""
         self._cancelled.setdefault(job.id, reason)
         if job.state is JobState.RUNNING:
             job.state = JobState.CANCELLING
@@ -269,7 +269,7 @@ class JobRunner:
             job.state = JobState.SUCCEEDED
         except Cancelled as error:
             self._ended_early(job, str(error))
-        except Stopped as error:  # the mirrors refuse before the stop has cancelled the job
+        except Stopped as error:  # the mirrors may refuse before the stop has cancelled the job
             self._ended_early(job, error.found or str(error))
         except FoveaError as error:
             self._failed(job, error)
@@ -285,7 +285,7 @@ class JobRunner:
         self._emit(job)
 
     def _save_ended(self) -> None:
-        """Write the jobs that have ended; those that the disk does not take stay in memory until it does."""
+        """Write the ended jobs; those that the disk refuses stay in memory and are retried."""
         with self._lock:
             ended = list(self._unsaved.values())
         try:
@@ -306,7 +306,7 @@ class JobRunner:
     def _ended_early(self, job: Job, otherwise: str) -> None:
         reason = self._cancelled.get(job.id, otherwise)
         job.problem = problem_of(Cancelled(f"The job was cancelled: {reason}.")).document()
-        job.state = JobState.CANCELLED  # last: a reader that sees the end finds the reason
+        job.state = JobState.CANCELLED  # last, so that a reader that sees the end finds the reason
 
     def _failed(self, job: Job, error: Exception) -> None:
         job.problem = problem_of(error).document()

@@ -1,7 +1,7 @@
 """The control lease: while a client holds and renews it, only that client may move the rig.
 
-Whoever wants it may ask the holder, who hands it over; an admin takes it over with a reason; it ends when its
-holder is not heard of, or has moved nothing for long.
+Another client can request it from the holder, who hands it over; an admin can take it over with a reason. It
+expires when its holder does not renew it, or has moved nothing for long.
 """
 
 import secrets
@@ -15,31 +15,31 @@ from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.schema import LeaseAsked, LeaseChange, LeaseDocument, LeaseGrant
 
 LIFETIME_S = 15.0
-"""How long a lease lasts after it was taken or renewed."""
+"""Lifetime of a lease after it was taken or renewed."""
 IDLE_S = 600.0
-"""How long its holder may move nothing."""
+"""Time without a move after which the lease ends."""
 EXCUSED_NS = 30_000_000_000
-"""Longest time by which a lease lasts longer because the server itself did not read."""
+"""Largest extension of a lease for the time in which the blocked event loop could not read renewals."""
 OFFER_S = 20.0
-"""How long a lease that was handed over waits for who asked for it."""
+"""Time for which a lease that was handed over is reserved for the requester."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeaseClaim:
-    """Who takes or asks for the lease, and what that person may do."""
+    """A client that takes or requests the lease, with its person and rights."""
 
     holder: str
-    """The client's own name for itself."""
+    """Name by which the client identifies itself."""
     person: str | None = None
-    """User or service; None where nobody signs in."""
+    """Name of the user or service; None where nobody signs in."""
     may_take_over: bool = True
-    """From another person."""
+    """Whether it may take the lease over from another person."""
     take_over: bool = False
     reason: str | None = None
 
     @property
     def title(self) -> str:
-        """Who it is, in words."""
+        """Person and client in words."""
         if self.person is None or self.person == self.holder:
             return self.holder
         return f"{self.person} ({self.holder})"
@@ -52,22 +52,22 @@ class _Held:
     expires_ns: int
     moved_ns: int
     blocked_ns: int
-    """For how long the event loop had been blocked when it was taken or renewed."""
+    """Total blocked time of the event loop when the lease was taken or renewed."""
 
 
 @dataclass(slots=True, kw_only=True)
 class _Offer:
-    """A lease that was handed over, until who asked for it takes it."""
+    """A lease that was handed over and is reserved for its requester."""
 
     title: str
     until_ns: int
 
 
 class Lease:
-    """One holder at a time, who must renew it; in memory, so that a restart frees it."""
+    """The lease: one holder at a time, who must renew it; in memory, so that a restart releases it."""
 
     def __init__(self, *, clock: Clock, events: EventLog, blocked_ns: Callable[[], int] = lambda: 0) -> None:
-        """`blocked_ns`: for how long the event loop, which reads the renewals, has been blocked until now."""
+        """`blocked_ns`: returns the total blocked time of the event loop, which reads the renewals."""
         self._clock = clock
         self._events = events
         self._blocked_ns = blocked_ns
@@ -77,7 +77,7 @@ class Lease:
         self._offer: _Offer | None = None
 
     def describe(self) -> LeaseDocument:
-        """Return who holds the lease now, how long it lasts unless it is renewed, and who asks for it."""
+        """Return the holder of the lease, the time until it expires unless renewed, and its requester."""
         with self._lock:
             held = self._current()
             asked_by = self._asked.title if held is not None and self._asked is not None else None
@@ -92,10 +92,10 @@ class Lease:
             )
 
     def take(self, claim: LeaseClaim) -> LeaseGrant:
-        """Give the lease to a claim; from another holder only if that takes it over; emit an event.
+        """Grant the lease to a claim, from another holder only by taking it over; emit an event.
 
-        Raise `Busy` while another holds it, or it is kept for who asked; `Forbidden` for one who may not take
-        it over from another person, `InvalidInput` without the reason for it.
+        Raise `Busy` while another holds it or it is reserved for a requester, `Forbidden` without the right
+        to take it over from another person, `InvalidInput` without a reason for that.
         """
         with self._lock:
             before = self._current()
@@ -112,7 +112,7 @@ class Lease:
             )
             self._asked = self._offer = None
             granted = self._grant(self._held)
-        self._tell_taken(claim, before)
+        self._emit_taken(claim, before)
         return granted
 
     def renew(self, token: str | None) -> LeaseGrant:
@@ -124,20 +124,20 @@ class Lease:
             return self._grant(held)
 
     def release(self, token: str | None) -> None:
-        """Give the lease back."""
+        """Release the lease."""
         with self._lock:
             held = self._require(token, "give the lease back")
             self._held = self._asked = None
-        self._tell_free(held, f"{held.claim.title} gave the control lease back")
+        self._emit_free(held, f"{held.claim.title} gave the control lease back")
 
     def ask(self, claim: LeaseClaim) -> LeaseDocument:
-        """Ask the holder for the lease; raise `Busy` when nobody holds it, or another asks already."""
+        """Request the lease from its holder; raise `Busy` when it is free or already requested."""
         with self._lock:
             if self._current() is None:
                 raise Busy(
-                    "asked for the lease, which nobody holds",
+                    "asked for the lease, which is free",
                     asked="the lease of its holder",
-                    found="nobody holds it",
+                    found="the lease is free",
                     remedy="take it with POST /api/v1/lease",
                 )
             if self._asked is not None and self._asked.title != claim.title:
@@ -153,25 +153,25 @@ class Lease:
         return self.describe()
 
     def answer(self, token: str | None, *, hand_over: bool) -> LeaseDocument:
-        """Hand the lease over to who asks for it, who has `OFFER_S` to take it, or refuse to."""
+        """Hand the lease over to its requester, who has `OFFER_S` to take it, or refuse."""
         with self._lock:
             held = self._require(token, "answer who asks for the lease")
             asked, self._asked = self._asked, None
             if asked is None:
                 raise Busy(
-                    "asked to answer who asks for the lease: nobody does (any more)",
+                    "asked to answer a request for the lease: there is none",
                     asked="to answer who asks for the lease",
-                    found="nobody asks",
+                    found="no request",
                     remedy="GET /api/v1/lease shows who asks",
                 )
             if hand_over:
                 until_ns = self._clock.now_ns() + round(OFFER_S * 1e9)
                 self._held, self._offer = None, _Offer(title=asked.title, until_ns=until_ns)
         if hand_over:
-            self._tell_free(held, f"{held.claim.title} hands the control lease over to {asked.title}")
+            self._emit_free(held, f"{held.claim.title} hands the control lease over to {asked.title}")
         else:
-            told = f"{held.claim.title} keeps the control lease, which {asked.title} asked for"
-            self._events.emit("lease.asked", told, data=LeaseAsked(asked_by=None))
+            message = f"{held.claim.title} keeps the control lease, which {asked.title} asked for"
+            self._events.emit("lease.asked", message, data=LeaseAsked(asked_by=None))
         return self.describe()
 
     def check(self, token: str | None) -> None:
@@ -185,7 +185,7 @@ class Lease:
             held.moved_ns = self._clock.now_ns()
 
     def require(self, token: str | None, *, asked: str) -> None:
-        """Raise `Busy` unless `token` is that of the present lease; a lease that nobody holds is refused."""
+        """Raise `Busy` unless `token` is that of the present lease; a free lease is refused."""
         with self._lock:
             self._require(token, asked)
 
@@ -197,7 +197,7 @@ class Lease:
         if self._left_s(held) <= 0 or idle_s > IDLE_S:
             self._held = self._asked = None
             if idle_s > IDLE_S:
-                self._tell_free(
+                self._emit_free(
                     held, f"the control lease of {held.claim.title} ended: nothing moved for {IDLE_S:.0f} s"
                 )
         return self._held
@@ -218,16 +218,16 @@ class Lease:
         held = self._current()
         if held is None:
             raise Busy(
-                f"asked to {asked}: nobody holds it (any more)",
+                f"asked to {asked}: the lease is free",
                 asked=asked,
-                found="nobody holds the lease",
+                found="the lease is free",
                 remedy="take it with POST /api/v1/lease",
             )
         if not _same(token, held.token):
             raise _held_by(held.claim.title, asked)
         return held
 
-    def _tell_taken(self, claim: LeaseClaim, before: _Held | None) -> None:
+    def _emit_taken(self, claim: LeaseClaim, before: _Held | None) -> None:
         change = LeaseChange(holder=claim.title, before=before.claim.title if before else None)
         if before is None:
             self._events.emit("lease.changed", f"{claim.title} holds the control lease", data=change)
@@ -236,7 +236,7 @@ class Lease:
         message = f"{claim.title} took the control lease over from {before.claim.title}{why}"
         self._events.emit("lease.changed", message, level=EventLevel.WARNING, data=change)
 
-    def _tell_free(self, held: _Held, message: str) -> None:
+    def _emit_free(self, held: _Held, message: str) -> None:
         self._events.emit("lease.changed", message, data=LeaseChange(holder=None, before=held.claim.title))
 
     def _grant(self, held: _Held) -> LeaseGrant:
@@ -250,7 +250,7 @@ class Lease:
 
 
 def _check_take_over(claim: LeaseClaim, before: LeaseClaim) -> None:
-    """Raise unless a claim may take the lease from another holder; one's own other page may be taken over."""
+    """Raise unless a claim takes the lease over and may; from one's own other client it always may."""
     own = claim.person is not None and claim.person == before.person
     if not claim.take_over:
         raise _held_by(before.title, "take the lease")

@@ -1,6 +1,6 @@
 """Brings the database to the present revision by Alembic, in one transaction, and copies it before.
 
-Alembic is loaded where there is something to migrate: with what it needs, a third of a second.
+Alembic is imported only when there is something to migrate, as that takes a third of a second.
 """
 
 import logging
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 NEWEST_REVISION = "0004"
 """The revision of the newest migration."""
 FIRST_REVISION = "0001"
-"""What databases have that were made before revisions were numbered."""
+"""Revision of databases made before revisions were numbered."""
 LOCKED_S = 5.0
-"""Longest wait for another program that has the database locked."""
+"""Timeout for another program's lock of the database."""
 _FOLDER = Path(__file__).parent / "migrations"
 _MIGRATING = threading.Lock()
-"""Alembic's `context` and `op` belong to the whole process: one migration at a time."""
+"""Serializes migrations: Alembic's `context` and `op` are global in the process."""
 
 
 def migration_config() -> "Config":
@@ -88,7 +88,7 @@ def revision_of(path: Path) -> str | None:
 
 
 def is_known(revision: str) -> bool:
-    """Return whether this program can bring a database of a revision to the newest one."""
+    """Return whether this program can migrate a database of a revision to the newest one."""
     from alembic.script import ScriptDirectory
     from alembic.util import CommandError
 
@@ -108,7 +108,7 @@ def _revision(connection: Connection) -> str | None:
 
 
 def copy_database(path: Path, copy: Path) -> None:
-    """Copy a database, as it is at one moment, also while it is written; its owner alone can read it."""
+    """Copy a consistent snapshot of a database, also while it is in use; only its owner can read the copy."""
     partial = copy.with_name(f"{copy.name}.part")
     try:
         make_private_file(partial)
@@ -120,7 +120,7 @@ def copy_database(path: Path, copy: Path) -> None:
 
 
 def _leave_transactions_to_sqlalchemy(connection: DBAPIConnection, _entry: ConnectionPoolEntry) -> None:
-    connection.isolation_level = None  # else Python's driver commits before each CREATE TABLE
+    connection.isolation_level = None  # otherwise Python's driver commits before each CREATE TABLE
 
 
 def _begin(connection: Connection) -> None:

@@ -1,4 +1,4 @@
-"""Small documents that people name: one JSON file each, listed by name, replaced and deleted as a whole."""
+"""Small documents with names given by users: one JSON file each, listed, replaced and deleted by name."""
 
 import hashlib
 import logging
@@ -20,7 +20,7 @@ GivenName: TypeAlias = Annotated[str, Field(min_length=1, max_length=80, pattern
 
 
 class NamedDocument(ResponseModel):
-    """A document with the name that somebody gave it."""
+    """A document with its name."""
 
     name: str
 
@@ -39,7 +39,7 @@ class NamedDocuments(Generic[DocumentT]):
         self._lock = threading.Lock()
 
     def every(self) -> list[DocumentT]:
-        """Return all documents by their names; a damaged file is passed over."""
+        """Return all documents by their names; damaged files are skipped."""
         with self._lock:
             found = [self._read(path) for path in self._folder.glob("*.json")]
         return sorted((one for one in found if one is not None), key=lambda one: one.name.casefold())

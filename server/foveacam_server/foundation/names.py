@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 
 
 def new_id(prefix: str) -> str:
-    """Return a short id that is not used twice, such as `fix-9f3ac01b7d`."""
+    """Return a short random id, such as `fix-9f3ac01b7d`."""
     return f"{prefix}-{secrets.token_hex(5)}"
 
 

@@ -1,4 +1,4 @@
-"""A thread that does the same work at an interval until it is closed; one failure does not end it."""
+"""A thread that repeats work at an interval until it is closed; a failure does not end it."""
 
 import logging
 import threading
@@ -10,10 +10,11 @@ _log = logging.getLogger(__name__)
 
 
 class PeriodicThread:
-    """Calls `work` every `period_s`; an error is logged, once while it repeats, and the next call comes.
+    """Calls `work` every `period_s`; an error is logged, once while it repeats, and the calls continue.
 
-    `name`: of the thread, shown in logs and among the server's parts. `level`: at which a `FoveaError` is
-    logged; any other error is logged with its traceback. `at_close`: whether `work` is called once more then.
+    `name`: of the thread, shown in logs and among the server's parts. `level`: of the log line of a
+    `FoveaError`; any other error is logged with its traceback. `at_close`: whether `work` is called once more
+    at the end.
     """
 
     def __init__(
@@ -31,7 +32,7 @@ class PeriodicThread:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
-        """Start the thread; the first call comes after one period."""
+        """Start the thread; the first call is after one period."""
         self._thread.start()
 
     def close(self) -> None:

@@ -30,8 +30,8 @@ _NEEDED = {
     "tuple_type": "a list",
 }
 
-_TOLD = 5
-"""Most failures reported of one request; a list of a thousand wrong numbers has one cause."""
+_MOST_FAILURES = 5
+"""Largest number of reported failures of a request; a list of a thousand wrong numbers has one cause."""
 _NAME_LENGTH = 80
 _TEXT_LENGTH = 40
 _DIGITS = 6
@@ -66,16 +66,18 @@ def validated(model: type[_Model], given: Mapping[str, object]) -> _Model:
 
 
 def explain_validation(errors: Sequence[Failure], *, body: object = None) -> PlainWords:
-    """Explain the failures of one request; the parts repeat the first. `body`: text that is no JSON."""
+    """Explain the failures of one request; asked, found and remedy are the first one's.
+
+    `body`: text that is not JSON.
+    """
     if not errors:
         return PlainWords(detail="The request cannot be used.", asked=None, found=None, remedy=None)
-    told = [_tell(error, body=body) for error in errors[:_TOLD]]
-    details = list(dict.fromkeys(words.detail for words in told))
-    if len(errors) > _TOLD:
-        details.append(f"{len(errors) - _TOLD} more failures follow.")
-    return PlainWords(
-        detail=" ".join(details), asked=told[0].asked, found=told[0].found, remedy=told[0].remedy
-    )
+    explained = [_explain_failure(error, body=body) for error in errors[:_MOST_FAILURES]]
+    details = list(dict.fromkeys(words.detail for words in explained))
+    if len(errors) > _MOST_FAILURES:
+        details.append(f"{len(errors) - _MOST_FAILURES} more failures follow.")
+    first = explained[0]
+    return PlainWords(detail=" ".join(details), asked=first.asked, found=first.found, remedy=first.remedy)
 
 
 def explain_unreadable(cause: BaseException) -> PlainWords:
@@ -96,7 +98,7 @@ def explain_unreadable(cause: BaseException) -> PlainWords:
     )
 
 
-def _tell(error: Failure, *, body: object) -> PlainWords:
+def _explain_failure(error: Failure, *, body: object) -> PlainWords:
     where = _path(error.get("loc", ()))
     kind = str(error.get("type", ""))
     context = error.get("ctx") or {}
@@ -113,8 +115,8 @@ def _tell(error: Failure, *, body: object) -> PlainWords:
             remedy=f"Leave {where} out, or check its spelling.",
         )
     if kind == "json_invalid":
-        said = str(context.get("error", "it cannot be parsed")).removesuffix(" at")
-        reason = said + _place(error.get("loc", ()), body)
+        failure = str(context.get("error", "it cannot be parsed")).removesuffix(" at")
+        reason = failure + _place(error.get("loc", ()), body)
         detail = f"The body is not JSON: {reason}."
         return PlainWords(detail=detail, asked="a JSON body", found=reason, remedy="Send JSON.")
     if isinstance(value, bytes):  # not parsed: its Content-Type is not JSON
@@ -124,9 +126,9 @@ def _tell(error: Failure, *, body: object) -> PlainWords:
             found="another Content-Type",
             remedy="Send it with Content-Type: application/json.",
         )
-    if kind == "value_error":  # a sentence of our own, about how parts go together
-        said = str(error.get("msg", "")).removeprefix("Value error, ")
-        return PlainWords(detail=f"{where}: {said}.", asked=where, found=_show(value), remedy=None)
+    if kind == "value_error":  # a validator's own message, on how fields go together
+        reason = str(error.get("msg", "")).removeprefix("Value error, ")
+        return PlainWords(detail=f"{where}: {reason}.", asked=where, found=_show(value), remedy=None)
     needed = _needed(kind, context) or str(error.get("msg", "another value"))
     shown = _show(value)
     return PlainWords(
@@ -159,7 +161,7 @@ def _needed(kind: str, context: Mapping[str, Any]) -> str | None:
     if kind == "union_tag_invalid":
         return f"a {tag} that is one of {context.get('expected_tags')}"
     if kind == "union_tag_not_found":
-        return f"an object that says its {tag}"
+        return f"an object that states its {tag}"
     if kind in ("literal_error", "enum"):
         return f"one of {context.get('expected')}"
     return None

@@ -15,7 +15,7 @@ from foveacam_pipeline.models.calibration import Calibration
 
 
 class ProgressBar:
-    """Implements `ProgressWatcher` and `StepWatcher` with one bar a stage, each with the time left."""
+    """Implements `ProgressWatcher` and `StepWatcher` with one bar per stage, each with the time left."""
 
     def __init__(self, bars: Progress) -> None:
         self._bars = bars
@@ -24,7 +24,7 @@ class ProgressBar:
         self.fitted_ids: list[str] = []
 
     def stage(self, name: str) -> None:
-        """Complete the bar before and add one for the stage `name`."""
+        """Complete the previous bar and add one for the stage `name`."""
         self.finish()
         self._task = self._bars.add_task(name, total=None, note="")
 
@@ -34,7 +34,7 @@ class ProgressBar:
             self._bars.update(self._task, completed=self._bars.tasks[self._task].total)
 
     def progress(self, done: int, *, total: int | None, note: str = "") -> None:
-        """Move the bar; `note` is shown after it."""
+        """Advance the bar; `note` is shown after it."""
         if self._task is not None:
             self._bars.update(self._task, completed=done, total=total, note=note)
 
@@ -58,7 +58,7 @@ class ProgressBar:
         """Ignore a view of the board."""
 
     def pose(self, station: str, *, index: int, left: str, right: str) -> None:
-        """Ignore a pose, which the note names."""
+        """Ignore a pose: the note names it."""
 
     def fitted(self, calibration: Calibration) -> None:
         """Remember the id of a new calibration."""

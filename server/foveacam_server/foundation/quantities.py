@@ -1,7 +1,7 @@
-"""Numbers of requests, a bounded type for each quantity; and those of answers, rounded.
+"""Bounded types for the numbers of requests, one per quantity; rounding of those of answers.
 
-The bounds only keep arithmetic finite and messages short: they are wider than any rig. What a rig can do, or
-what one request may cost, is checked where that is known, and said there.
+The bounds only keep arithmetic finite and messages short: they are wider than any rig's. Limits of a rig, or
+of the cost of a request, are checked by its service.
 """
 
 import math
@@ -14,9 +14,9 @@ Pixels: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)
 Degrees: TypeAlias = Annotated[float, Field(ge=-360.0, le=360.0, allow_inf_nan=False)]
 """A direction or a bearing; a pan-tilt may turn a whole circle either way."""
 Metres: TypeAlias = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
-"""A length or a distance; farther than this is as good as infinitely far."""
+"""A length or a distance; anything farther is effectively at infinity."""
 DistanceM: TypeAlias = Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)]
-"""How far something is from the rig."""
+"""A distance from the rig."""
 MapMetres: TypeAlias = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 """A coordinate of a map: a quarter of the earth either way."""
 Volts: TypeAlias = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
@@ -34,9 +34,9 @@ BlackLevel: TypeAlias = Annotated[float, Field(ge=-65536.0, le=65536.0, allow_in
 Hertz: TypeAlias = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
 """A frame rate."""
 Index: TypeAlias = Annotated[int, Field(ge=0, le=1_000_000)]
-"""Which one of a list, counted from 0."""
+"""An index in a list, counted from 0."""
 Bracket: TypeAlias = Annotated[int, Field(ge=0, le=99)]
-"""Which exposure of a bracket, counted from 0."""
+"""The index of an exposure in a bracket, counted from 0."""
 
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 """A name for people: no control characters."""
@@ -52,5 +52,5 @@ def deg(angle_rad: float) -> float:
 
 
 def rounded(value: float | None, digits: int) -> float | None:
-    """Return `value` to so many digits; None when there is none, or none that JSON can carry."""
+    """Return `value` rounded to so many decimals; None for None, NaN or infinity, which JSON cannot carry."""
     return None if value is None or not math.isfinite(value) else round(value, digits)

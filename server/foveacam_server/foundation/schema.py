@@ -1,6 +1,6 @@
 """Base models of requests and responses, and the schemas of jobs, events, the lease and problems.
 
-Requests are strict: a string is no number, NaN is refused, unknown keys are refused.
+Requests are strict: a string is not taken as a number; NaN and unknown keys are refused.
 """
 
 from typing import Any, Literal
@@ -31,7 +31,7 @@ class ResponseModel(BaseModel):
 
 
 class Problem(BaseModel):
-    """An error (RFC 9457); `asked`, `found` and `remedy` are there when known."""
+    """An error (RFC 9457); `asked`, `found` and `remedy` are set when known."""
 
     type: str
     title: str
@@ -44,22 +44,22 @@ class Problem(BaseModel):
 
 
 class LeaseRequest(RequestModel):
-    """Name of the client that asks for the lease."""
+    """Name of the client that takes the lease."""
 
     holder: Label
     take_over: bool = False
     reason: Label | None = None
-    """Why it is taken over from another person; needed where people sign in."""
+    """Reason for taking it over from another person; required where people sign in."""
 
 
 class LeaseAnswer(RequestModel):
-    """The holder's answer to who asks for the lease."""
+    """The holder's answer to a request for the lease."""
 
     hand_over: bool
 
 
 class LeaseWish(RequestModel):
-    """Name of the client that asks the holder for the lease."""
+    """Name of the client that requests the lease from its holder."""
 
     holder: Label
 
@@ -105,7 +105,7 @@ class ItemId(ResponseModel):
 
 
 class StorageFault(ResponseModel):
-    """Data of the event that the disk takes no more events."""
+    """Data of the event that events cannot be written to the disk."""
 
     detail: str
     remedy: str
@@ -119,7 +119,7 @@ class LeaseChange(ResponseModel):
 
 
 class LeaseAsked(ResponseModel):
-    """Data of the event that somebody asks for the control lease, or no longer does; null: nobody."""
+    """Data of the event that the control lease is requested, or no longer; null: nobody requests it."""
 
     asked_by: str | None
 
@@ -140,9 +140,9 @@ class LeaseDocument(ResponseModel):
     person: str | None = None
     """User or service that holds it; null where nobody signs in."""
     idle_s: float | None = None
-    """How long its holder has moved nothing."""
+    """Time since the holder's last move."""
     asked_by: str | None = None
-    """Who asks the holder for it."""
+    """Client that requests it from the holder."""
 
 
 class TrashEmptied(ResponseModel):

@@ -21,7 +21,7 @@ from foveacam_server.foundation.watching.log_lines import LogFormat
 AUTOMATIC_TOKEN = "auto"  # noqa: S105 - requests a generated token
 TOKEN_BYTES = 16
 TOKEN_CHARS = 12
-"""Least length of a token: with the bound on wrong ones, a random one cannot be guessed."""
+"""Least length of a token: with the limit of wrong attempts, a random one cannot be guessed."""
 
 
 def default_data_dir() -> Path:
@@ -36,15 +36,15 @@ class OpenIdSettings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     issuer: str
-    """Its address; below it lies `.well-known/openid-configuration`."""
+    """Address of the issuer, below which is `.well-known/openid-configuration`."""
     client_id: str
     client_secret: SecretStr
     name: str = "the lab's account"
-    """What the button of the sign-in page says: Sign in with …"""
+    """Name of the provider on the sign-in page's button: Sign in with …"""
     claim: str = "email"
-    """Claim of the ID token that is the user's name here."""
+    """Claim of the ID token that is taken as the user's name."""
     new_role: Literal["viewer", "operator", "admin"] | None = None
-    """Role of a person whom no admin has added; None: such a person is refused."""
+    """Role of a person not added by an admin; None: such a person is refused."""
 
 
 OWN_PATHS = frozenset(
@@ -63,13 +63,13 @@ OWN_PATHS = frozenset(
         "session",
     }
 )
-"""First steps of the server's own addresses."""
+"""First path segments of the server's own addresses."""
 _ORIGIN = re.compile(r"https?://(\[[0-9a-f:]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?")
 _ROOT_PATH = re.compile(r"(/[A-Za-z0-9][A-Za-z0-9._~-]*)+")
 
 
 class Settings(BaseSettings):
-    """One value per choice; the command line overrides the environment."""
+    """Settings of the server; the command line overrides the environment."""
 
     model_config = SettingsConfigDict(
         env_prefix="FOVEACAM_", env_nested_delimiter="__", extra="forbid", frozen=True
@@ -84,21 +84,21 @@ class Settings(BaseSettings):
     binning: Literal["1", "2", "rig"] = "rig"
     """Binning of looks and live views; `rig`: the rig's own `working_binning`."""
     replay: Path | None = None
-    """A recording to play in the place of a rig."""
+    """A recording to play instead of a rig."""
     replay_speed: float = Field(default=1.0, ge=0.25, le=4.0)
     replay_at_end: Literal["loop", "stop"] = "loop"
-    """Whether the recording begins anew at its end."""
+    """Whether the recording is played in a loop."""
     host: str = "127.0.0.1"
     port: int = Field(default=8000, ge=0, le=65535)
     token: SecretStr | None = None
-    """Token that all may share, which has every right. `auto` generates one."""
+    """Shared token with every right. `auto` generates one."""
     tls_cert: Path | None = None
     """Certificate (PEM, with its chain) by which the server speaks https; needs `tls_key`."""
     tls_key: Path | None = None
     insecure: bool = False
-    """Whether a server that others can reach is open to everybody, without users or a token."""
+    """Whether a server reachable from other machines is open to everybody, without users or a token."""
     openid: OpenIdSettings | None = None
-    """`FOVEACAM_OPENID__ISSUER`, `__CLIENT_ID`, `__CLIENT_SECRET` and more; None: passwords alone."""
+    """`FOVEACAM_OPENID__ISSUER`, `__CLIENT_ID`, `__CLIENT_SECRET` and more; None: only passwords."""
     allowed_origins: tuple[str, ...] = ()
     """Origins (https://HOST[:PORT]) of pages, besides its own, that may use this server."""
     trusted_proxies: tuple[str, ...] = ()
@@ -106,27 +106,27 @@ class Settings(BaseSettings):
     rigs: Path | None = None
     """File that names other rigs of the lab, for the page of all rigs."""
     announce: bool = False
-    """Whether this rig announces itself in the local network, and lists those that do."""
+    """Whether to announce this rig in the local network, and to list the rigs announced there."""
     root_path: str = ""
-    """Path below which a proxy serves this server, such as `/foveacam`; empty: a site of its own."""
+    """Path below which a proxy serves this server, such as `/foveacam`; empty: the root of a site."""
     data: Path = Field(default_factory=default_data_dir)
     archive: str | None = None
     """URL of the archive of captures, recordings and stills: `s3://bucket/prefix`, or `file:///folder`."""
     recording_folders: tuple[Path, ...] = ()
     """Folders of this machine from which recordings may be opened, besides `import` of `data`."""
     cluster: str | None = None
-    """Dask scheduler, tcp://HOST:8786, whose workers may make the products of batches."""
+    """Dask scheduler, tcp://HOST:8786, on whose workers batches may run."""
     calibration: Path | None = None
     """Calibration file to use instead of the rig's own."""
     live_wide_hz: float = Field(default=15.0, gt=0.0, le=120.0)
     live_fovea_hz: float = Field(default=15.0, gt=0.0, le=60.0)
-    """Upper limit of looks taken for the live fovea views while nobody works with the rig."""
+    """Highest rate of looks for the live fovea views while the rig is idle."""
     viewer: bool = True
     """Whether the 3D pane (viser) runs."""
     log_format: LogFormat = "text"
-    """Of the log lines: text, or one JSON object a line."""
+    """Format of the log: text, or one JSON object per line."""
     otlp_endpoint: str | None = None
-    """Address of a collector that takes traces by OTLP over HTTP; None: none are made."""
+    """Address of a collector of traces by OTLP over HTTP; None: no traces."""
 
     @field_validator("token")
     @classmethod
@@ -185,7 +185,7 @@ class Settings(BaseSettings):
 
     @property
     def wants_token_made(self) -> bool:
-        """Whether the start generates a token."""
+        """Whether a token is generated at the start."""
         return self.token is not None and self.token.get_secret_value() == AUTOMATIC_TOKEN
 
     def with_made_token(self) -> "Settings":
@@ -204,7 +204,7 @@ class Settings(BaseSettings):
 
 
 def checked_settings(chosen: Mapping[str, object]) -> Settings:
-    """Return the settings with what was given on the command line; raise `InvalidInput` in plain words."""
+    """Return the settings with the command line's values; raise `InvalidInput` for an invalid one."""
     given = {name: value for name, value in chosen.items() if value is not None}
     try:
         return Settings(**given)  # type: ignore[arg-type]  # pydantic checks each value
@@ -214,7 +214,7 @@ def checked_settings(chosen: Mapping[str, object]) -> Settings:
 
 
 def given_token(token: str | None, token_file: Path | None) -> str | None:
-    """Return the token that the command line names: `auto`, what is in a file, or None.
+    """Return the token of the command line: `auto`, the content of a file, or None.
 
     Raise `InvalidInput` for a token on the command line itself, which all users of the machine can read, and
     for a file that cannot be read.

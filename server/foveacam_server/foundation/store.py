@@ -21,7 +21,7 @@ from foveacam_server.foundation.migrate import migrate
 from foveacam_server.foundation.private_files import make_private, make_private_file, make_private_folder
 from foveacam_server.foundation.schema import EventDocument, Problem
 
-Document = dict[str, Any]  # Any: what a kind of job or event has
+Document = dict[str, Any]  # Any: depends on the kind of job or event
 """A JSON object, as stored in a row or sent by REST."""
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
 DATABASE = "foveacam.sqlite"
@@ -52,7 +52,7 @@ class SchemaColumn(TypeDecorator[SchemaT]):
 
 
 class TableRow(DeclarativeBase):
-    """Root of the tables."""
+    """Declarative base of the tables."""
 
 
 class JobRow(TableRow):
@@ -88,7 +88,7 @@ Index("events_by_kind", EventRow.kind, EventRow.id)
 
 
 class Store:
-    """The database and the data directory; one server at a time may use it."""
+    """The database and the data directory, locked for one server at a time."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -125,7 +125,7 @@ class Store:
 
     @property
     def size_bytes(self) -> int:
-        """Size of the database with what it has not merged yet."""
+        """Size of the database with its write-ahead log."""
         return sum(file.stat().st_size for file in (self._path, Path(f"{self._path}-wal")) if file.exists())
 
     def subfolder(self, name: str) -> Path:
@@ -141,7 +141,7 @@ class Store:
 
 
 class StoreReader:
-    """The database of a data directory to read from, also beside the server that uses it."""
+    """Read access to the database of a data directory, also while a server uses it."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / DATABASE
@@ -181,7 +181,7 @@ def _lock_folder(folder: Path) -> int:
 
 
 def _make_private(database: Path) -> None:
-    """Let its owner alone read the database; SQLite gives the files that it makes beside it this mode."""
+    """Restrict the database to its owner; SQLite gives the files that it makes beside it the same mode."""
     make_private_file(database)
     for suffix in ("-wal", "-shm"):
         with suppress(FileNotFoundError):
@@ -195,7 +195,7 @@ def _open_engine(path: Path) -> Engine:
     def _prepare(connection: DBAPIConnection, _entry: ConnectionPoolEntry) -> None:
         cursor = connection.cursor()
         cursor.execute("PRAGMA journal_mode=WAL")
-        # A power cut may lose the last commits, never damage the file
+        # A power failure may lose the last commits, but never damages the file
         cursor.execute("PRAGMA synchronous=NORMAL")
         cursor.close()
 

@@ -13,9 +13,9 @@ SchemaT = TypeVar("SchemaT", bound=BaseModel)
 
 
 def write_whole(path: Path, text: str, *, what: str, mode: int | None = None) -> None:
-    """Put `text` on the disk, over an older file, for good; the folder is made. `mode`: its permissions.
+    """Write `text` to the disk durably, replacing an older file; the folder is made. `mode`: its permissions.
 
-    Raise `StorageFull` or `DeviceFault` that names `what` was to be written; an older file is then as it was.
+    Raise `StorageFull` or `DeviceFault` that names `what` was to be written; an older file is then unchanged.
     """
     with disk_errors(what, path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -40,7 +40,7 @@ def read_document(path: Path, schema: type[SchemaT], *, form: str, version: int)
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except RecursionError as error:
-        raise ValueError("it holds lists in lists without end") from error
+        raise ValueError("its lists are nested too deeply") from error
     if not isinstance(found, dict) or (found.pop("format", None), found.pop("version", None)) != (
         form,
         version,

@@ -1,1 +1,1 @@
-"""Resources of the REST interface, by what a user does; one package a noun: schema, routes, service."""
+"""Resources of the REST interface, grouped by use; one package per noun: schema, routes, service."""

@@ -1,1 +1,4 @@
-"""The one rig of this server: its thread, status, live views, streams and the stop. Knows no resource."""
+"""The server's one rig: hardware thread, status, live views, streams and the stop.
+
+Independent of resources.
+"""

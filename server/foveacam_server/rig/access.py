@@ -13,7 +13,7 @@ from foveacam_server.rig.ports import AssembledRig
 T = TypeVar("T")
 
 LONGEST_S = 120.0
-"""Longest time of one piece of work: an exposure of 10 s, tried three times, and its readout."""
+"""Timeout of one command: an exposure of 10 s, tried three times, with its readout."""
 
 
 class ThreadAccess:
@@ -48,9 +48,9 @@ class ThreadAccess:
 
 
 class StillRigAccess:
-    """Implements the pipeline's `RigAccess` for a still: it exposes where the mirrors stand.
+    """Implements the pipeline's `RigAccess` for a still, which exposes at the mirrors' present pose.
 
-    Unlike a look it is not refused while a fovea is missing: the other cameras make a still.
+    Unlike a look it is allowed while a fovea is missing: the other cameras make a still.
     """
 
     def __init__(self, hardware: HardwareThread, head: Head, *, clock: Clock) -> None:
@@ -80,7 +80,7 @@ class StillRigAccess:
             try:
                 return work(rig)
             finally:
-                if self._hardware.halted:  # a pulse carries a position, which may have undone the park
+                if self._hardware.halted:  # a pulse carries a position, and may have undone the parking
                     rig.mirrors.park()
 
         check_may_expose(self._hardware)
@@ -92,7 +92,7 @@ class StillRigAccess:
 
 
 def check_may_expose(hardware: HardwareThread) -> None:
-    """Raise `Stopped` while the stop is engaged or the mirrors are off: no pulse is given then."""
+    """Raise `Stopped` while the stop is engaged or the mirrors are off, as no pulse may be given then."""
     if hardware.halted:
         raise refusals.stopped()
     hardware.mirrors.check()

@@ -1,4 +1,4 @@
-"""The rig that the settings name, and what a command does before it opens a simulated one."""
+"""The rig of the settings, and the preparation of a simulated rig for a command."""
 
 from pathlib import Path
 
@@ -11,14 +11,14 @@ from foveacam_server.rig.hardware_thread.kernel_preparation import KernelProgres
 
 
 def rig_config(settings: Settings) -> SimulatedRigConfig | SerialRigConfig:
-    """Return the rig that the settings name; raise `InvalidInput` for a file that cannot be used."""
+    """Return the configuration of the settings' rig; raise `InvalidInput` for a file that cannot be used."""
     if settings.rig == "sim":
         return SimulatedRigConfig(scene=settings.scene, preset=settings.preset)
     return load_rig_config(Path(settings.rig))
 
 
 class ChosenRig:
-    """The rig that a server opens: first the command line's, then the one that was chosen while it runs."""
+    """The rig to open: first the command line's, later one chosen while the server runs."""
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
@@ -29,16 +29,16 @@ class ChosenRig:
         return self._settings.rig
 
     def choose(self, name: str) -> None:
-        """Choose another rig; it counts when the rig is opened the next time."""
+        """Choose another rig, which takes effect when the rig is opened the next time."""
         self._settings = self._settings.model_copy(update={"rig": name})
 
     def config(self) -> SimulatedRigConfig | SerialRigConfig:
-        """Return what the rig consists of; raise `InvalidInput` for a file that cannot be used."""
+        """Return the rig's configuration; raise `InvalidInput` for a file that cannot be used."""
         return rig_config(self._settings)
 
 
 def check_simulation(config: SimulatedRigConfig) -> None:
-    """Raise `InvalidInput` for a preset or a scene that there is not."""
+    """Raise `InvalidInput` for an unknown preset or scene."""
     from foveacam_hardware.sim.presets import find_preset
     from foveacam_hardware.sim.scenes.loader import load_scene
 

@@ -1,6 +1,6 @@
 """Monitors devices: records their problems, decides when to reconnect, pings the mirrors' controller.
 
-Called by the hardware thread alone, but for what says otherwise.
+Called by the hardware thread only, except where stated.
 """
 
 import re
@@ -27,7 +27,7 @@ FIRST_RETRY_S = 0.5
 LAST_RETRY_S = 4.0
 """Longest pause between two attempts, so that a device is in use within 5 s of its return."""
 LATE_LOOKS = 3
-"""Looks in a row that may time out before a camera is called lost."""
+"""Consecutive looks that may time out before a camera counts as lost."""
 GENERAL_REMEDY = "check its cable and power; it is tried again by itself"
 
 MIRRORS, WIDE, PAN_TILT, RAIL = "mirrors", "wide", "pan_tilt", "rail"
@@ -43,8 +43,8 @@ _CAMERA = re.compile(r"\bcamera (wide|left|right)\b")
 class DeviceReconnector:
     """Holds the problem of each device, with back-off of the attempts to reconnect.
 
-    A camera that opens again is on probation: it is used, and its problem stays until it delivers a frame. So
-    are mirrors that answer while exposures fail, as without a strobe cable.
+    A camera that opens again is on probation: it is used, and its problem stays until it delivers a frame.
+    The same holds for mirrors that answer while exposures fail, as without a strobe cable.
     """
 
     def __init__(self, *, clock: Clock, events: EventLog, keeper: CameraKeeper | None = None) -> None:
@@ -55,13 +55,13 @@ class DeviceReconnector:
         self._published: tuple[DeviceProblemDocument, ...] = ()
         self._probation: set[str] = set()
         self._reached: set[str] = set()
-        """Pan-tilt and rail, if they answered the last time."""
+        """Pan-tilt and rail, as far as they answered at the last reading."""
         self._retry_s = FIRST_RETRY_S
         self._next_retry_ns = 0
         self._late_looks = 0
         self._exposures_fail = False
         self._down: set[str] = set()
-        """Cameras whose links were down the last time."""
+        """Cameras whose links were down at the last check."""
 
     @property
     def problems(self) -> tuple[DeviceProblemDocument, ...]:
@@ -85,7 +85,10 @@ class DeviceReconnector:
         return FOVEAE if self.fovea_lost(rig) is None else (MIRRORS, WIDE)
 
     def add_problem(self, device: str, *, detail: str, remedy: str | None = None) -> None:
-        """Record that `device` fails; emit an event if it is new. Without `remedy`, `detail` ends with it."""
+        """Record that `device` fails; emit an event if that is new.
+
+        Without `remedy`, `detail` ends with the remedy.
+        """
         remedy = remedy or _remedy_in(detail)
         known = device in self._problems
         self._problems[device] = problem = DeviceProblemDocument(device=device, detail=detail, remedy=remedy)
@@ -134,7 +137,7 @@ class DeviceReconnector:
             self._keeper.forget()
 
     def look_succeeded(self, *, missing: Role | None = None) -> None:
-        """Clear the problems of all devices of a look but the fovea `missing`, which it did without."""
+        """Clear the problems of all devices of a successful look, except the fovea `missing`."""
         self._late_looks, self._exposures_fail = 0, False
         for device in (WIDE, *FOVEAE):
             if device != missing:
@@ -157,7 +160,7 @@ class DeviceReconnector:
     def look_failed(self, rig: AssembledRig, error: FoveaError, *, exposing: bool = False) -> None:
         """Record the problem of the device that made a look fail; a single timeout is not a problem yet.
 
-        `exposing`: it was a look and not a move alone, so that a later look shows when it works again.
+        `exposing`: it was a look, not only a move, so that a later look shows when it works again.
         """
         if not isinstance(error, Timeout | DeviceFault | NotConnected):
             return
@@ -226,7 +229,8 @@ def _remedy_in(detail: str) -> str:
 
 
 PING_PERIOD_NS = 200_000_000
-"""With the driver's own deadlines (0.75 s), the loss of the controller is noticed within a second."""
+"""Interval of pings: with the driver's timeouts (0.75 s), the controller's loss is noticed within a
+second."""
 
 
 class MirrorLinkMonitor:
@@ -247,7 +251,7 @@ class MirrorLinkMonitor:
         return not self._rail_off.is_set()
 
     def switch(self, rig: AssembledRig, *, on: bool) -> None:
-        """Switch the mirrors' rail; off, it stays off across reconnects."""
+        """Switch the mirrors' supply rail; when off, it stays off across reconnects."""
         if on:
             rig.mirrors.enable()
             self._rail_off.clear()

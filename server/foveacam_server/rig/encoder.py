@@ -1,4 +1,4 @@
-"""Encodes the newest picture of a view as JPEG: once a picture and size, on request, off the event loop."""
+"""Encodes the newest picture of a view as JPEG: once per picture and size, on request, off the event loop."""
 
 import asyncio
 from concurrent.futures import Executor
@@ -72,8 +72,8 @@ def encode_png(picture: NDArray[np.uint8]) -> bytes:
 class JpegStore:
     """The newest JPEG of each view and size, shared by all clients of this event loop.
 
-    Sizes are kept by the reduction of the camera's picture: those that are larger than a binned picture share
-    the encoding of the whole of it.
+    Sizes are identified by the reduction of the camera's picture: all sizes larger than a binned picture
+    share the encoding at its full size.
     """
 
     def __init__(self, hub: FrameHub, *, executor: Executor) -> None:
@@ -113,7 +113,7 @@ class JpegStore:
 
 
 def _reduction(scale: Scale, picture: ViewPicture) -> Scale:
-    """Return how much a picture is reduced to have `scale`, or the next coarser scale that it can have."""
+    """Return the reduction of a picture for `scale`, or for the next coarser scale that it can have."""
     if scale <= picture.binning:
         return 1
     return 4 if scale // picture.binning >= 4 else 2
@@ -126,6 +126,6 @@ def _encode(picture: ViewPicture, reduction: Scale) -> EncodedPicture:
 
 
 def _retrieve(future: "asyncio.Future[EncodedPicture]") -> None:
-    """Mark an error as retrieved: clients that wait get it; when all have left, nobody needs it."""
+    """Mark an error as retrieved, to avoid a warning when all waiting clients have left."""
     if not future.cancelled():
         future.exception()

@@ -51,7 +51,7 @@ class ExclusivePanTilt:
         answer_of(begun, asked="a homing")
 
     def confirm_zero(self) -> None:
-        """Take the present position as the zero, as the operator confirms."""
+        """Take the present position as the zero, on the operator's confirmation."""
         self._check()
         answer_of(self._hardware.submit(lambda rig: _pan_tilt_of(rig).confirm_zero()), asked="a zero")
 
@@ -62,7 +62,7 @@ class ExclusivePanTilt:
         answer_of(begun, asked="a turn of the rig")
 
     def hold(self) -> None:
-        """Stop moving now, without the queue; a cancelled job may still do so."""
+        """Stop moving now, bypassing the queue; allowed to a cancelled job, too."""
         self._hardware.hold_pan_tilt()
 
     def _check(self) -> None:
@@ -78,12 +78,12 @@ def exclusive_pan_tilt(hardware: HardwareThread, *, cancelled: Callable[[], bool
 
 
 def begin_move(rig: AssembledRig, pose: PanTiltPose, *, halted: Callable[[], bool]) -> None:
-    """Start a move, in the hardware thread; hold it when the stop came meanwhile."""
+    """Start a move, in the hardware thread; hold it if the stop was engaged meanwhile."""
     _begin(rig, lambda pan_tilt: pan_tilt.move_to(pose), halted=halted)
 
 
 def begin_homing(rig: AssembledRig, *, halted: Callable[[], bool]) -> None:
-    """Start homing, in the hardware thread; hold it when the stop came meanwhile."""
+    """Start homing, in the hardware thread; hold it if the stop was engaged meanwhile."""
     _begin(rig, lambda pan_tilt: pan_tilt.home(), halted=halted)
 
 

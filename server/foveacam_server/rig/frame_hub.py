@@ -1,6 +1,6 @@
 """Holds the newest picture of every view: published from any thread, subscribed to from event loops.
 
-Latest wins and nothing queues. Encoding is left to the encoder, sending to the streams, and the meaning of an
+Latest wins, without a queue. Encoding is left to the encoder, sending to the streams, and the meaning of an
 overlay to its publisher.
 """
 
@@ -21,7 +21,7 @@ from foveacam_server.rig.view_state import VIEWS, ViewPicture, ViewSpec, ViewSta
 
 @dataclass(eq=False, slots=True)
 class ViewSubscription:
-    """A subscription of an event loop to some views; `close` ends it, also a second time."""
+    """A subscription of an event loop to some views; `close` ends it, and is idempotent."""
 
     hub: "FrameHub"
     loop: asyncio.AbstractEventLoop
@@ -64,7 +64,7 @@ class FrameHub:
         meta: OverlayDocument | None = None,
         binning: Binning = 1,
     ) -> None:
-        """Make `image` the newest of `view`; from any thread, never waiting for a viewer.
+        """Make `image` the newest of `view`, from any thread, without waiting for viewers.
 
         `image`: (h, w) grey or (h, w, 3) RGB, uint8 or uint16 holding `bits`; it must not change afterwards.
         An image not newer than the last one (`t_ns`) is counted as repeated and otherwise ignored.
@@ -139,7 +139,7 @@ class FrameHub:
             )
 
     def watched(self, view: str) -> bool:
-        """Return whether `view` has a subscriber; pictures of others need not be computed."""
+        """Return whether `view` has a subscriber; pictures of a view without one need not be computed."""
         self._state(view)
         with self._lock:
             return self._states[view].watched_ns is not None
@@ -150,7 +150,7 @@ class FrameHub:
         return False
 
     def watch(self, views: frozenset[str], wake: Callable[[str], None]) -> ViewSubscription:
-        """Call `wake(view)` on the running loop after each new picture; several may be one call."""
+        """Call `wake(view)` on the running loop after each new picture; several may share one call."""
         for view in views:
             self._state(view)
         watch = ViewSubscription(hub=self, loop=asyncio.get_running_loop(), views=views, wake=wake)
@@ -160,7 +160,7 @@ class FrameHub:
         return watch
 
     def forget(self, watch: ViewSubscription) -> None:
-        """End a subscription, also a second time."""
+        """End a subscription; idempotent."""
         with self._lock:
             self._watches.discard(watch)
             self._note_watched()

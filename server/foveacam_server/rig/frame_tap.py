@@ -1,4 +1,4 @@
-"""A picture sink that passes camera frames on to the views and also to recorders."""
+"""A picture sink that passes camera frames to the views and to recorders."""
 
 import threading
 from collections.abc import Callable, Collection, Iterator
@@ -21,7 +21,7 @@ class _Listener:
     take: Callable[[Frame], None]
     every: bool
     part: str
-    """Its thread."""
+    """Thread of the flow of frames."""
 
 
 class FrameTap:
@@ -47,30 +47,30 @@ class FrameTap:
         self._sink.publish_picture(name, image, t_ns=t_ns)
 
     def watched(self, view: str) -> bool:
-        """Tell whether `view` has a viewer or listener."""
+        """Return whether `view` has a viewer or listener."""
         return self._sink.watched(view) or any(_listens_to(listener, view) for listener in self._listeners)
 
     def wants_every(self, view: str) -> bool:
-        """Tell whether a viewer or listener wants all frames of `view`."""
+        """Return whether a viewer or listener wants all frames of `view`."""
         return self._sink.wants_every(view) or any(
             listener.every and _listens_to(listener, view) for listener in self._listeners
         )
 
     def boxes_from(self, boxes: Callable[[Frame], list[TrackedBox]]) -> None:
-        """Let `boxes` tell from now on which followed targets a wide frame shows, and where."""
+        """Set the function that returns the boxes of followed targets in a wide frame."""
         self._boxes = boxes
 
     def boxes(self, frame: Frame) -> list[TrackedBox]:
-        """Return the followed targets that a wide frame shows."""
+        """Return the boxes of the followed targets in a wide frame."""
         return self._boxes(frame)
 
     @contextmanager
     def listening(
         self, roles: Collection[Role], take: Callable[[Frame], None], *, every: bool = False
     ) -> Iterator[None]:
-        """Call `take` with each frame of these cameras, on the camera's thread: it must be quick.
+        """Call `take` with each frame of these cameras, on the camera's thread: it must be fast.
 
-        `every`: let the rig deliver frames as fast as it can, not at the live views' rate.
+        `every`: make the rig deliver frames at its full rate, not at the live views'.
         """
         listener = _Listener(frozenset(roles), take, every, this_part())
         with self._lock:

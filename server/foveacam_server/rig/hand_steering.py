@@ -1,7 +1,7 @@
-"""Steers both mirrors by hand on a thread of its own, update after update towards the newest target.
+"""Steers both mirrors by hand on a separate thread, update after update towards the newest target.
 
-The thread calls `Mirrors.steer`, which any thread may call. Where to steer, and who may, is left to others;
-the driver drops an update that a park overtakes.
+The thread calls `Mirrors.steer`, which is thread-safe. Targets and permission are left to others; the driver
+drops an update that a parking overtakes.
 """
 
 import logging
@@ -24,41 +24,41 @@ TAU_S = 0.008
 """Time constant of the approach to a target, as in the authors' application."""
 UPDATE_NS = 2_000_000
 """Period of the updates, a quarter of the time constant; the link's governor makes it longer. With half of it
-targets came later on a busy machine, and a drive filter of 120 Hz lets nothing of the difference pass."""
+targets were reached later on a busy machine, and a drive filter of 120 Hz removes the difference."""
 SLEW_SHARE = 0.99
 """Share of the driver's slew limit that an update uses: the driver counts from rounded volts."""
 ARRIVED_V = 0.01
-"""A target nearer than this on an axis is reached: three steps of the DACs."""
+"""Distance per axis at which a target counts as reached: three steps of the DACs."""
 EXPOSURE_HOLD_S = 0.018
-"""So long no update is sent for an exposure, from its request, which settles for 14 ms and exposes for 8 as a
-rule: the drive's filter keeps the mirrors still for some 4 ms more. A longer exposure is blurred."""
+"""Pause of the updates for an exposure, from its request: it usually settles for 14 ms and exposes for 8, and
+the drive's filter keeps the mirrors still for some 4 ms more. A longer exposure is blurred."""
 SILENT_S = 0.25
-"""A held session that says nothing for so long is silent: the mirrors hold."""
+"""Time without a message after which a held course is silent: the mirrors hold."""
 PARK_S = 3.0
-"""A session that is silent for so long is over: the mirrors are parked."""
+"""Further silence after which a course ends: the mirrors are parked."""
 EXCUSED_NS = 10_000_000_000
-"""Of a silence, the longest time in which the server itself did not read that is left out."""
+"""Largest blocked time of the event loop that is subtracted from a silence."""
 REST_S = 0.05
-"""So often a session that stands still looks whether the mirrors were parked or moved by a look."""
+"""Interval at which a resting course checks whether the mirrors were parked or moved by a look."""
 LINGER_NS = 100_000_000
-"""So long a released session watches that no look sets the mirrors back."""
+"""Time for which a released course checks that no look moves the mirrors back."""
 PARKED_WITHIN_S = 10.0
 
 
 class SteeringStatus(StrEnum):
-    """What a steering course does."""
+    """State of a steering course."""
 
     STEERING = "steering"
     SILENT = "silent"
-    """Held, but nothing is heard: the mirrors hold, and are parked unless it is heard again."""
+    """Held, but without messages: the mirrors hold, and are parked unless the client answers again."""
     RELEASED = "released"
     """The mirrors go to the last target and stay there."""
     ENDED = "ended"
-    """It moves nothing any more; the next one begins with a new press."""
+    """It has ended; the next one begins with a new press."""
 
 
 def slewed(pose: StereoVolts, target: StereoVolts, *, dt_s: float, most_v: float) -> StereoVolts:
-    """Return the next volts on the exponential way to a target, by `most_v` an axis at most."""
+    """Return the next volts of the exponential approach to a target, at most `most_v` further per axis."""
     share = -math.expm1(-dt_s / TAU_S)
 
     def eye(now: MirrorVolts, wanted: MirrorVolts) -> MirrorVolts:
@@ -79,7 +79,7 @@ def _next_v(now_v: float, wanted_v: float, *, share: float, most_v: float) -> fl
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class SteeringCourse:
-    """One press of one client, from its first target to its end; changed by `HandSteering` alone."""
+    """One press of one client, from its first target to its end; changed only by `HandSteering`."""
 
     by: str
     target: StereoVolts
@@ -87,21 +87,21 @@ class SteeringCourse:
     """Volts of the last update, not rounded."""
     parks: int
     held: bool
-    heard_ns: int
+    message_ns: int
     blocked_ns: int
-    """For how long the event loop had been blocked when its client was heard."""
+    """Total blocked time of the event loop at its client's last message."""
     sent: StereoVolts | None = None
     sent_ns: int = 0
     moving: bool = False
     blurring: bool = False
-    """Whether the exposure under way has been waited for long enough."""
+    """Whether updates have been paused long enough for the exposure under way."""
     lost: bool = False
-    """Whether its client has left without a word."""
+    """Whether its client was disconnected without releasing."""
     over: str | None = None
     """Why it has ended."""
 
     def status(self, now_ns: int, *, blocked_ns: int) -> SteeringStatus:
-        """Return what it does; `blocked_ns`: as for `silent_s`."""
+        """Return its state; `blocked_ns`: as for `silent_s`."""
         if self.over is not None:
             return SteeringStatus.ENDED
         if not self.held:
@@ -113,17 +113,17 @@ class SteeringCourse:
         )
 
     def silent_s(self, now_ns: int, *, blocked_ns: int) -> float:
-        """Return for how long its client said nothing.
+        """Return the time since its client's last message, s.
 
-        `blocked_ns`: for how long the event loop has been blocked until now. It heard no client meanwhile.
+        `blocked_ns`: total blocked time of the event loop, in which it could read no message.
         """
         excused_ns = min(EXCUSED_NS, max(0, blocked_ns - self.blocked_ns))
-        heard_s = (now_ns - self.heard_ns - excused_ns) / 1e9
-        return max(heard_s, SILENT_S) if self.lost else heard_s
+        silent_s = (now_ns - self.message_ns - excused_ns) / 1e9
+        return max(silent_s, SILENT_S) if self.lost else silent_s
 
 
 class HandSteering:
-    """The one course that is steered at a time; callable from any thread."""
+    """Steers one course at a time; callable from any thread."""
 
     def __init__(
         self,
@@ -136,9 +136,9 @@ class HandSteering:
         events: EventLog,
         blocked_ns: Callable[[], int] = never_blocked,
     ) -> None:
-        """`check` raises while nobody may steer; `park` parks if its argument says so by then.
+        """`check` raises while steering is not allowed; `park` parks if its argument returns true by then.
 
-        `blocked_ns`: for how long the event loop, which hears the clients, has been blocked until now.
+        `blocked_ns`: returns the total blocked time of the event loop, which reads the clients' messages.
         """
         self._clock = clock
         self._mirrors = mirrors
@@ -158,7 +158,7 @@ class HandSteering:
         self._thread.start()
 
     def close(self) -> None:
-        """End it; the mirrors stay where they are."""
+        """End the thread; the mirrors stay where they are."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -167,13 +167,13 @@ class HandSteering:
 
     @property
     def by(self) -> str | None:
-        """Name of who holds the mirrors now."""
+        """Name of the client that holds the mirrors now."""
         course = self._course
         held = course is not None and self.status(course) is SteeringStatus.STEERING
         return course.by if course is not None and held else None
 
     def status(self, course: SteeringCourse) -> SteeringStatus:
-        """Return what a course does now."""
+        """Return the state of a course now."""
         return course.status(self._clock.now_ns(), blocked_ns=self._blocked_ns())
 
     # A course ----------------------------------------------------------------------------------------------
@@ -181,13 +181,13 @@ class HandSteering:
     def press(self, by: str, target: StereoVolts, *, held: bool) -> SteeringCourse:
         """Begin to steer; raise `Busy` while another holds the mirrors or a job has the rig, or `Stopped`.
 
-        `held`: it holds the mirrors while its client is heard of; else it goes to the target and is done.
+        `held`: it holds the mirrors as long as its client sends messages; otherwise it ends at the target.
         """
         with self._changed:
             if (other := self.by) is not None:
                 raise held_by(other, "steer by hand")
             state = self._mirrors().state
-            self._check()  # after the number of parks is read: a stop in between ends the course
+            self._check()  # after reading the count of parkings: a stop in between then ends the course
             self._replace(f"{by} steers by hand now")
             self._course = course = SteeringCourse(
                 by=by,
@@ -195,27 +195,27 @@ class HandSteering:
                 pose=state.volts,
                 parks=state.parks,
                 held=held,
-                heard_ns=self._clock.now_ns(),
+                message_ns=self._clock.now_ns(),
                 blocked_ns=self._blocked_ns(),
             )
             self._changed.notify_all()
             return course
 
-    def hear(self, course: SteeringCourse, target: StereoVolts | None = None) -> None:
-        """Note that the client of a course is there, and its newest target, if it gives one."""
+    def record_message(self, course: SteeringCourse, target: StereoVolts | None = None) -> None:
+        """Record a message of a course's client, with its newest target, if any."""
         with self._changed:
-            course.heard_ns, course.blocked_ns = self._clock.now_ns(), self._blocked_ns()
+            course.message_ns, course.blocked_ns = self._clock.now_ns(), self._blocked_ns()
             course.target = target or course.target
             self._changed.notify_all()
 
     def release(self, course: SteeringCourse) -> None:
-        """Let go: the mirrors go to the last target and stay there."""
+        """Release a course: the mirrors go to the last target and stay there."""
         with self._changed:
             course.held = False
             self._changed.notify_all()
 
     def lose(self, course: SteeringCourse) -> None:
-        """Its client has left: one that is held holds the mirrors at once, and parks them later."""
+        """Record that a course's client was lost: a held course holds the mirrors, and parks them later."""
         with self._changed:
             course.lost = True
             self._changed.notify_all()
@@ -229,14 +229,14 @@ class HandSteering:
                 self._course = None
 
     def make_way(self, reason: str) -> None:
-        """End the course that there is; when this returns, no update of it is under way any more."""
+        """End the present course, if any; on return, none of its updates is under way."""
         with self._changed:
             self._replace(reason)
         with self._sending:
             return
 
     def take_over(self, asked: str) -> None:
-        """End a course that nobody holds any more; raise `Busy` while somebody does."""
+        """End a released course; raise `Busy` while a client holds one."""
         if (by := self.by) is not None:
             raise held_by(by, asked)
         self.make_way("the mirrors were moved otherwise")
@@ -303,7 +303,7 @@ class HandSteering:
         self._clock.sleep_until_ns(now_ns + UPDATE_NS)
 
     def _wait_for_exposure(self, course: SteeringCourse, mirrors: Mirrors) -> None:
-        """Stand still while an exposure is under way, but not for long."""
+        """Pause the updates while an exposure is under way, for a limited time."""
         if not mirrors.state.exposing:
             course.blurring = False
         began_ns = self._clock.now_ns()
@@ -313,18 +313,18 @@ class HandSteering:
             self._clock.sleep_until_ns(now_ns + UPDATE_NS // 2)
 
     def _rest(self, course: SteeringCourse) -> None:
-        """Wait for another target, or a little."""
+        """Wait for another target, for a short time at most."""
         course.moving = False
         with self._changed:
             arrived = course.pose == course.target
-            if self._course is course and (arrived or not self._heard(course)):
+            if self._course is course and (arrived or not self._client_responds(course)):
                 self._changed.wait(REST_S)
 
     def _awaited(self, course: SteeringCourse) -> bool:
-        """Return whether updates of a course may still be sent."""
-        return self._course is course and self._heard(course)
+        """Return whether updates of a course may be sent."""
+        return self._course is course and self._client_responds(course)
 
-    def _heard(self, course: SteeringCourse) -> bool:
+    def _client_responds(self, course: SteeringCourse) -> bool:
         return self.status(course) is not SteeringStatus.SILENT
 
     def _finish(self, course: SteeringCourse) -> None:
@@ -333,10 +333,10 @@ class HandSteering:
                 self._course = None
 
     def _park(self, course: SteeringCourse) -> None:
-        """Park by the thread that owns the rig, so that no look undoes that; where it cannot, directly."""
+        """Park through the hardware thread, so that no look undoes it; directly where that fails."""
 
         def silent() -> bool:
-            return self._course is course and not self._heard(course)
+            return self._course is course and not self._client_responds(course)
 
         try:
             answer_of(self._park_if(silent), asked="a park", within_s=PARKED_WITHIN_S)
@@ -344,13 +344,13 @@ class HandSteering:
             if silent():
                 self._mirrors().park()
         if silent():
-            reason = f"nothing was heard for {SILENT_S + PARK_S:g} s: the mirrors were parked"
+            reason = f"no message came for {SILENT_S + PARK_S:g} s: the mirrors were parked"
             self.end(course, reason)
             self._events.emit("mirrors.parked", f"{course.by}: {reason}", level=EventLevel.WARNING)
 
 
 def held_by(by: str, asked: str) -> Busy:
-    """Return the error while somebody steers by hand."""
+    """Return the error for a request while somebody steers by hand."""
     return Busy(
         f"asked to {asked}: {by} steers the mirrors by hand",
         asked=asked,

@@ -42,15 +42,18 @@ from foveacam_server.rig.stop import bring_to_rest
 T = TypeVar("T")
 
 REOPENED_S = 60.0
-"""Longest that somebody waits for another rig to open; its devices that are missing take seconds each."""
+"""Timeout of opening another rig; each missing device takes seconds."""
 REOPEN_POLL_S = 0.1
 LIVE_LOOK = LookOptions(one_eyed=True)
 SWITCHED_S = 10.0
-"""Longest that cameras take to change their binning: stop, set, start."""
+"""Timeout of changing the cameras' binning: stop, set, start."""
 
 
 class HardwareThread:
-    """Owns the rig. `start` returns at once; the thread then opens the rig with the devices that answer."""
+    """The thread that owns the rig.
+
+    `start` returns at once; the thread then opens the rig with the devices that answer.
+    """
 
     def __init__(
         self,
@@ -72,17 +75,17 @@ class HardwareThread:
         """The wide frames that viewers may see at the moment."""
         self._reconnector = DeviceReconnector(clock=clock, events=events, keeper=keeper)
         self.mirrors = MirrorLinkMonitor(clock=clock, reconnector=self._reconnector)
-        """Pings their controller and switches their supply rail."""
+        """Pings the mirrors' controller and switches their supply rail."""
         self.opening = RigOpening(
             opener, self._reconnector, clock=clock, prepare=prepare, cancelled=self._closing.is_set
         )
         """Opens the rig step by step."""
         self.commands = CommandQueue()
-        """What waits for the thread, and how long it has had nothing to do."""
+        """Commands queued for the thread, and its idle time."""
         self.use = ExclusiveUse()
-        """Which job has the rig; who follows targets gives it away when another wants it."""
+        """The job that has the rig; one that follows targets yields it when another wants it."""
         self.binning = RigBinning()
-        """Which binning the cameras have: the rig's own, a session's or a recording's."""
+        """The binning of the cameras: the rig's own, a session's or a recording's."""
         self._rig: AssembledRig | None = None
         self._opened = threading.Event()
         self._reopening = threading.Event()
@@ -152,7 +155,7 @@ class HardwareThread:
         return self._moves.halted
 
     def wait_open(self, timeout_s: float) -> bool:
-        """Wait until the rig has been opened as far as it can be."""
+        """Wait until the rig has been opened with all devices that answer."""
         return self._opened.wait(timeout_s)
 
     def reopen(self, holder: str) -> None:
@@ -185,13 +188,13 @@ class HardwareThread:
         return self.submit(lambda rig: self._wide(rig, max_age_ms))
 
     def steer(self, volts: StereoVolts) -> "Future[StereoVolts]":
-        """Enqueue a move of both mirrors; raise `Stopped`, or `Busy` while a job or a hand has them."""
+        """Enqueue a move of both mirrors; raise `Stopped`, or `Busy` while a job or steering uses them."""
         self._guard.check_free("steer")
         self.hand.take_over("steer")
         return self.submit(lambda rig: self._steer(rig, volts))
 
     def park(self) -> "Future[None]":
-        """Enqueue that both mirrors are brought to rest; raise `Busy` while a job or a hand has them."""
+        """Enqueue parking of both mirrors; raise `Busy` while a job or steering uses them."""
         self.use.check_free("park the mirrors")
         self.hand.take_over("park the mirrors")
         return self._park_if(lambda: True)
@@ -219,11 +222,10 @@ class HardwareThread:
     ) -> Iterator[AheadHead]:
         """Give one job the rig exclusively: live looks pause, the job's own looks feed the views.
 
-        Raise `Busy` when a job has it that does not give way. `one_eyed`: whether the camera of one fovea may
-        be missing. `gives_way`: it ends soon when `use.wanted`. `binning`: of its frames, by default the
-        rig's working binning of its beginning; the cameras are switched before its first look and back after
-        its end. Raise what a camera refuses a binning with that was asked for, and `Busy` while a recording
-        keeps another one.
+        Raise `Busy` if its holder does not yield. `one_eyed`: whether the camera of one fovea may be missing.
+        `gives_way`: it ends soon when `use.wanted`. `binning`: of its frames, by default the rig's working
+        binning at its start; the cameras are switched before its first look and back after its end. Raise a
+        camera's error that refuses a requested binning, and `Busy` while a recording keeps another one.
         """
         with (
             self.use.hold(holder, asked=f"give the rig to {holder}", gives_way=gives_way),
@@ -236,20 +238,20 @@ class HardwareThread:
 
     @contextmanager
     def recorded_at(self, binning: Binning) -> Iterator[None]:
-        """Give frames of one binning while a recording runs, whatever sessions ask meanwhile."""
+        """Keep one binning while a recording runs, whatever sessions request."""
         with self.binning.recorded(binning):
             self._switch()
             yield
 
     def choose_binning(self, binning: Binning) -> None:
-        """Change the rig's working binning; raise what a camera refuses it with, and nothing has changed.
+        """Change the rig's working binning; on a camera's refusal raise its error, and change nothing.
 
-        Who follows gives the cameras away for the switch; another session, or a recording, keeps its own
-        binning until it ends.
+        Following yields the cameras for the switch; another session, or a recording, keeps its own binning
+        until it ends.
         """
         with ExitStack() as held:
             if self.use.holder is not None and not self.use.firm:
-                with suppress(Busy):  # who follows no longer has them, or another is faster
+                with suppress(Busy):  # following has ended, or another job was faster
                     asked = "change the binning"
                     held.enter_context(self.use.hold("the change of the binning", asked=asked))
             answer_of(self.submit(self._choose_binning(binning)), asked="the binning", within_s=SWITCHED_S)
@@ -262,14 +264,14 @@ class HardwareThread:
         return work
 
     def _switch(self) -> None:
-        """Have the cameras switched to the binning that is wanted, and wait for it."""
+        """Switch the cameras to the wanted binning through the thread, and wait for it."""
         if self._rig is not None:
             answer_of(self.submit(self.binning.apply), asked="the binning", within_s=SWITCHED_S)
 
     # The stop: from any thread, without the queue ----------------------------------------------------------
 
     def halt(self) -> bool:
-        """Refuse every move from now on, hold and park at once; return whether the mirrors confirmed."""
+        """Refuse all moves from now on, hold and park at once; return whether the mirrors confirmed."""
         self._moves.halt()
         rig = self._rig
         return rig is not None and bring_to_rest(rig)
@@ -315,10 +317,10 @@ class HardwareThread:
         rig = self.opening.open()
         if rig is None:
             self._opened.set()
-            self._reading.tell_not_open()
+            self._reading.emit_not_open()
             return None
         self._rig = rig
-        self.binning.keep(rig)  # no frame of another size comes first
+        self.binning.keep(rig)  # before any frame of another size
         self.refresh(rig)  # before others are notified
         self._opened.set()
         self.refresh(rig)
@@ -327,7 +329,7 @@ class HardwareThread:
     def _run_cycle(self, rig: AssembledRig) -> None:
         looks, wide = self._looks_allowed(rig), self._reconnector.problem_of(WIDE) is None
         command = self.commands.take(timeout_s=self._live.wait_s(wide=wide, looks=looks))
-        self.binning.keep(rig)  # what was asked for while it waited
+        self.binning.keep(rig)  # changes requested while it waited
         if command is not None:
             self._live.note_use()
             command.run(rig)
@@ -345,7 +347,7 @@ class HardwareThread:
 
     def _run_live(self, what: str, work: Callable[[], object]) -> None:
         if not without_failing(what, work):
-            self._live.note_use()  # so that the next ones come soon, and tell whether a device is lost
+            self._live.note_use()  # so that the next ones are due soon, and show whether a device is lost
 
     def _looks_allowed(self, rig: AssembledRig) -> bool:
         idle = not self._moves.halted and self.use.holder is None and self.mirrors.rail_wanted
@@ -367,5 +369,5 @@ class HardwareThread:
         self.refresh(rig)
 
     def refresh(self, rig: AssembledRig) -> None:
-        """Read the status of every device now; in this thread alone."""
+        """Read the status of every device now; hardware thread only."""
         self._reading.refresh(rig)

@@ -1,4 +1,4 @@
-"""How other threads use the rig: a bounded queue of commands, waiting for results, one job's head."""
+"""Access of other threads to the rig: a bounded queue of commands, their results, a job's `Head`."""
 
 import queue
 import time
@@ -33,7 +33,7 @@ COMMANDS = "commands"
 
 @dataclass(frozen=True, slots=True)
 class HardwareCommand(Generic[T]):
-    """Work for the hardware thread, the future of its result, and the ids of who asked for it."""
+    """Work for the hardware thread, the future of its result, and the ids of its request and job."""
 
     work: Callable[[AssembledRig], T]
     answer: "Future[T]"
@@ -60,20 +60,20 @@ class HardwareCommand(Generic[T]):
         try:
             self.answer.set_exception(error)
         except InvalidStateError:
-            return  # cancelled meanwhile: nobody waits
+            return  # cancelled meanwhile: nobody waits for it
 
 
 class CommandQueue:
-    """First come, first served; bounded."""
+    """A bounded FIFO queue of commands."""
 
     def __init__(self) -> None:
         self._waiting: queue.Queue[HardwareCommand[object]] = queue.Queue(maxsize=LENGTH)
         self.idle_s = 0.0
-        """Time in which the hardware thread has waited for a command; written by that thread alone."""
+        """Total time in which the hardware thread has waited for a command; written only by that thread."""
 
     @property
     def waiting(self) -> int:
-        """Number of commands that wait."""
+        """Number of queued commands."""
         return self._waiting.qsize()
 
     def put(self, work: Callable[[AssembledRig], T]) -> "Future[T]":
@@ -93,7 +93,7 @@ class CommandQueue:
         return answer
 
     def take(self, *, timeout_s: float) -> HardwareCommand[object] | None:
-        """Remove and return the next command; None when none came in time."""
+        """Remove and return the next command; None on timeout."""
         begin_s = time.perf_counter()
         try:
             return self._waiting.get(timeout=timeout_s) if timeout_s > 0 else self._waiting.get_nowait()
@@ -103,17 +103,17 @@ class CommandQueue:
             self.idle_s += time.perf_counter() - begin_s
 
     def refuse_all(self, error: FoveaError) -> None:
-        """Set `error` as the result of every command that waits."""
+        """Set `error` as the result of every queued command."""
         while (command := self.take(timeout_s=0.0)) is not None:
             command.refuse(error)
 
 
 DEADLINE_S = 10.0
-"""Longest that a job waits for one look; the devices' own deadlines are far shorter."""
+"""Timeout of a look for a job; the devices' own timeouts are far shorter."""
 
 
 class CommandTaker(Protocol):
-    """What one job's head needs of the hardware thread."""
+    """Access of a job's head to the hardware thread."""
 
     def check_may_move(self, *, one_eyed: bool = False) -> None:
         """Raise `Stopped` or `NotConnected` when the mirrors cannot move now."""
@@ -167,7 +167,7 @@ class ExclusiveHead:
         return answer_of(self._hardware.wide_frame(max_age_ms=max_age_ms), asked="a wide frame")
 
     def expose_foveae(self, *, exposure_ns: int, gain_db: float) -> None:
-        """Set both foveae's exposure and gain; a cancelled job may still set them back."""
+        """Set both foveae's exposure and gain; allowed to a cancelled job, to restore them."""
 
         def change(rig: AssembledRig) -> None:
             rig.head.expose_foveae(exposure_ns=exposure_ns, gain_db=gain_db)
@@ -175,7 +175,7 @@ class ExclusiveHead:
         answer_of(self._hardware.submit(change), asked="another exposure")
 
     def set_low_pass(self, cutoff_hz: int) -> int:
-        """Run the drive filters at another cut-off; a cancelled job may still set it back."""
+        """Set the cut-off of the drive filters; allowed to a cancelled job, to restore it."""
         change = self._hardware.submit(lambda rig: rig.head.set_low_pass(cutoff_hz))
         return answer_of(change, asked="another filter")
 
@@ -185,7 +185,7 @@ class ExclusiveHead:
 
 
 def answer_of(answer: "Future[T]", *, asked: str, within_s: float = DEADLINE_S) -> T:
-    """Return the result of a command; raise `Timeout` when it has none within `within_s`."""
+    """Return the result of a command; raise `Timeout` without one within `within_s`."""
     try:
         return answer.result(within_s)
     except FutureTimeout:

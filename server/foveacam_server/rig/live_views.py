@@ -15,28 +15,29 @@ SESSION_WIDE_HZ = 4.0
 """Rate of wide frames while a job runs; its looks deliver further ones."""
 IDLE_WIDE_HZ = 2.0
 IDLE_FOVEA_HZ = 1.0
-"""Rates without a viewer: a lost device is noticed soon, at little cost."""
+"""Rates without a viewer: enough to notice a lost device soon, at little cost."""
 QUIET_AFTER_NS = 20_000_000_000
 QUIET_WIDE_HZ = 0.2
 QUIET_FOVEA_HZ = 0.02
-"""Rates once nobody has looked or used the rig for `QUIET_AFTER_NS`: a picture of a simulated rig is computed
-for nobody otherwise."""
+"""Rates without viewers or use of the rig for `QUIET_AFTER_NS`, to avoid rendering a simulated rig for
+nobody."""
 EVERY_WIDE_HZ = 120.0
 EVERY_FOVEA_HZ = 1000.0
-"""Limits during a recording: looks follow each other at once, and the wide camera's frames between them are
-all read."""
+"""Limits during a recording: looks follow each other without pause, and all wide frames between them are
+read."""
 LIVE_AGE_MS = 500.0
 """Largest age of a live wide frame; after it a new one is awaited, as the camera may have stalled."""
 LONGEST_WAIT_S = 0.1
 LONGEST_QUIET_WAIT_S = 0.25
-"""So long at most nobody asks whether a viewer has come."""
+"""Longest interval between two checks for new viewers."""
 RECENT_FRAMES, RECENT_APART_NS = 12, 50_000_000
-"""Wide frames kept for clicks that come late, and how far apart they are at least: 0.6 s and more."""
+"""Number and least spacing of the wide frames kept for late clicks: 0.6 s or more."""
 NEWEST_NS = 500_000_000
-"""A click without a number is on the newest frame unless that is older: what moves has moved on since."""
+"""Largest age of the newest frame to which a click without a number refers: a moving target has moved
+since."""
 
 OverlayOf = Callable[[StereoVolts | None], OverlayDocument | None]
-"""Returns what is drawn over the wide view for a gaze; None: the gaze is unknown."""
+"""Returns the overlay of the wide view for a gaze; None: the gaze is unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +49,7 @@ class LiveRates:
 
 
 class RecentFrames:
-    """The wide frames that viewers may see at the moment; a click names one. Callable from any thread."""
+    """The newest wide frames, to one of which a viewer's click refers. Callable from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -61,7 +62,7 @@ class RecentFrames:
                 self._frames.append(frame)
 
     def find(self, seq: int) -> Frame | None:
-        """Return the frame of that number as it goes over the wire, or the last one before it; else None."""
+        """Return the frame with this number of the WebSocket, or the last one before it; else None."""
         with self._lock:
             older = [frame for frame in self._frames if wire_seq(frame.seq) <= seq]
         return older[-1] if older else None
@@ -74,8 +75,7 @@ class RecentFrames:
     def chosen(self, seq: int | None, *, now_ns: int) -> Frame | None:
         """Return the frame on which a target was chosen, as far as it is kept.
 
-        `seq`: its number; None: what a caller who names no picture must mean, the newest one, unless it is
-        older than `NEWEST_NS`.
+        `seq`: its sequence number; None: the newest frame, unless it is older than `NEWEST_NS`.
         """
         if seq is not None:
             return self.find(seq)
@@ -83,13 +83,13 @@ class RecentFrames:
         return newest if newest is not None and now_ns - newest.t_ns <= NEWEST_NS else None
 
     def since(self, t_ns: int) -> list[Frame]:
-        """Return the frames of a time and after it, oldest first."""
+        """Return the frames from a time on, oldest first."""
         with self._lock:
             return [frame for frame in self._frames if frame.t_ns >= t_ns]
 
 
 class LiveViews:
-    """Paces the live views and measures their rates. Called by the hardware thread alone."""
+    """Paces the live views and measures their rates. Called by the hardware thread only."""
 
     def __init__(self, *, sink: PictureSink, clock: Clock, limits: LiveRates, overlay: OverlayOf) -> None:
         self.rates = {role: FrameRate() for role in Role}
@@ -106,7 +106,7 @@ class LiveViews:
     def show_sighting(self, sighting: Sighting, *, in_session: bool) -> None:
         """Publish the frames of one look; its wide frame counts as a live one.
 
-        In a session the next look comes soon, and a live frame before it would only delay it.
+        In a session the next look follows soon, and a live frame before it would only delay it.
         """
         self.start_wide_period(in_session=in_session)
         overlay = self._overlay(sighting.volts)
@@ -118,7 +118,7 @@ class LiveViews:
                 self._show(frame)
 
     def note_use(self) -> None:
-        """Take note that somebody uses the rig, or that it must be watched closely."""
+        """Record that the rig is used, or must be monitored closely."""
         self._used_ns = self._clock.now_ns()
 
     def wide_due(self) -> bool:
@@ -157,7 +157,7 @@ class LiveViews:
         return max(0.0, min([*waits_s, LONGEST_QUIET_WAIT_S if self.quiet else LONGEST_WAIT_S]))
 
     def _wide_due_ns(self) -> int:
-        """Return when a wide frame is due by what is wanted now: a viewer who comes need not wait."""
+        """Return when a wide frame is due at the present rate, so that a new viewer need not wait."""
         view = Role.WIDE.value
         rate_hz = self._limits.wide_hz
         if self._sink.wants_every(view):
@@ -178,7 +178,7 @@ class LiveViews:
 
     @property
     def quiet(self) -> bool:
-        """Whether nobody has looked or used the rig for long."""
+        """Whether there were no viewers and no use of the rig for long."""
         return self._clock.now_ns() - self._used_ns >= QUIET_AFTER_NS
 
     def _watched(self, view: str) -> bool:

@@ -1,7 +1,7 @@
-"""Measures how late the event loop calls what is due, and for how long it read nothing.
+"""Measures the lag of the event loop, and the total time for which it was blocked.
 
-What a client sends while the loop is blocked waits in its socket. Whoever judges a client by its silence
-leaves that time out.
+Messages that a client sends while the loop is blocked wait in the socket, so that timeouts of silent clients
+must subtract that time.
 """
 
 import asyncio
@@ -10,13 +10,13 @@ from foveacam_server.rig.status import SlidingMaximum
 
 WINDOW_S = 10.0
 PERIOD_S = 0.05
-"""Of the timer: a block of the loop is measured as up to this much shorter."""
+"""Period of the timer; a block of the loop is underestimated by up to this time."""
 BLOCK_NS = 100_000_000
-"""A shorter delay is none: a client that says something every 50 ms is heard in time."""
+"""Delay below which the loop does not count as blocked: a client that sends every 50 ms is read in time."""
 
 
 def never_blocked() -> int:
-    """Return the time for which no loop was blocked: none."""
+    """Return 0, the blocked time without a loop."""
     return 0
 
 
@@ -35,11 +35,11 @@ class LoopLag:
         return None if largest_ns is None else largest_ns / 1e6
 
     def blocked_ns(self) -> int:
-        """Return for how long the loop has been blocked since its start, with a block that goes on.
+        """Return the total blocked time since the loop's start, including a present block.
 
-        Differences of it count: from when a client was heard until now.
+        To be used in differences: between a client's last message and now.
         """
-        due_s = self._due.when()  # first: a block that ends in between counts twice for a moment, never not
+        due_s = self._due.when()  # read first: a block ending now may count twice, but is never missed
         return _block_ns(round(1e9 * (self._loop.time() - due_s))) + self._blocked_ns
 
     def close(self) -> None:

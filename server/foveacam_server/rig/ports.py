@@ -1,4 +1,4 @@
-"""Protocols of what the server uses: the rig, its calibration, a sink of pictures, the 3D pane."""
+"""Protocols of the rig, its calibration, the sink of pictures and the 3D pane."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, M
 
 
 class RigProblem(Protocol):
-    """One thing that is wrong with one device, for the operator."""
+    """A problem of one device, for the operator."""
 
     @property
     def device(self) -> str:
@@ -31,7 +31,7 @@ class RigProblem(Protocol):
 
     @property
     def remedy(self) -> str | None:
-        """What to do about it, where known."""
+        """What to do about it, if known."""
         ...
 
 
@@ -39,24 +39,24 @@ class RigOpeningWatch(Protocol):
     """Follows the opening of a rig, device by device."""
 
     def begins(self, device: str) -> None:
-        """Take note that a device is being opened."""
+        """Record that a device is being opened."""
         ...
 
     def ends(self, device: str, problem: RigProblem | None) -> None:
-        """Take note that a device is open, or why it is not."""
+        """Record that a device is open, or why it is not."""
         ...
 
 
 class AssembledRig(CaptureRig, Protocol):
     """An assembled rig, with more than a capture needs.
 
-    Called by one thread, but for `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: wait of a look
+    Called by one thread, except `mirrors.park`, `pan_tilt.hold` and `rail.hold`. `settle_us`: wait of a look
     between its move and its exposure, unless the look has its own.
     """
 
     settle_us: int
     working_binning: Binning
-    """Of looks, live views and all sessions that choose no other."""
+    """Binning of looks, live views and sessions that choose no other."""
 
     @property
     def replayed(self) -> bool:
@@ -90,11 +90,11 @@ class AssembledRig(CaptureRig, Protocol):
 
     @property
     def problems(self) -> Sequence[RigProblem]:
-        """Problems of devices as of the last `connect`."""
+        """Problems of devices at the last `connect`."""
         ...
 
     def connect(self, *, watch: RigOpeningWatch | None = None) -> object:
-        """Connect every device that is not connected; list in `problems` what could not be."""
+        """Connect every device that is not connected; list those that failed in `problems`."""
         ...
 
     def close(self) -> None:
@@ -103,7 +103,7 @@ class AssembledRig(CaptureRig, Protocol):
 
 
 class CalibrationInForce(Protocol):
-    """The calibration that the rig is used with now."""
+    """Provides the rig's calibration in force."""
 
     @property
     def current(self) -> Calibration | None:
@@ -112,7 +112,7 @@ class CalibrationInForce(Protocol):
 
     @property
     def problem(self) -> str | None:
-        """Why there is none."""
+        """Why no calibration is in force."""
         ...
 
     def require(self) -> Calibration:
@@ -121,14 +121,14 @@ class CalibrationInForce(Protocol):
 
 
 class CameraKeeper(Protocol):
-    """Restores and stores camera settings; called by the hardware thread alone."""
+    """Restores and stores camera settings; called by the hardware thread only."""
 
     def restore(self, rig: AssembledRig) -> None:
         """Apply its stored settings to each camera that was opened."""
         ...
 
     def notice(self, rig: AssembledRig) -> None:
-        """Store exposures that cameras found by themselves."""
+        """Store exposures found by the cameras' own `once`."""
         ...
 
     def forget(self) -> None:
@@ -169,7 +169,7 @@ class SceneViewer(Protocol):
         ...
 
     def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
-        """Add or replace the drawing of a fixation of which only limits of the distance are known."""
+        """Add or replace the drawing of a fixation with only limits of its distance."""
         ...
 
     def show_field(

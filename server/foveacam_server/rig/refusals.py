@@ -1,4 +1,4 @@
-"""The errors that refuse a move or a look, each with its remedy; the checks of a direction and of volts."""
+"""Errors that refuse a move or a look, each with its remedy; checks of directions and volts."""
 
 import math
 
@@ -26,7 +26,7 @@ def stopped() -> Stopped:
 
 
 def in_use(asked: str, holder: str) -> Busy:
-    """Return the error while a job has the rig exclusively."""
+    """Return the error for a request while a job has the rig exclusively."""
     return Busy(
         f"asked to {asked}: {holder} is using the rig",
         asked=asked,
@@ -36,7 +36,7 @@ def in_use(asked: str, holder: str) -> Busy:
 
 
 def late_opening(within_s: float) -> Timeout:
-    """Return the error of a rig that is not open in time; it goes on opening."""
+    """Return the error of a rig that did not open in time, and is still opening."""
     return Timeout(
         f"asked to open another rig: it is not open within {within_s:g} s",
         asked="open another rig",
@@ -46,13 +46,13 @@ def late_opening(within_s: float) -> Timeout:
 
 
 def missing(problem: DeviceProblemDocument) -> NotConnected:
-    """Return the error while a device is missing; the problem's detail may already end with its remedy."""
+    """Return the error for a missing device; the problem's detail may already end with its remedy."""
     found = f"{problem.device}: {problem.detail.removesuffix(f'; {problem.remedy}')}"
     return NotConnected(found, asked="use the rig", found=found, remedy=problem.remedy)
 
 
 def not_open(status: RigStatus) -> NotConnected:
-    """Return the error while there is no rig: it is still opening, or could not be opened."""
+    """Return the error when no rig is open: it is still opening, or could not be opened."""
     if status.opened and status.problems:
         return missing(status.problems[0])
     return StillOpening(
@@ -72,7 +72,7 @@ def no_pan_tilt(asked: str) -> NotConnected:
 
 
 STEERING_LIMIT_DEG = 10.0
-"""Largest angle of the mirrors' specification, both axes (Table 2); the calibration may reach less far."""
+"""Largest angle of the mirrors' specification, both axes (Table 2); the calibrated range may be smaller."""
 
 
 def check_volts(volts: StereoVolts, *, max_v: float) -> None:

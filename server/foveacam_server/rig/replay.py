@@ -17,7 +17,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.foundation.settings import Settings
 
 UNNAMED_RIG = "recording"
-"""Rig id of a recording that names none."""
+"""Rig id for a recording without one."""
 USUAL_BASELINE_M = 0.2
 
 
@@ -76,7 +76,7 @@ class PlayedRig:
         }
 
     def close(self) -> None:
-        """Release the file."""
+        """Close the file."""
         with self._lock:
             self._recording.close()
 
@@ -106,5 +106,5 @@ def open_recording(path: Path) -> PlayedRig:
 
 
 def playback_of(settings: Settings) -> Playback:
-    """Return the playback that the settings name."""
+    """Return the playback of the settings' recording."""
     return Playback(speed=settings.replay_speed, at_end=EndOfPlayback(settings.replay_at_end))

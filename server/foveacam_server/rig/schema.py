@@ -15,7 +15,7 @@ class StopDocument(ResponseModel):
 
 
 class StopAnswer(ResponseModel):
-    """The stop is engaged; `parked` tells whether the mirrors' controller confirmed, after `parked_in_ms`."""
+    """The stop is engaged; `parked`: whether the mirrors' controller confirmed, after `parked_in_ms`."""
 
     engaged: bool
     parked: bool
@@ -23,7 +23,7 @@ class StopAnswer(ResponseModel):
 
 
 class StopChange(ResponseModel):
-    """Data of the events that the stop was engaged or released; `parked` is there when it was engaged."""
+    """Data of the events that the stop was engaged or released; `parked` is set when it was engaged."""
 
     by: str
     parked: bool | None = None
@@ -68,7 +68,7 @@ class Direction(RequestModel):
 
 
 class FollowMark(ResponseModel):
-    """Where the wide view shows a followed target, px."""
+    """Mark of a followed target in the wide view, px."""
 
     id: str
     label: str
@@ -78,9 +78,9 @@ class FollowMark(ResponseModel):
 
 
 class OverlayDocument(ResponseModel):
-    """What the page draws over the wide view, by eye; null: unknown.
+    """Overlay of the wide view, by eye; null: unknown.
 
-    `footprints`: corners of the foveae's fields, (x, y) wide px. `gaze`: where they look. `follows`: the
+    `footprints`: corners of the foveae's fields, (x, y) wide px. `gaze`: their directions. `follows`: the
     followed targets.
     """
 

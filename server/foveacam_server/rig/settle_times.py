@@ -1,4 +1,4 @@
-"""Measured settle times in use: one file a rig. Without one the rig file's settle time is used."""
+"""Measured settle times in use, one file per rig. Without one the rig file's settle time is used."""
 
 import logging
 from pathlib import Path
@@ -34,15 +34,15 @@ class SettleTime(BaseModel):
 
     @property
     def source(self) -> str:
-        """Origin of the settle time, for people."""
+        """Origin of the settle time in words."""
         return f"measured {self.measured_utc[:10]}"
 
     def suits(self, low_pass_hz: int | None) -> bool:
-        """Tell whether it was measured with this drive filter."""
+        """Return whether it was measured with this drive filter."""
         return self.low_pass_hz in (None, low_pass_hz)
 
     def check_filter(self, low_pass_hz: int | None) -> None:
-        """Raise `NotCalibrated` when it was measured with another drive filter, which makes it wrong."""
+        """Raise `NotCalibrated` when it was measured with another drive filter and is therefore wrong."""
         if self.suits(low_pass_hz):
             return
         raise NotCalibrated(

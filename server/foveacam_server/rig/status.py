@@ -67,7 +67,7 @@ class CameraStatus:
     worst_gap_ns: int | None = None
     """Longest time between two frames shown, of the last 10 s; None before the first frame."""
     ranges: CameraRanges = NO_RANGES
-    """Accepted values; none before it was opened."""
+    """Accepted values; None before it was opened."""
     link: CameraLink = CLOSED
 
     @property
@@ -117,12 +117,12 @@ class RigStatus:
 
 
 class SlidingMaximum:
-    """Keeps the largest value of the last `window_ns`; one thread adds, any thread reads."""
+    """Sliding maximum of the last `window_ns`; one thread adds, any thread reads."""
 
     def __init__(self, window_ns: int) -> None:
         self._window_ns = window_ns
         self._falling: deque[tuple[int, int]] = deque()
-        """Times and values; each value is larger than all that came after it."""
+        """Times and values; each value is larger than all later ones."""
 
     def add(self, value: int, *, t_ns: int) -> None:
         """Add a value of the moment `t_ns`, which is no earlier than the last one."""
@@ -167,7 +167,7 @@ class FrameRate:
         return (len(self.recent_t_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
 
     def worst_gap_ns(self, now_ns: int) -> int | None:
-        """Return the longest gap of the last 10 s, the one up to now too; None before the first frame."""
+        """Return the longest gap of the last 10 s, including that up to now; None before the first frame."""
         if self.newest_t_ns is None:
             return None
         return max(now_ns - self.newest_t_ns, self.gaps_ns.largest(now_ns) or 0)

@@ -1,4 +1,4 @@
-"""The stop: holds and parks everything at once and refuses moves until released.
+"""The stop: holds and parks all devices at once and refuses moves until released.
 
 It needs no lease, no queue and no database.
 """
@@ -44,7 +44,7 @@ def _try_move(trouble: str, move: Callable[[], object]) -> bool:
 
 
 class Haltable(Protocol):
-    """What the stop halts: the hardware thread."""
+    """Access of the stop to the hardware thread."""
 
     def halt(self) -> bool:
         """Refuse moves and park; return whether the mirrors confirmed."""

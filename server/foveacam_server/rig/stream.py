@@ -21,12 +21,12 @@ from foveacam_server.rig.stream_credit import CreditBook
 from foveacam_server.rig.view_state import ViewPicture
 
 MAX_CLIENTS, CLIENTS_EACH = 64, 16
-"""Pages and programs that watch: all, and those of one person."""
+"""Largest number of connections of live views, of all persons and of one."""
 MAX_MJPEG, MJPEG_EACH = 32, 2
-"""A browser opens six connections a host: six MJPEG images block every request, the stop included."""
+"""A browser opens six connections per host: six MJPEG images block every request, including the stop."""
 STATS_INTERVAL_S = 1.0
 OLD_MS, FRESH_WITHIN_S = 1500.0, 1.0
-"""A snapshot older than this waits for the next picture, so long at most."""
+"""Age from which a snapshot waits for the next picture, and the longest wait."""
 _ENCODER_THREADS = 2
 
 
@@ -42,12 +42,12 @@ class MessageStream(Protocol):
         ...
 
     async def receive_text(self) -> str:
-        """Return the next text message; raise when the client has gone."""
+        """Return the next text message; raise when the client is disconnected."""
         ...
 
 
 class LiveStreams:
-    """The encoder that all clients share, and the counts of clients."""
+    """The encoder shared by all clients, and the limits of clients."""
 
     def __init__(self, hub: FrameHub, *, boot_id: str, max_clients: int = MAX_CLIENTS) -> None:
         self.hub = hub
@@ -71,7 +71,7 @@ class LiveStreams:
         self.sent: Counter[str] = Counter()
         """Pictures sent, by view."""
         self.dropped: Counter[str] = Counter()
-        """Pictures that a client did not get because a newer one came first, by view."""
+        """Pictures that a client missed because a newer one came first, by view."""
         self._ended = False
         self._waiting: set[asyncio.Event] = set()
 
@@ -81,7 +81,7 @@ class LiveStreams:
         return self.seats.taken
 
     def count_sent(self, picture: ViewPicture, *, before: ViewPicture | None, size_bytes: int) -> None:
-        """Count a picture that was sent to a client; `before`: the one that this client got before it."""
+        """Count a picture sent to a client; `before`: the previous one of this client."""
         self.frames_sent += 1
         self.bytes_sent += size_bytes
         self.sent[picture.view] += 1
@@ -92,7 +92,7 @@ class LiveStreams:
     async def snapshot(self, view: str, scale: Scale) -> EncodedPicture | None:
         """Return the newest picture of a view, or the next one where that is old; None before the first.
 
-        Cameras deliver few pictures while nobody looks.
+        Cameras deliver few pictures without viewers.
         """
         age_ms = self.hub.status(view).age_ms
         if age_ms is not None and age_ms > OLD_MS:
@@ -149,7 +149,7 @@ class StreamSession:
         self._problems: list[str] = []
 
     async def run(self) -> None:
-        """Serve the client until it leaves; what `wire` raises then is passed on."""
+        """Serve the client until it disconnects; the error that `wire` then raises is propagated."""
         await self._wire.send_text(messages.hello(self._hub, boot_id=self._streams.boot_id))
         tasks = [asyncio.create_task(self._listen()), asyncio.create_task(self._feed())]
         try:
@@ -169,7 +169,7 @@ class StreamSession:
             try:
                 self._handle(messages.parse(text))
             except InvalidInput as error:
-                # Sent by the one task that sends; of many only the last is
+                # Sent by the single sending task; only the last of several is sent
                 self._problems = [messages.problem(str(error))]
             self._wakeup.set()
 
@@ -214,7 +214,7 @@ class StreamSession:
             return False
         encoded = await self._streams.jpegs.newest(view, scale)
         if encoded is None or self._credit.scale(view) != scale:
-            return True  # the subscription changed meanwhile: try again
+            return True  # the subscription has changed meanwhile: try again
         picture, before = encoded.picture, self._credit.last(view)
         self._credit.sent(picture, seq=messages.wire_seq(picture.seq), now_ns=time.monotonic_ns())
         overlay = messages.overlay(picture)

@@ -1,6 +1,6 @@
-"""Flow control of one client: one credit a view, and no more in flight than a slow client can draw.
+"""Flow control of one client: one credit per view, and no more in flight than a slow client can draw.
 
-Pure bookkeeping, without sockets and event loops.
+Pure functions of its state, without sockets and event loops.
 """
 
 from collections.abc import Mapping
@@ -55,7 +55,7 @@ class CreditBook:
         return self._last.get(view)
 
     def due(self, newest: Mapping[str, ViewPicture]) -> str | None:
-        """Return the view to send now, the one that waited longest; None when none may be sent."""
+        """Return the view to send next, that which has waited longest; None when none may be sent."""
         waiting = [
             view
             for view, picture in newest.items()

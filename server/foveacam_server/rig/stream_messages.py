@@ -24,7 +24,7 @@ class _Message(BaseModel):
 
 
 class ViewChoice(_Message):
-    """The size in which a view is wanted."""
+    """The size of a subscribed view."""
 
     scale: Scale = 1
 
@@ -37,7 +37,7 @@ class Subscribe(_Message):
 
 
 class Ack(_Message):
-    """The picture has been drawn: the next one may come."""
+    """Acknowledges that a picture was drawn: the next one may be sent."""
 
     type: Literal["ack"]
     view: int = Field(ge=0, le=255)
@@ -65,12 +65,12 @@ def parse(text: str) -> Subscribe | Ack:
 
 
 def wire_seq(seq: int) -> int:
-    """Return a picture's number as it goes over the wire: modulo 2^32."""
+    """Return a picture's sequence number on the wire: modulo 2^32."""
     return seq & U32
 
 
 def hello(hub: FrameHub, *, boot_id: str) -> str:
-    """Return the server's first message: the views by index, and which server this is."""
+    """Return the server's first message: the views by index, and the server's identity."""
     statuses = [hub.status(name) for name in hub.names]
     views = [
         {"index": index, "name": status.spec.name, "width": status.width, "height": status.height}
@@ -126,4 +126,4 @@ def _rounded(value: float | None) -> float | None:
 
 
 FrameSeq = Annotated[int, Field(ge=0, le=U32)]
-"""Number of a picture as it goes over the views' WebSocket."""
+"""Sequence number of a picture in the views' WebSocket."""

@@ -25,7 +25,7 @@ class ViewSpec:
     height: int
     description: str
     live: bool
-    """Whether a camera's noise changes it with every frame, so that a frozen picture is a fault."""
+    """Whether camera noise changes every frame, so that a frozen picture is a fault."""
     on_demand: bool = False
     """Whether it is fed only while it has viewers."""
     passing: bool = False
@@ -112,15 +112,15 @@ class ViewStatus:
 
     spec: ViewSpec
     width: int
-    """Of the sensor for a camera's view, however it is binned; else of the picture."""
+    """Width of the unbinned sensor for a camera's view; else of the picture."""
     height: int
     picture_scale: int
-    """Pixels that `width` counts for one of the picture at full size."""
+    """Pixels of `width` per pixel of the picture at full size."""
     rate_hz: float
     age_ms: float | None
-    """Since the middle of the newest picture's exposure; None before the first."""
+    """Age of the newest picture, from mid-exposure; None before the first."""
     frozen_since_ms: float | None
-    """For how long the view has been frozen; None while it is not."""
+    """Time for which the view has been frozen; None while it is not."""
     published: int
     repeated: int
     """Pictures that were published again, or were identical in content."""

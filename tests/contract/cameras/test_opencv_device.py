@@ -191,7 +191,7 @@ def test_a_software_trigger_lets_one_picture_of_a_file_through(images: str) -> N
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"triggered": True}, "no image sequence hears one; trigger it by software"),
+        ({"triggered": True}, "no image sequence has a trigger input; trigger it by software"),
         ({"exposure_ns": 5_000_000}, "exposure 5 ms.*cannot set it"),
         ({"gain_db": 3.0}, "gain 3 dB.*cannot set it"),
         ({"gain_db": float("nan")}, "gain nan dB"),
@@ -227,7 +227,7 @@ def test_what_cannot_be_set_has_one_value_and_that_one_is_taken(images: str) -> 
         ("nowhere/film.avi", "no such file"),
         ("nowhere/%04d.png", "no first image"),
         (63, "cannot be opened.*group 'video'"),
-        ("http://127.0.0.1:9/video", "nobody answers"),
+        ("http://127.0.0.1:9/video", "no video stream answers"),
     ],
 )
 def test_a_source_that_is_not_there_is_told_with_what_to_do(source: Source, words: str) -> None:

@@ -51,15 +51,15 @@ def test_a_stream_whose_sender_stops_is_lost_and_recovers_by_itself(caplog: pyte
 
 
 def test_what_a_rig_file_does_not_say_is_left_to_the_source() -> None:
-    silent = first_settings(Role.LEFT, OpenCvCameraConfig(kind="opencv", source=0))
-    told = OpenCvCameraConfig(
+    unstated = first_settings(Role.LEFT, OpenCvCameraConfig(kind="opencv", source=0))
+    config = OpenCvCameraConfig(
         kind="opencv", source=0, frame_rate_hz=30.0, exposure_ms=5.0, trigger="software", pixel_format="Mono8"
     )
-    spoken = first_settings(Role.LEFT, told)
+    stated = first_settings(Role.LEFT, config)
 
-    assert (silent.exposure_ns, silent.frame_rate_hz, silent.triggered) == (0, 0.0, False)
-    assert (spoken.exposure_ns, spoken.frame_rate_hz, spoken.triggered) == (5_000_000, 30.0, True)
-    assert spoken.trigger_source is TriggerSource.SOFTWARE
+    assert (unstated.exposure_ns, unstated.frame_rate_hz, unstated.triggered) == (0, 0.0, False)
+    assert (stated.exposure_ns, stated.frame_rate_hz, stated.triggered) == (5_000_000, 30.0, True)
+    assert stated.trigger_source is TriggerSource.SOFTWARE
 
 
 def test_a_source_that_is_missing_is_told_with_its_role() -> None:

@@ -118,6 +118,6 @@ def test_a_camera_without_the_modes_refuses_them_in_a_sentence(device: PylonDevi
 
     assert ranges_of(plain).exposure_autos == (AutoMode.OFF,)
     with pytest.raises(OutOfRange, match="camera 1: automatic exposure, once, is not one of its own"):
-        check_settings(plain, ONCE, who="camera 1")
+        check_settings(plain, ONCE, label="camera 1")
     with pytest.raises(OutOfRange, match="camera 1: it cannot choose its frame rate itself; give one in Hz"):
-        check_settings(plain, FREE, who="camera 1")
+        check_settings(plain, FREE, label="camera 1")

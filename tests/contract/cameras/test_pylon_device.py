@@ -349,8 +349,8 @@ def test_both_families_of_names_are_understood(device: PylonDevice) -> None:
     for missing in (older, newer):
         map_ = OldNodes(emulator(device).GetNodeMap(), without=missing)
         asked = replace(SETTINGS, exposure_ns=2_000_000, frame_rate_hz=50.0)
-        write_settings(map_, asked, PylonOptions(), who="camera")
-        taken = read_back(map_, asked, who="camera")
+        write_settings(map_, asked, PylonOptions(), label="camera")
+        taken = read_back(map_, asked, label="camera")
         assert (taken.exposure_ns, taken.frame_rate_hz) == (2_000_000, 50.0)
         assert ranges_of(map_).exposure_ns.high >= 3e9
 
@@ -363,7 +363,7 @@ def test_a_gain_that_is_counted_in_steps_cannot_be_set_in_db(device: PylonDevice
 
     assert ranges.gain_db.low == ranges.gain_db.high == 0.0
     with pytest.raises(OutOfRange, match=r"gain 3 dB.*cannot be set"):
-        check_settings(map_, replace(SETTINGS, gain_db=3.0), who="camera")
+        check_settings(map_, replace(SETTINGS, gain_db=3.0), label="camera")
 
 
 def test_a_trigger_soon_after_the_last_one_waits_and_a_later_one_does_not(device: PylonDevice) -> None:

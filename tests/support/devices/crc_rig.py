@@ -16,20 +16,20 @@ ASIDE = StereoVolts(left=MirrorVolts(x_v=10.0, y_v=-20.0), right=MirrorVolts(x_v
 
 
 class DamagedBoard(ClockedBoard):
-    """The firmware behind a line that has faults; `said`: by the host, `heard`: by it, undamaged."""
+    """The firmware behind a line that has faults; `sent`: by the host, `received`: by it, undamaged."""
 
     def __init__(self, clock: VirtualClock) -> None:
         self.to_device, self.to_host = LineFaults(), LineFaults()
-        self.said = self.heard = b""
+        self.sent = self.received = b""
         super().__init__(clock)
 
     def feed(self, data: bytes) -> None:
-        self.said += data
+        self.sent += data
         super().feed(self.to_device.apply(data))
 
     def take_output(self) -> bytes:
         data = super().take_output()
-        self.heard += data
+        self.received += data
         return self.to_host.apply(data)
 
 

@@ -46,8 +46,8 @@ class FakeMachine:
             self.write(f"{device}/serial", serial + "\n")
         self.write(f"{device}/1-{name}:1.0/bInterfaceNumber", "00\n")
         self.link(f"/sys/class/tty/{name}/device", f"{device}/1-{name}:1.0")
-        told = f"{product}_{serial}" if serial else product
-        self.link(f"/dev/serial/by-id/usb-{told}-if00", f"/dev/{name}")
+        identity = f"{product}_{serial}" if serial else product
+        self.link(f"/dev/serial/by-id/usb-{identity}-if00", f"/dev/{name}")
 
     def usb_camera(self, *, vendor: str, product: str, device: int = 7) -> str:
         """Plug a USB camera in; return its device file."""

@@ -105,7 +105,7 @@ class Kind:
     homing_failed: str
     silent_s: float
     """How long until silence is the end of it."""
-    nobody: str
+    no_reply: str
     """What is said of a port where nobody answers."""
     limit: str
     """What is said of a limit that was hit."""
@@ -127,7 +127,7 @@ KINDS = {
         homing_again={"has_switches": True},
         homing_failed="a reference switch was not found",
         silent_s=1.0,
-        nobody="nothing that speaks Grbl answers there",
+        no_reply="nothing that speaks Grbl answers there",
         limit="limit switch was hit",
         stop=b"\x85",
         stopped="stopped on its way",
@@ -140,7 +140,7 @@ KINDS = {
         homing_again={"seized": False},
         homing_failed="homing failed",
         silent_s=2.0,
-        nobody="no FLIR pan-tilt unit answers there",
+        no_reply="no FLIR pan-tilt unit answers there",
         limit="pan ran into a limit",
         stop=b"H ",
         stopped="move it again",

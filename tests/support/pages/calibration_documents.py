@@ -208,8 +208,8 @@ def _sample(index: int) -> Document:
     }
 
 
-def fovea_lens(camera: str = "left", *, views: int = 6, told: bool = True) -> Document:
-    """The lens of a fovea; `told`: by enough views."""
+def fovea_lens(camera: str = "left", *, views: int = 6, determined: bool = True) -> Document:
+    """The lens of a fovea; `determined`: by enough views."""
     parameters = [
         ("fx_px", 28758.91, 2.13, False),
         ("fy_px", 28758.87, 1.97, False),
@@ -233,9 +233,9 @@ def fovea_lens(camera: str = "left", *, views: int = 6, told: bool = True) -> Do
         ],
         "coverage_fraction": 0.68,
         "tilts_covered": 5,
-        "fit": fit if told else None,
-        "reason": "the views tell fx_px, fy_px, cy_px, k1; assumed: cx_px, k2, p1, p2, k3"
-        if told
+        "fit": fit if determined else None,
+        "reason": "the views determine fx_px, fy_px, cy_px, k1; assumed: cx_px, k2, p1, p2, k3"
+        if determined
         else refusal,
     }
 

@@ -130,14 +130,15 @@ class StubServer:
 
     def set_job(self, job: Document) -> None:
         """Let this job be the one that runs, or that ran, in the session."""
-        self.answers[f"/jobs/{job['id']}"] = job
         self.answers["/jobs"] = [job]
         over = job["ended_utc"] is not None
         self.session = self.session | {"running": None if over else job["id"]}
         self.send_event("job.updated", job)
 
     def send_event(self, kind: str, data: Document, *, level: str = "info") -> None:
-        """Send an event to every page."""
+        """Send an event to every page; a job that is told of can be read from then on."""
+        if kind == "job.updated":
+            self.answers[f"/jobs/{data['id']}"] = data
         self._ids += 1
         event = {
             "id": self._ids,
@@ -198,8 +199,8 @@ class StubServer:
         refusal = self.refusals.get(f"{method} {path}")
         if refusal is not None:
             return refusal["status"], refusal
-        if (told := self.people.answer(method, path, body)) is not None:
-            return told
+        if (answer := self.people.answer(method, path, body)) is not None:
+            return answer
         if method == "GET":
             known = self.answers.get(path)
             return (404, problem(404, "Not found", f"there is no {path}")) if known is None else (200, known)
@@ -220,8 +221,10 @@ class StubServer:
         if path.startswith(("/pan_tilt/", "/rail/")):
             return 200, self.answers[f"/{path.split('/')[1]}"]
         if path.startswith("/cameras/") and method in ("PATCH", "DELETE"):
-            self.answers["/rig"], told = rig_documents.changed(self.answers["/rig"], path.split("/")[2], body)
-            return 200, told
+            self.answers["/rig"], answer = rig_documents.changed(
+                self.answers["/rig"], path.split("/")[2], body
+            )
+            return 200, answer
         if method == "POST" and path == "/follows":
             return 201, self.answers[path][-1]
         if path == "/settle_time":
@@ -302,7 +305,7 @@ async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
     await socket.send_json({"type": "hello", "views": listed, "server": "stub"})
     subscribed: set[str] = set()
     acknowledged: set[str] = set()
-    told = asyncio.create_task(_tell(socket, stub, acknowledged))
+    sender = asyncio.create_task(_send_rates(socket, stub, acknowledged))
     try:
         while True:
             message = await socket.receive_json()
@@ -316,10 +319,10 @@ async def _serve_views(socket: WebSocket, stub: StubServer) -> None:
     except WebSocketDisconnect:
         pass
     finally:
-        told.cancel()
+        sender.cancel()
 
 
-async def _tell(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> None:
+async def _send_rates(socket: WebSocket, stub: StubServer, acknowledged: set[str]) -> None:
     """Twice a second tell the rates, and send the views that wait for their next picture."""
     with suppress(WebSocketDisconnect, RuntimeError):
         while not (stub.away or stub.people.signed_out):

@@ -21,14 +21,14 @@ AT_REST = {"left": {"x_v": 0.0, "y_v": 0.0}, "right": {"x_v": 0.0, "y_v": 0.0}}
 class StubSteering:
     """Where it was steered to, and every message of the page."""
 
-    said: list[Document] = field(default_factory=list)
+    messages: list[Document] = field(default_factory=list)
     pose: Document = field(default_factory=lambda: dict(AT_REST))
     ended: str | None = None
     """Why it tells that steering has ended."""
 
     def orders(self) -> list[Document]:
         """Return what was said with a place."""
-        return [message for message in self.said if "volts" in message or "gaze" in message]
+        return [message for message in self.messages if "volts" in message or "gaze" in message]
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one page until it leaves."""
@@ -36,7 +36,7 @@ class StubSteering:
         with suppress(WebSocketDisconnect):
             while True:
                 message: Document = await socket.receive_json()
-                self.said.append(message)
+                self.messages.append(message)
                 if message["type"] == "begin":
                     await socket.send_json({"type": "hello", **LIMITS})
                 self.pose = self.pose | (message.get("volts") or {})

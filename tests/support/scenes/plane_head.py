@@ -59,7 +59,7 @@ def still(t_ns: int) -> tuple[float, float]:
     return 0.0, 0.0
 
 
-def nobody(t_ns: int) -> float | None:
+def no_passer(t_ns: int) -> float | None:
     return None
 
 
@@ -126,7 +126,7 @@ class PlaneHead:
     noise: float = 1.0
     shift_m: Callable[[int], tuple[float, float]] = still
     blind: frozenset[Role] = frozenset()
-    passer_px: Callable[[int], float | None] = nobody
+    passer_px: Callable[[int], float | None] = no_passer
     knocked_rad: Mapping[Role, tuple[float, float]] = field(default_factory=dict)
     calibration: Calibration = CALIBRATION
     looks: int = 0

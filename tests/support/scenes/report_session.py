@@ -49,7 +49,7 @@ FOVEA_LENS: Document = {
             {"name": "k2", "value": 0.0, "sigma": 1e-6, "assumed": True},
         ],
     },
-    "reason": "the views tell fx_px; assumed: k2",
+    "reason": "the views determine fx_px; assumed: k2",
 }
 
 

@@ -52,13 +52,13 @@ class CalibrationServer:
 
     @contextmanager
     def held_at(self, kind: str, *, step: str | None = None) -> Iterator[None]:
-        """Let the job that tells such an event (`step`: of that step) stand still until the context ends."""
+        """Hold the job that emits such an event (`step`: of that step) until the context ends."""
         events, reached, go_on = self.server.services.events, threading.Event(), threading.Event()
         emit = events.emit
 
-        def emit_and_wait(told: str, message: str, **more: Any) -> Event:  # noqa: ANN401 - passed on
-            event = emit(told, message, **more)
-            if told == kind and step in (None, event.data.get("step")) and not reached.is_set():
+        def emit_and_wait(emitted: str, message: str, **more: Any) -> Event:  # noqa: ANN401 - passed on
+            event = emit(emitted, message, **more)
+            if emitted == kind and step in (None, event.data.get("step")) and not reached.is_set():
                 reached.set()
                 go_on.wait(PATIENCE_S)
             return event
@@ -73,14 +73,14 @@ class CalibrationServer:
     def cancelled(
         self, session_id: str, step: str, at: str, *, at_step: str | None = None, **options: object
     ) -> dict[str, Any]:
-        """Begin a step, cancel it when it tells an event, and return the event's data."""
+        """Begin a step, cancel it at an event, and return the event's data."""
         before = self.server.last_event
         with self.held_at(at, step=at_step):
             job = self.begin(session_id, step, **options)
-            told = self.server.wait_for_event(at, after=before, step=at_step)
+            data = self.server.wait_for_event(at, after=before, step=at_step)
             self.server.post(f"/jobs/{job['id']}/cancel")
         assert self.ended(job)["state"] == "cancelled"
-        return told
+        return data
 
     def ended(self, job: dict[str, Any]) -> dict[str, Any]:
         """Wait for a job to end, for so long and no longer."""

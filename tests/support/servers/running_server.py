@@ -127,8 +127,8 @@ class Running:
                 if time.monotonic() > end_s:
                     break
         asked = " ".join([kind, *wanted.values()])
-        told = ", ".join(f"{name} ({count})" for name, count in seen.items()) or "none"
-        raise AssertionError(f"no event {asked} within {within_s:g} s after number {after}; seen: {told}")
+        counts = ", ".join(f"{name} ({count})" for name, count in seen.items()) or "none"
+        raise AssertionError(f"no event {asked} within {within_s:g} s after number {after}; seen: {counts}")
 
     def _events(
         self, after: int, *, within_s: float

@@ -13,7 +13,7 @@ from tests.support.servers.running_server import API, CENTRE, Running
 
 
 @pytest.fixture(autouse=True)
-def as_the_rig_file_says(request: pytest.FixtureRequest) -> Iterator[None]:
+def restore_settings(request: pytest.FixtureRequest) -> Iterator[None]:
     yield
     if "api_server" in request.fixturenames:
         server: Running = request.getfixturevalue("api_server")

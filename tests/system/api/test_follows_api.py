@@ -1,5 +1,6 @@
 """Followed targets by REST."""
 
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -53,7 +54,7 @@ def test_a_target_is_followed_marked_changed_and_let_go(api_server: Running) -> 
     follow_id = followed(api_server)
     found = api_server.get(f"/follows/{follow_id}").json()
     assert found["state"] == "followed"
-    assert found["label"] == "Followed 1"
+    assert re.fullmatch(r"Followed \d+", found["label"])
     assert (found["x_px"], found["y_px"]) == pytest.approx((720.0, 540.0), abs=3.0)
     truth = api_server.truth.depth_at(720.0, 540.0, api_server.rig.clock.now_ns())
     assert truth is not None

@@ -171,7 +171,8 @@ def test_tuning_that_is_cancelled_leaves_the_gains_and_the_loop_goes_on(api_serv
     assert (refused.status_code, "being tuned" in refused.json()["detail"]) == (409, True)
     assert api_server.post("/loop/tune", {}).status_code == 409
     api_server.post(f"/jobs/{job['id']}/cancel")
-    assert api_server.ended(job)["state"] == "cancelled"
+    ended = api_server.ended(job)
+    assert ended["state"] == "cancelled", ended
     loop = api_server.poll("/loop", lambda now: now["status"] == "tracking")
     assert (loop["settings"], loop["tuned"], loop["tune_job_id"]) == (before, None, None)
     assert api_server.get("/loop/tune.png").status_code == 404

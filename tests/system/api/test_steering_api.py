@@ -33,10 +33,10 @@ class Hand:
 
     wire: Connection
 
-    def say(self, **message: object) -> None:
+    def send(self, **message: object) -> None:
         self.wire.send(json.dumps({"type": "steer", "held": True, **message}))
 
-    def told(self, kind: str, enough: Callable[[Document], bool] = lambda _: True) -> Document:
+    def receive(self, kind: str, enough: Callable[[Document], bool] = lambda _: True) -> Document:
         """Return the next message of a kind that is enough."""
         end_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < end_s:
@@ -49,7 +49,7 @@ class Hand:
         end_s = time.monotonic() + PATIENCE_S
         while not shown():
             assert time.monotonic() < end_s, "what was awaited never showed"
-            self.say(**message)
+            self.send(**message)
             threading.Event().wait(0.05)
 
 
@@ -133,14 +133,14 @@ def test_volts_need_the_lease_and_a_free_rig(api_server: Running) -> None:
 
 def test_the_eyes_go_where_the_hand_says_and_stay_when_it_lets_go(api_server: Running) -> None:
     with hand(api_server) as ada:
-        hello = ada.told("hello")
+        hello = ada.receive("hello")
         assert (hello["max_v"], hello["calibrated"], hello["shift_limit_deg"]) == (170.0, True, 0.5)
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
-        state = ada.told("state", lambda found: found["status"] == "steering")
+        state = ada.receive("state", lambda found: found["status"] == "steering")
         assert state["by"] == "Ada"
         assert api_server.post("/mirrors/steer", AHEAD).json()["found"] == "Ada steers by hand"
-        ada.say(held=False)
-        ada.told("state", lambda found: found["status"] == "released")
+        ada.send(held=False)
+        ada.receive("state", lambda found: found["status"] == "released")
     assert stands(api_server, FREE)
     assert api_server.post("/mirrors/steer", AHEAD).status_code == 200
 
@@ -152,10 +152,10 @@ def test_a_gaze_has_direction_distance_and_vertical_shift(api_server: Running) -
         eyes = api_server.get("/mirrors").json()
         assert eyes["left"]["ax_deg"] - eyes["right"]["ax_deg"] == pytest.approx(5.7, abs=0.3)
         assert eyes["left"]["ay_deg"] - eyes["right"]["ay_deg"] == pytest.approx(0.5, abs=0.02)
-        ada.say(gaze={**gaze, "vertical_shift_deg": 0.6})
-        assert ada.told("problem")["found"] == "the eyes are shifted by ±0.5 degrees at most"
-        ada.say(held=False)
-        ada.told("state", lambda found: found["status"] == "released")
+        ada.send(gaze={**gaze, "vertical_shift_deg": 0.6})
+        assert ada.receive("problem")["found"] == "the eyes are shifted by ±0.5 degrees at most"
+        ada.send(held=False)
+        ada.receive("state", lambda found: found["status"] == "released")
 
 
 def test_without_a_calibration_volts_steer_and_a_gaze_is_refused(
@@ -172,25 +172,25 @@ def test_without_a_calibration_volts_steer_and_a_gaze_is_refused(
 
     assert put_volts(api_server, FREE).json()["left"]["ax_deg"] is None
     with hand(api_server) as ada:
-        assert ada.told("hello")["calibrated"] is False
-        ada.say(gaze=AHEAD)
-        assert ada.told("problem")["title"] == "The rig is not calibrated"
-        ada.say(held=False)
+        assert ada.receive("hello")["calibrated"] is False
+        ada.send(gaze=AHEAD)
+        assert ada.receive("problem")["title"] == "The rig is not calibrated"
+        ada.send(held=False)
         ada.hold(
             lambda: stands(api_server, {"left": {"x_v": 7.0, "y_v": 0.0}}),
             volts={"left": {"x_v": 7.0, "y_v": 0.0}},
         )
-        assert ada.told("state", lambda found: found["status"] == "steering")["gaze"] is None
-        ada.say(held=False)
+        assert ada.receive("state", lambda found: found["status"] == "steering")["gaze"] is None
+        ada.send(held=False)
 
 
 def test_volts_out_of_range_are_told_and_the_mirrors_stay(api_server: Running) -> None:
     with hand(api_server) as ada:
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
-        ada.say(volts={"left": {"x_v": -200.0, "y_v": 0.0}})
-        problem = ada.told("problem")
-        assert (problem["title"], problem["asked"]) == ("The rig cannot do that", "left x_v = -200")
-        ada.say(held=False)
+        ada.send(volts={"left": {"x_v": -200.0, "y_v": 0.0}})
+        problem = ada.receive("problem")
+        assert (problem["title"], problem["asked"]) == ("Out of range", "left x_v = -200")
+        ada.send(held=False)
     assert stands(api_server, FREE)
 
 
@@ -199,26 +199,26 @@ def test_a_stop_ends_it_until_a_new_press(api_server: Running) -> None:
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
         assert api_server.post("/stop").json()["parked"] is True
         parks = api_server.rig.mirrors.state.parks
-        ada.hold(lambda: ada.told("state")["status"] == "ended", volts=FREE)
+        ada.hold(lambda: ada.receive("state")["status"] == "ended", volts=FREE)
         assert parked(api_server)
         api_server.http.delete(f"{API}/stop")
         for _ in range(5):
-            ada.say(volts=FREE)
-        assert ada.told("state")["reason"] == "the stop is engaged"
+            ada.send(volts=FREE)
+        assert ada.receive("state")["reason"] == "the stop is engaged"
         assert (parked(api_server), api_server.rig.mirrors.state.parks) == (True, parks)
-        ada.say(held=False)
+        ada.send(held=False)
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
-        ada.say(held=False)
+        ada.send(held=False)
 
 
 def test_silence_holds_then_parks(api_server: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
     with hand(api_server) as ada:
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
-        ada.told("state", lambda found: found["status"] == "silent")
+        ada.receive("state", lambda found: found["status"] == "silent")
         assert stands(api_server, FREE)
-        ended = ada.told("state", lambda found: found["status"] == "ended")
-        assert "nothing was heard" in ended["reason"]
+        ended = ada.receive("state", lambda found: found["status"] == "ended")
+        assert "no message came" in ended["reason"]
     assert parked(api_server)
 
 
@@ -238,43 +238,43 @@ def test_a_job_takes_the_rig_and_says_so(api_server: Running) -> None:
         found: list[Document] = []
         fixating = threading.Thread(target=lambda: found.append(api_server.fixate()))
         fixating.start()
-        ada.hold(lambda: ada.told("state")["status"] == "ended", volts=FREE)
-        reason = ada.told("state", lambda state: state["status"] == "ended")["reason"]
+        ada.hold(lambda: ada.receive("state")["status"] == "ended", volts=FREE)
+        reason = ada.receive("state", lambda state: state["status"] == "ended")["reason"]
         assert "uses the rig" in reason
         fixating.join(PATIENCE_S)
         assert found[0]["state"] == "verged"
-        ada.say(held=False)
+        ada.send(held=False)
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
-        ada.say(held=False)
+        ada.send(held=False)
 
 
 def test_the_lease_of_another_is_respected(api_server: Running) -> None:
     token = api_server.post("/lease", {"holder": "Bob"}).json()["token"]
     with hand(api_server) as ada:
-        ada.say(volts=FREE)
-        assert ada.told("problem")["found"] == "the lease is held by Bob"
-        assert ada.told("state", lambda found: found["status"] == "ended")["by"] is None
+        ada.send(volts=FREE)
+        assert ada.receive("problem")["found"] == "the lease is held by Bob"
+        assert ada.receive("state", lambda found: found["status"] == "ended")["by"] is None
         assert parked(api_server)
     with hand(api_server, lease=token) as bob:
         bob.hold(lambda: stands(api_server, FREE), volts=FREE)
         api_server.post("/lease", {"holder": "Eve", "take_over": True})
-        bob.hold(lambda: bob.told("state")["status"] == "ended", volts=FREE)
-        assert bob.told("state")["reason"] == "the lease is held by Eve"
+        bob.hold(lambda: bob.receive("state")["status"] == "ended", volts=FREE)
+        assert bob.receive("state")["reason"] == "the lease is held by Eve"
 
 
 def test_two_hands_do_not_fight(api_server: Running) -> None:
     with hand(api_server) as ada, hand(api_server, name="Bob") as bob:
         ada.hold(lambda: stands(api_server, FREE), volts=FREE)
-        ada.say(volts=FREE)
-        bob.say(volts={"left": {"x_v": 0.0, "y_v": 0.0}})
-        assert bob.told("problem")["found"] == "Ada steers by hand"
-        ada.say(held=False)
+        ada.send(volts=FREE)
+        bob.send(volts={"left": {"x_v": 0.0, "y_v": 0.0}})
+        assert bob.receive("problem")["found"] == "Ada steers by hand"
+        ada.send(held=False)
 
 
 def test_what_is_no_message_is_told_and_foreign_pages_are_refused(api_server: Running) -> None:
     with hand(api_server) as ada:
         ada.wire.send('{"type":"steer","held":true,"volts":{"left":{"x_v":"5","y_v":0}}}')
-        assert "volts" in ada.told("problem")["detail"]
+        assert "volts" in ada.receive("problem")["detail"]
     with connect(f"ws://127.0.0.1:{api_server.port}{API}/mirrors/steering", proxy=None) as wire:
         wire.send('{"type":"steer","held":true}')
         assert "first message" in json.loads(wire.recv(timeout=PATIENCE_S))["detail"]

@@ -36,7 +36,7 @@ NAMES = {"role": "wide", "name": "wide", "eye": "left"}
 ENDLESS = ("/events", "/views/{name}/stream.mjpeg")
 LEFT_OUT = ("/lease", "/stop", "/session", "/users", "/service_tokens", "/rig/setup/")
 """The first change who may ask; to set a rig up no rig is needed, and its search takes seconds."""
-WITHOUT_WORK = "the vergence loop does not run", "no target is followed now", "nobody holds it"
+WITHOUT_WORK = "the vergence loop does not run", "no target is followed now", "the lease is free"
 """Refusals that stay true when the rig is open."""
 NEEDING_THE_RIG = [
     "delete /cameras/wide/settings",

@@ -89,7 +89,7 @@ def test_stop_holds_the_pan_tilt_and_refuses_to_turn_it(room: Running) -> None:
 
 
 @pytest.mark.parametrize(
-    ("body", "status", "told"),
+    ("body", "status", "message"),
     [
         ({"station": "attic"}, 422, "'markers near'"),
         ({"pan_deg": 500.0, "tilt_deg": 0.0}, 422, "500"),
@@ -99,11 +99,11 @@ def test_stop_holds_the_pan_tilt_and_refuses_to_turn_it(room: Running) -> None:
     ],
 )
 def test_turn_that_cannot_be_is_refused_in_words(
-    room: Running, body: dict[str, object], status: int, told: str
+    room: Running, body: dict[str, object], status: int, message: str
 ) -> None:
     answer = room.post("/pan_tilt/moves", body)
     assert answer.status_code == status, answer.text
-    assert told in answer.json()["detail"]
+    assert message in answer.json()["detail"]
 
 
 def test_session_is_kept_listed_and_deleted(room: Running) -> None:
@@ -119,7 +119,7 @@ def test_session_is_kept_listed_and_deleted(room: Running) -> None:
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ({"step": "dance"}, "step"),
         ({"step": "mirrors", "options": {"nodes": [2, 9]}}, "nodes"),
@@ -131,11 +131,13 @@ def test_session_is_kept_listed_and_deleted(room: Running) -> None:
         ({"step": "settle", "options": {"fast": True}}, "fast"),
     ],
 )
-def test_step_that_cannot_be_is_refused_in_words(room: Running, body: dict[str, object], told: str) -> None:
+def test_step_that_cannot_be_is_refused_in_words(
+    room: Running, body: dict[str, object], message: str
+) -> None:
     session = new_session(room)
     answer = room.post(f"/calibration_sessions/{session['id']}/runs", body)
     assert answer.status_code == 422, answer.text
-    assert told in answer.json()["detail"]
+    assert message in answer.json()["detail"]
 
 
 def test_step_in_no_session_is_not_found(room: Running) -> None:
@@ -173,9 +175,9 @@ def test_settle_time_that_does_not_hold_for_this_rig_is_not_put_in_use(room: Run
         f"session {session.id} has not measured how the mirrors settle; run the step settle first",
     )
     store_settle(session, settle_us=3_000, low_pass_hz=600)
-    status, told = refused(session.id)
+    status, message = refused(session.id)
     assert status == 409
-    assert "drive filter of 600 Hz, now it is 120 Hz" in told
+    assert "drive filter of 600 Hz, now it is 120 Hz" in message
     assert room.get("/settle_time").json()["source"] == "rig file"
 
 
@@ -238,7 +240,7 @@ def test_discarded_calibration_is_in_the_trash_and_comes_back(room: Running) -> 
     try:
         assert activated.status_code == 200
         shipped = room.http.delete(f"{API}/calibrations/{before['id']}")
-        assert (shipped.status_code, shipped.json()["found"]) == (422, "it is none of one's own")
+        assert (shipped.status_code, shipped.json()["found"]) == (422, "it is not in the data directory")
     finally:
         room.post(f"/calibrations/{before['id']}/activate")
 
@@ -265,7 +267,7 @@ def relabelled(document: dict[str, Any], label: str, *, shrunk: bool) -> dict[st
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ({}, "foveacam-calibration"),
         ({"schema": "fovea-calibration-record@1"}, "device bundle"),
@@ -273,10 +275,10 @@ def relabelled(document: dict[str, Any], label: str, *, shrunk: bool) -> dict[st
         ({"format": "foveacam-calibration", "version": 2, "hash": "0", "calibration": {}}, "rig_id"),
     ],
 )
-def test_file_that_is_no_calibration_is_refused(room: Running, body: dict[str, object], told: str) -> None:
+def test_file_that_is_no_calibration_is_refused(room: Running, body: dict[str, object], message: str) -> None:
     answer = room.post("/calibrations/import", body)
     assert answer.status_code == 422, answer.text
-    assert told in answer.json()["detail"]
+    assert message in answer.json()["detail"]
 
 
 def test_calibration_of_another_rig_is_refused_naming_both(room: Running) -> None:

@@ -15,7 +15,7 @@ from foveacam_server.accounts import sign_ins, users
 from foveacam_server.accounts.accounts import Accounts, Mode
 from foveacam_server.accounts.audit import AuditEntry, AuditLog
 from foveacam_server.accounts.errors import forbidden
-from foveacam_server.accounts.rights import NOBODY, Principal, PrincipalKind, Right, UserRole, rights_of
+from foveacam_server.accounts.rights import ANONYMOUS, Principal, PrincipalKind, Right, UserRole, rights_of
 from foveacam_server.accounts.signing_key import KEY_FILE
 from foveacam_server.accounts.tables import ServiceTokenRow, UserRow
 from foveacam_server.foundation.errors import NotFound, WrongCredentials
@@ -258,7 +258,7 @@ def test_the_audit_log_says_who_did_what_and_counts_what_is_repeated(accounts: A
 
 def test_a_flood_of_nobody_fills_no_disk(accounts: Accounts) -> None:
     for number in range(500):
-        accounts.audit.add(NOBODY, method="POST", path=f"/api/v1/{number}", address="evil", status=401)
+        accounts.audit.add(ANONYMOUS, method="POST", path=f"/api/v1/{number}", address="evil", status=401)
     (found,) = entries(accounts)
     assert (found.repeated, found.who, found.path) == (500, "nobody", "/…")
 

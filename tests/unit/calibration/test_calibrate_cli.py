@@ -129,13 +129,13 @@ def test_settle_time_of_a_session_is_put_in_use_without_a_rig_and_taken_back(
     )
     save_settle(replace(REPORT, rig_id=RIG), session.folder / SETTLE_REPORT)
     session.write(SETTLE, SettleDocument(axes=[], settle_us=11_200))
-    told = []
+    filters = []
     for wish in ([], ["--apply"], ["--rig-file"]):
         assert run(monkeypatch, "settle-time", *wish, "--json") == 0
-        told.append(json.loads(capsys.readouterr().out))
-    assert [found["source"] for found in told] == ["rig file", "measured 2026-02-01", "rig file"]
-    assert [found["settle_us"] for found in told] == [14_000, 11_200, 14_000]
-    assert told[1]["measured"]["session_id"] == session.id
+        filters.append(json.loads(capsys.readouterr().out))
+    assert [found["source"] for found in filters] == ["rig file", "measured 2026-02-01", "rig file"]
+    assert [found["settle_us"] for found in filters] == [14_000, 11_200, 14_000]
+    assert filters[1]["measured"]["session_id"] == session.id
 
 
 def test_report_is_a_page_that_names_the_calibration(
@@ -148,7 +148,7 @@ def test_report_is_a_page_that_names_the_calibration(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("use", "0123"), "foveacam calibrate list"),
         (("use", ""), "none in"),
@@ -173,13 +173,13 @@ def test_what_cannot_be_done_is_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     arguments: tuple[str, ...],
-    told: str,
+    message: str,
 ) -> None:
     assert run(monkeypatch, *arguments) != 0
     captured = capsys.readouterr()
     assert captured.err.count("\n") == 1, captured.err
     assert captured.err.startswith("foveacam: ")
-    assert told in captured.err
+    assert message in captured.err
     assert "foresaw" not in captured.err
 
 

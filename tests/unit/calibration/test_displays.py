@@ -35,7 +35,7 @@ class Bench:
         self.clock.sleep_until_ns(self.clock.now_ns() + round(1e9 * seconds))
 
     @property
-    def told(self) -> list[str]:
+    def emitted(self) -> list[str]:
         return [event.kind for event in self.events.recent(100)]
 
 
@@ -58,7 +58,7 @@ def test_a_pattern_is_shown_told_and_kept_over_a_restart(bench: Bench) -> None:
     shown = bench.service.show(CHARUCO)
     assert (shown.width_mm, shown.height_mm) == (220.0, 160.0)
     assert shown.description == "ChArUco board of 9 x 6 inner corners, squares of 20 mm"
-    assert bench.told == ["display.pattern"]
+    assert bench.emitted == ["display.pattern"]
     again = PatternDisplayService(bench.folder, clock=bench.clock, events=bench.events)
     assert again.pattern() == shown
     assert 'width="220mm"' in again.svg()
@@ -95,7 +95,7 @@ def test_a_screen_that_is_silent_for_15_s_is_dropped_and_one_that_is_heard_stays
     bench.service.register("b" * 12, TABLET)
     bench.wait_s(0.6 * SILENT_S)
     assert [display.id for display in bench.service.connected()] == ["b" * 12]
-    assert bench.told == ["display.changed"] * 3, "two came, one was lost; what only repeats is not told"
+    assert bench.emitted == ["display.changed"] * 3, "two came, one was lost; what only repeats is not told"
 
 
 def test_a_screen_that_leaves_is_dropped_at_once(bench: Bench) -> None:
@@ -103,7 +103,7 @@ def test_a_screen_that_leaves_is_dropped_at_once(bench: Bench) -> None:
     bench.service.forget("a" * 12)
     bench.service.forget("a" * 12)
     assert bench.service.connected() == []
-    assert bench.told == ["display.changed"] * 2
+    assert bench.emitted == ["display.changed"] * 2
 
 
 def test_too_many_screens_are_refused(bench: Bench) -> None:

@@ -43,7 +43,7 @@ class Kept:
 
 
 @dataclass
-class Heard(SilentWatcher):
+class RecordedSteps(SilentWatcher):
     """What a step told."""
 
     stages: list[str] = field(default_factory=list)
@@ -78,7 +78,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CalibrationSes
 
 
 @dataclass
-class Asked(Heard):
+class RecordedPolls(RecordedSteps):
     """Notes how far the fit was whenever it asked whether to go on."""
 
     asked: list[tuple[int, int]] = field(default_factory=list)
@@ -94,19 +94,19 @@ def lens() -> Intrinsics:
 
 
 def test_fit_is_kept_told_and_drawn_and_asks_often_whether_to_go_on(session: CalibrationSession) -> None:
-    kept, heard = Kept(), Asked()
-    calibration = fit_session(session, FitOptions(compare=False), lens(), registry=kept, watch=heard)
+    kept, watch = Kept(), RecordedPolls()
+    calibration = fit_session(session, FitOptions(compare=False), lens(), registry=kept, watch=watch)
     assert kept.known == {calibration.id: calibration}
     assert (calibration.origin, calibration.label, calibration.session_id) == (
         "measured",
         "spring",
         session.id,
     )
-    assert heard.stages == ["fit"]
-    assert heard.fits == [calibration.id]
-    assert heard.last[0] == heard.last[1] > 0
-    assert len(heard.asked) >= 10
-    assert len(set(heard.asked)) >= len(heard.asked) // 2  # between pieces of work
+    assert watch.stages == ["fit"]
+    assert watch.fits == [calibration.id]
+    assert watch.last[0] == watch.last[1] > 0
+    assert len(watch.asked) >= 10
+    assert len(set(watch.asked)) >= len(watch.asked) // 2  # between pieces of work
     found = describe_session(session, url="/s", running=None)
     assert found.fit is not None
     assert found.calibrations[-1] == found.fit.calibration_id == calibration.id
@@ -122,9 +122,9 @@ def test_fit_is_kept_told_and_drawn_and_asks_often_whether_to_go_on(session: Cal
 
 
 def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: CalibrationSession) -> None:
-    kept, heard = Kept(), Heard()
+    kept, watch = Kept(), RecordedSteps()
     options = FitOptions(compare=False, order=3, use_all_distances=False, label="plain")
-    calibration = fit_session(session, options, lens(), registry=kept, watch=heard)
+    calibration = fit_session(session, options, lens(), registry=kept, watch=watch)
     assert calibration.label == "plain"
     fit = describe_session(session, url="/s", running=None).fit
     assert fit is not None
@@ -136,12 +136,12 @@ def test_fit_of_one_distance_and_one_order_does_what_it_was_told(session: Calibr
 def test_session_without_a_sweep_says_which_step_comes_first(tmp_path: Path) -> None:
     empty = SessionCollection(tmp_path).create(label="empty", rig_id="rig-1", baseline_m=0.2)
     with pytest.raises(NotCalibrated, match="run the step mirrors first"):
-        fit_session(empty, FitOptions(), lens(), registry=Kept(), watch=Heard())
+        fit_session(empty, FitOptions(), lens(), registry=Kept(), watch=RecordedSteps())
     assert empty.empty
 
 
 @dataclass
-class Impatient(Heard):
+class Impatient(RecordedSteps):
     """Wants no more once so much is done."""
 
     patience: int = 0

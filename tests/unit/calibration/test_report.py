@@ -112,8 +112,8 @@ def test_drift_of_the_mounts_is_told_in_a_line() -> None:
         "left eye 0.46 fovea px a minute, 1.22 ± 0.06 px in all, over 5.2 min of measuring; right eye 0.70"
         in text
     )
-    assert "knocked amid the sweeps, taken out too: the left eye's by 158.7, then 4.0 fovea px." in text
-    assert "the eyes' rows came 0.31 px apart: taken out too" in text
+    assert "knocked during the sweeps, also corrected: the left eye's by 158.7, then 4.0 fovea px." in text
+    assert "the eyes' rows came 0.31 px apart: also corrected" in text
 
 
 def test_table_2_has_the_paper_s_rows_and_values() -> None:

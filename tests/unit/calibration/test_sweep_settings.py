@@ -7,7 +7,7 @@ from foveacam_server.resources.calibrating.sessions.mirrors_step import sweep_se
 from foveacam_server.resources.calibrating.sessions.step_environment import ExclusiveRig, StepEnvironment
 
 
-def nobody(what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:
+def no_rig(what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:
     return nullcontext()  # type: ignore[return-value]  # never used: nothing moves here
 
 
@@ -21,7 +21,7 @@ def test_a_sweep_looks_for_the_markers_of_the_rig_file() -> None:
         fovea_settings=None,
         max_v=170.0,
         markers=MarkerPrint(side_m=0.04, spacing_m=0.09, left_id=7),
-        use=nobody,
+        use=no_rig,
         wait_after_moves=lambda _time: None,
     )
 

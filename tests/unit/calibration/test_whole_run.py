@@ -74,7 +74,7 @@ class Touched(Exception):
 
 
 @dataclass
-class Heard(SilentWatcher):
+class RecordedStages(SilentWatcher):
     """Takes notes."""
 
     stages: list[str] = field(default_factory=list)
@@ -102,7 +102,7 @@ class Desk:
     """A session, and a rig that nobody may touch."""
 
     session: CalibrationSession
-    heard: Heard = field(default_factory=Heard)
+    recorded: RecordedStages = field(default_factory=RecordedStages)
     waits: list[SettleTime] = field(default_factory=list)
     activated: list[str] = field(default_factory=list)
 
@@ -137,7 +137,7 @@ class Desk:
 
     def run(self, **options: object) -> None:
         asked = AllOptions(activate=True).model_copy(update=options)
-        run_all(self.session, asked, environment=self.environment, registry=self, watch=self.heard)
+        run_all(self.session, asked, environment=self.environment, registry=self, watch=self.recorded)
 
 
 def returned_to(sweep: Sweep) -> Sweep:
@@ -172,8 +172,8 @@ def desk(tmp_path: Path) -> Desk:
 def test_nothing_of_a_complete_session_is_measured_again_and_its_results_come_into_force(desk: Desk) -> None:
     before = {path: path.read_bytes() for path in desk.session.folder.rglob("*") if path.is_file()}
     desk.run()
-    assert desk.heard.stages == STAGES
-    assert all(note.endswith(KNOWN) for note in desk.heard.notes)
+    assert desk.recorded.stages == STAGES
+    assert all(note.endswith(KNOWN) for note in desk.recorded.notes)
     assert [time.settle_us for time in desk.waits] == [11_200]
     assert desk.activated == [FITTED.id]
     assert {path: path.read_bytes() for path in desk.session.folder.rglob("*") if path.is_file()} == before
@@ -183,7 +183,7 @@ def test_session_that_was_copied_elsewhere_is_as_complete_as_it_was(desk: Desk) 
     for path in desk.session.folder.rglob("*"):
         os.utime(path, ns=(0, path.stat().st_mtime_ns + 1_000_000_000))
     desk.run()
-    assert all(note.endswith(KNOWN) for note in desk.heard.notes)
+    assert all(note.endswith(KNOWN) for note in desk.recorded.notes)
 
 
 def forget(desk: Desk, step: str) -> None:
@@ -257,4 +257,6 @@ def test_poses_that_an_eye_refused_are_tried_again_by_the_step_alone(desk: Desk)
     desk.run()
     assert desk.activated == [FITTED.id]
     with pytest.raises(Touched, match="the sweep at"):
-        measure_mirrors(desk.session, MirrorsOptions(), LENS, environment=desk.environment, watch=desk.heard)
+        measure_mirrors(
+            desk.session, MirrorsOptions(), LENS, environment=desk.environment, watch=desk.recorded
+        )

@@ -72,7 +72,7 @@ def test_a_camera_that_does_not_answer_that_question_is_lost() -> None:
     bench.camera.blocks_ns["read_settings"] = 600 * MS
     bench.turn_until(bench.is_down, within_s=2.0)
 
-    assert "asked to tell its settings" in bench.shared.state.link.reason
+    assert "asked to read its settings" in bench.shared.state.link.reason
 
 
 def test_a_reopened_camera_goes_on_by_itself_from_where_it_was() -> None:

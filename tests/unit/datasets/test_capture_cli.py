@@ -33,7 +33,7 @@ def refusal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["--name", "../up"], "begins with a dot"),
         (["--name", "/etc"], "separates folders"),
@@ -48,8 +48,8 @@ def refusal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
         (["--name", "none", "--resume"], "there is no capture 'none'"),
         (["--name", "one", "--resume"], "it is complete"),
         (["--name", "newer", "--resume"], "use a newer version of this program"),
-        (["--name", "one", "--watch"], "--watch: it is about a server's capture; say whose"),
-        (["--name", "one", "--resume", "--cancel"], "--resume and --cancel: one thing at a time"),
+        (["--name", "one", "--watch"], "--watch: it is about a server's capture; name the server"),
+        (["--name", "one", "--resume", "--cancel"], "--resume and --cancel: one at a time"),
         (["--name", "a", "--server", "here"], "'here' is no address of a server: it names no host"),
         (["--name", "a", "--server", "http://127.0.0.1:1"], "start it, or leave --server out"),
     ],
@@ -59,13 +59,13 @@ def test_what_cannot_be_captured_is_refused_in_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     words: list[str],
-    told: str,
+    message: str,
 ) -> None:
     written(data / "captures" / "one", 1)
     newer = written(data / "captures" / "newer", 1).folder / "dataset.json"
     newer.write_text(newer.read_text().replace('"version": 1', '"version": 2'))
 
-    assert told in refusal(monkeypatch, capsys, *words)
+    assert message in refusal(monkeypatch, capsys, *words)
 
 
 def test_a_partial_capture_is_found_by_its_name_however_its_accents_are_written(

@@ -54,7 +54,7 @@ DAMAGES: dict[str, tuple[Callable[[Path], object], str]] = {
     "stranger": (lambda f: (f / "images" / "x.png").touch(), "images/x.png: the dataset does not know"),
     "index": (
         lambda f: edit(f / "frames.csv", "10.0", "11.0"),
-        "frames.csv: line 6 is not what the journal says",
+        "frames.csv: line 6 differs from the journal",
     ),
     "rows": (lambda f: edit(f / "frames.csv", "\n2,", "\n"), "edited by hand"),
     "no index": (lambda f: (f / "frames.csv").unlink(), "frames.csv: it cannot be read"),

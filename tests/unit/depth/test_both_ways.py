@@ -71,9 +71,9 @@ class Leaning:
         return [(4.0 + 0.5 * rises + 0.0 * left).astype(np.float32)]
 
 
-@pytest.mark.parametrize(("both_ways", "runs", "said_px"), [(False, 1, 4.5), (True, 2, 4.0)])
+@pytest.mark.parametrize(("both_ways", "runs", "expected_px"), [(False, 1, 4.5), (True, 2, 4.0)])
 def test_a_card_that_asks_for_both_ways_has_no_side(
-    tmp_path: Path, both_ways: bool, runs: int, said_px: float
+    tmp_path: Path, both_ways: bool, runs: int, expected_px: float
 ) -> None:
     network = load_network(write_card(matcher(tmp_path / "a.onnx"), both_ways=both_ways))
     session = Leaning()
@@ -81,4 +81,4 @@ def test_a_card_that_asks_for_both_ways_has_no_side(
     pair = replace(pair_of(flat(4.0)), left=brighter, right=brighter)
     found_px, sigma_px = NetworkEstimator(card=network.card, session=session).answer(pair)
     assert session.runs == runs and sigma_px is None
-    assert np.median(found_px) == said_px
+    assert np.median(found_px) == expected_px

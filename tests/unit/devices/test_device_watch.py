@@ -21,7 +21,7 @@ def watch(tmp_path: Path) -> Iterator[DeviceReconnector]:
 
 
 @pytest.mark.parametrize(
-    ("detail", "given", "told"),
+    ("detail", "given", "remedy"),
     [
         ("firmware 9.0 is newer than this driver; update the software", None, "update the software"),
         ("the port is held; by a terminal; close that program", None, "close that program"),
@@ -30,11 +30,11 @@ def watch(tmp_path: Path) -> Iterator[DeviceReconnector]:
     ],
 )
 def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_worth_a_try(
-    watch: DeviceReconnector, detail: str, given: str | None, told: str
+    watch: DeviceReconnector, detail: str, given: str | None, remedy: str
 ) -> None:
     watch.add_problem(MIRRORS, detail=detail, remedy=given)
 
-    assert [(problem.detail, problem.remedy) for problem in watch.problems] == [(detail, told)]
+    assert [(problem.detail, problem.remedy) for problem in watch.problems] == [(detail, remedy)]
 
 
 @pytest.mark.parametrize("detail", ["the port is held", "the port is held; close that program"])

@@ -43,7 +43,7 @@ def keep_alive(hardware: HardwareThread, course: SteeringCourse, until: Callable
     """Speak as a client does until something shows."""
 
     def shown() -> bool:
-        hardware.hand.hear(course)
+        hardware.hand.record_message(course)
         return until()
 
     assert eventually(shown)
@@ -83,7 +83,7 @@ def test_no_step_exceeds_the_drivers_slew_limit() -> None:
 def test_mirrors_go_to_the_newest_target_and_stay_there_when_released(setup: HardwareSetup) -> None:
     hardware, mirrors = setup.start(), setup.rig.mirrors
     course = hardware.hand.press("Ada", THERE, held=True)
-    hardware.hand.hear(course, ASIDE)
+    hardware.hand.record_message(course, ASIDE)
     keep_alive(hardware, course, lambda: mirrors.volts == ASIDE)
 
     hardware.hand.release(course)
@@ -124,7 +124,7 @@ def test_silence_holds_the_mirrors_then_parks_them(
 
     assert eventually(lambda: mirrors.volts == PARKED)
     assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.ENDED)
-    assert "nothing was heard" in (course.over or "")
+    assert "no message came" in (course.over or "")
     assert hardware.gaze == PARKED
     setup.pictures.wait_for_more("left", more=3)
     assert mirrors.volts == PARKED
@@ -132,7 +132,7 @@ def test_silence_holds_the_mirrors_then_parks_them(
 
 def silent_s(course: SteeringCourse, *, after_s: float, blocked_s: float) -> float:
     return course.silent_s(
-        course.heard_ns + round(1e9 * after_s), blocked_ns=course.blocked_ns + round(1e9 * blocked_s)
+        course.message_ns + round(1e9 * after_s), blocked_ns=course.blocked_ns + round(1e9 * blocked_s)
     )
 
 
@@ -155,7 +155,7 @@ def test_a_loop_that_never_reads_again_leaves_nothing_steered_for_ever(
     monkeypatch.setattr(hardware.hand, "_blocked_ns", setup.clock.now_ns)  # blocked all the time
     course = hardware.hand.press("Ada", THERE, held=True)
     assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.ENDED)
-    assert (course.over, mirrors.volts) == ("nothing was heard for 0.45 s: the mirrors were parked", PARKED)
+    assert (course.over, mirrors.volts) == ("no message came for 0.45 s: the mirrors were parked", PARKED)
 
 
 def test_a_client_that_speaks_again_in_time_goes_on(setup: HardwareSetup) -> None:
@@ -163,7 +163,7 @@ def test_a_client_that_speaks_again_in_time_goes_on(setup: HardwareSetup) -> Non
     course = hardware.hand.press("Ada", THERE, held=True)
     assert eventually(lambda: hardware.hand.status(course) is SteeringStatus.SILENT)
 
-    hardware.hand.hear(course, ASIDE)
+    hardware.hand.record_message(course, ASIDE)
 
     keep_alive(hardware, course, lambda: mirrors.volts == ASIDE)
     hardware.hand.release(course)
@@ -201,7 +201,7 @@ def test_after_a_stop_nothing_moves_until_a_new_press(setup: HardwareSetup) -> N
     keep_alive(hardware, course, lambda: mirrors.volts == THERE)
 
     hardware.halt()
-    hardware.hand.hear(course, ASIDE)
+    hardware.hand.record_message(course, ASIDE)
 
     keep_alive(hardware, course, lambda: hardware.hand.status(course) is SteeringStatus.ENDED)
     assert course.over == "the stop is engaged"
@@ -209,7 +209,7 @@ def test_after_a_stop_nothing_moves_until_a_new_press(setup: HardwareSetup) -> N
     with pytest.raises(Stopped):
         hardware.hand.press("Ada", ASIDE, held=True)
     hardware.resume()
-    hardware.hand.hear(course, ASIDE)
+    hardware.hand.record_message(course, ASIDE)
     setup.pictures.wait_for_more("left", more=2)
     assert mirrors.volts == PARKED
     hardware.hand.release(hardware.hand.press("Ada", ASIDE, held=True))
@@ -222,7 +222,7 @@ def test_a_job_takes_the_rig_and_nothing_of_the_hand_comes_after(setup: Hardware
     with hardware.session("job 7", cancelled=never) as head:
         assert course.over == "job 7 uses the rig"
         head.look(ASIDE)
-        hardware.hand.hear(course, THERE)
+        hardware.hand.record_message(course, THERE)
         head.wide()
         assert mirrors.volts == ASIDE
         with pytest.raises(Busy, match="job 7 is using the rig"):
@@ -245,7 +245,7 @@ def test_a_lost_controller_ends_it_with_the_reason(setup: HardwareSetup) -> None
     course = hardware.hand.press("Ada", THERE, held=True)
     keep_alive(hardware, course, lambda: mirrors.volts == THERE)
     mirrors.lost = True
-    hardware.hand.hear(course, ASIDE)
+    hardware.hand.record_message(course, ASIDE)
     keep_alive(hardware, course, lambda: course.over is not None)
     assert "no controller" in (course.over or "")
     setup.wait_for("device.fault")

@@ -92,17 +92,17 @@ def test_a_homing_that_is_held_is_no_fault_and_leaves_the_position_unknown() -> 
 def test_a_rate_limit_or_deadline_is_a_finite_number_above_zero(
     make: Callable[[float], object], value: float
 ) -> None:
-    with pytest.raises(InvalidInput, match=r"is no finite number above 0; give one"):
+    with pytest.raises(InvalidInput, match=r"is not a finite number above 0; give one"):
         make(value)
 
 
 @pytest.mark.parametrize(("low", "high"), [(1.0, 1.0), (1.0, 0.0), (math.nan, 1.0), (0.0, math.inf)])
 def test_limits_enclose_something(low: float, high: float) -> None:
-    with pytest.raises(InvalidInput, match="enclose nothing"):
+    with pytest.raises(InvalidInput, match="are not a range"):
         RailLimits(min_m=low, max_m=high)
-    with pytest.raises(InvalidInput, match="enclose nothing"):
+    with pytest.raises(InvalidInput, match="are not a range"):
         PanTiltLimits(pan_min_rad=low, pan_max_rad=high, tilt_min_rad=0.0, tilt_max_rad=1.0)
-    with pytest.raises(InvalidInput, match="enclose nothing"):
+    with pytest.raises(InvalidInput, match="are not a range"):
         PanTiltLimits(pan_min_rad=0.0, pan_max_rad=1.0, tilt_min_rad=low, tilt_max_rad=high)
 
 

@@ -17,7 +17,7 @@ from tests.support.servers.local_server import serving
 from tests.support.servers.persons import PERSON_HEADER, install_persons
 
 from foveacam_server.accounts.requests import person_of
-from foveacam_server.accounts.rights import LOCAL, NOBODY, Principal, PrincipalKind, Right
+from foveacam_server.accounts.rights import ANONYMOUS, LOCAL, Principal, PrincipalKind, Right
 from foveacam_server.accounts.route_rights import needs
 from foveacam_server.doors import error_handlers
 from foveacam_server.doors.process_limits import REQUEST_THREADS_EACH, bound_threads
@@ -132,10 +132,10 @@ SERVICE = Principal(kind=PrincipalKind.SERVICE, name="bot", rights=frozenset(), 
         (USER, "10.0.0.1", "user mia"),
         (SERVICE, "10.0.0.1", "service t1"),
         (LOCAL, "10.0.0.1", "address 10.0.0.1"),
-        (NOBODY, "2001:db8::1:2:3:4", "address 2001:db8::/64"),
-        (NOBODY, "::ffff:10.0.0.1", "address 10.0.0.1"),
-        (NOBODY, "fe80::1%eth0", "address fe80::/64"),
-        (NOBODY, "testclient", "address testclient"),
+        (ANONYMOUS, "2001:db8::1:2:3:4", "address 2001:db8::/64"),
+        (ANONYMOUS, "::ffff:10.0.0.1", "address 10.0.0.1"),
+        (ANONYMOUS, "fe80::1%eth0", "address fe80::/64"),
+        (ANONYMOUS, "testclient", "address testclient"),
     ],
 )
 def test_who_is_one_person(principal: Principal, address: str, person: str) -> None:

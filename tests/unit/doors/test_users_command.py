@@ -27,7 +27,7 @@ def run(*arguments: str, typed: str = "") -> Result:
 
 
 def test_an_admin_who_forgot_the_password_gets_a_link(users: Path) -> None:
-    assert "whoever uses this machine" in run("list").output
+    assert "everyone on this machine" in run("list").output
     assert run("add", "ada", "--role", "admin", typed=f"{PASSWORD}\n{PASSWORD}\n").exit_code == 0
     printed = run("link", "ada").output
     code = re.search(r"/join\?code=(\S+)", printed)

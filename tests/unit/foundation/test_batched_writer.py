@@ -25,13 +25,13 @@ class FillingDisk:
         self.room = threading.Event()
         self.room.set()
         self.batches: list[list[int]] = []
-        self.told: list[str] = []
+        self.calls: list[str] = []
         self.refused = threading.Semaphore(0)
         self.writer = BatchedWriter(
             "test-writer",
             save=self._save,
-            on_fault=self.told.append,
-            on_recovered=lambda: self.told.append("recovered"),
+            on_fault=self.calls.append,
+            on_recovered=lambda: self.calls.append("recovered"),
         )
 
     @property
@@ -99,7 +99,7 @@ def test_what_a_full_disk_refused_is_written_once_there_is_room(disk: FillingDis
     assert disk.writer.flush(timeout_s=PATIENCE_S)
     disk.writer.close()
     assert disk.written == list(range(10))
-    assert disk.told == ["the disk is full", "recovered"]
+    assert disk.calls == ["the disk is full", "recovered"]
     assert not disk.writer.fault and disk.writer.unwritten == 0
 
 

@@ -50,7 +50,7 @@ def test_problem_carries_what_the_error_knows() -> None:
     error = OutOfRange("too far", asked="11 degrees", found="10 degrees", remedy="look elsewhere")
     assert problem_of(error).document(instance="/here").model_dump() == {
         "type": "/problems/out-of-range",
-        "title": "The rig cannot do that",
+        "title": "Out of range",
         "status": 422,
         "detail": "too far; look elsewhere",
         "instance": "/here",
@@ -102,13 +102,13 @@ class _Edge(BaseModel):
     kind: Literal["edge"]
 
 
-class _Asked(BaseModel):
+class _Request(BaseModel):
     cameras: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)] = ("left",)
     place: Annotated[_Corner | _Edge, Field(discriminator="kind")] = _Edge(kind="edge")
 
 
 @pytest.mark.parametrize(
-    ("sent", "told"),
+    ("sent", "message"),
     [
         ({"cameras": []}, "cameras is a list of 0; needed is a list no shorter than 1."),
         ({"cameras": ["a"] * 3}, "cameras is a list of 3; needed is a list no longer than 2."),
@@ -117,15 +117,15 @@ class _Asked(BaseModel):
             {"place": {"kind": "middle"}},
             "place is an object; needed is a kind that is one of 'corner', 'edge'.",
         ),
-        ({"place": {}}, "place is an object; needed is an object that says its kind."),
+        ({"place": {}}, "place is an object; needed is an object that states its kind."),
     ],
 )
 def test_lists_and_kinds_are_told_without_the_words_of_the_library(
-    sent: dict[str, object], told: str
+    sent: dict[str, object], message: str
 ) -> None:
     with pytest.raises(ValidationError) as refused:
-        _Asked.model_validate(sent)
-    assert explain_validation(refused.value.errors()).detail == told
+        _Request.model_validate(sent)
+    assert explain_validation(refused.value.errors()).detail == message
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS])

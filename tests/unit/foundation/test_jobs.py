@@ -46,7 +46,7 @@ class Bench:
 
 
 @pytest.fixture(autouse=True)
-def nobody() -> Iterator[None]:
+def no_person() -> Iterator[None]:
     before = PERSON.set(None)
     yield
     PERSON.reset(before)

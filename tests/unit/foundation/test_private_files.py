@@ -99,12 +99,12 @@ def test_a_backup_and_what_it_restores_are_their_owners_alone(tmp_path: Path) ->
     assert mode(restored) == 0o700 and shared(restored) == {}
 
 
-@pytest.mark.parametrize(("given", "told"), [(0o600, False), (0o640, False), (0o644, True)])
+@pytest.mark.parametrize(("given", "warned"), [(0o600, False), (0o640, False), (0o644, True)])
 def test_a_secret_that_every_user_may_read_is_reported(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, given: int, told: bool
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, given: int, warned: bool
 ) -> None:
     key = tmp_path / "key.pem"
     key.touch()
     key.chmod(given)
     warn_if_readable(key, what="the key of the certificate")
-    assert ("chmod 600" in caplog.text) == told
+    assert ("chmod 600" in caplog.text) == warned

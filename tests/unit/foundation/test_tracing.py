@@ -159,7 +159,9 @@ def test_a_collector_that_refuses_is_told_once(caplog: pytest.LogCaptureFixture)
             send_many(traces, 600)
         collector.wait_for_request()
     told = [record.getMessage() for record in caplog.records if record.name == otlp.__name__]
-    assert told == [f"traces are lost: {collector.endpoint}/v1/traces does not take them; all else goes on"]
+    assert told == [
+        f"traces are lost: {collector.endpoint}/v1/traces does not accept them; all else continues"
+    ]
     assert [record for record in caplog.records if record.name.startswith("opentelemetry")] == []
 
 

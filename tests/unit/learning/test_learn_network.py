@@ -159,7 +159,7 @@ def test_the_geometry_changes_nothing_at_first_and_something_once_learnt() -> No
     with torch.no_grad():
         torch.nn.init.normal_(told.films[0].get_parameter("terms.2.weight"))
     assert not torch.equal(told(left, right, geometry).disparity, expected)
-    with pytest.raises(ValueError, match="give the geometry"):
+    with pytest.raises(ValueError, match="give `geometry`"):
         told(left, right)
 
 

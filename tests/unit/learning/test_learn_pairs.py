@@ -45,10 +45,10 @@ def made(
     on_pair: Callable[[int], None] = lambda _done: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> MadePairs:
-    def tell(done: int, _total: int, _rate: float) -> None:
+    def count(done: int, _total: int, _rate: float) -> None:
         on_pair(done)
 
-    return make_pairs(wanted, pool or HereAndNow(), on_pair=tell, stopped=stopped)
+    return make_pairs(wanted, pool or HereAndNow(), on_pair=count, stopped=stopped)
 
 
 @pytest.fixture(scope="module")

@@ -189,7 +189,7 @@ def test_what_is_no_prior_is_refused_in_words(tmp_path: Path, monkeypatch: pytes
 
 
 @pytest.mark.parametrize(
-    ("order", "said"),
+    ("order", "message"),
     [
         ({"prior": "some"}, "--prior some: it is one of none, annealed, full"),
         ({"prior": "full"}, "--prior full without --prior-network"),
@@ -198,7 +198,7 @@ def test_what_is_no_prior_is_refused_in_words(tmp_path: Path, monkeypatch: pytes
     ],
 )
 def test_what_training_cannot_take_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, order: dict[str, object], said: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, order: dict[str, object], message: str
 ) -> None:
     monkeypatch.setattr("foveacam_pipeline.learn.pairs.load_datasets", lambda _folders: ())
     given = TrainingOrder(
@@ -211,5 +211,5 @@ def test_what_training_cannot_take_is_refused(
         crop_px=(96, 64),
         seed=0,
     )
-    with pytest.raises(InvalidInput, match=said):
+    with pytest.raises(InvalidInput, match=message):
         run_training(replace(given, **order), as_json=True)  # type: ignore[arg-type]  # of one field each

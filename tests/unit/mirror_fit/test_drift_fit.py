@@ -51,7 +51,7 @@ def test_without_a_known_depth_the_angle_between_the_eyes_is_left_alone() -> Non
     assert check.locked
     assert not check.vergence_known
     assert check.left.turn.turn_rad[1] == pytest.approx(check.right.turn.turn_rad[1], abs=1e-9)
-    assert "left alone" in check.detail
+    assert "was not corrected" in check.detail
 
 
 def test_what_does_not_depend_on_depth_is_found_without_one() -> None:

@@ -89,7 +89,7 @@ def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: SweepMeasurements) 
     largest = float(np.abs(eq1_rad).max())
     assert far.largest_rad == pytest.approx(largest, rel=0.5)  # Eq. 1 leaves the second axis out
     assert near.largest_rad == pytest.approx(2.0 * far.largest_rad, rel=0.1)
-    assert "taken out" in far.words
+    assert far.words.endswith("; corrected")
 
 
 def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(
@@ -99,7 +99,7 @@ def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(
         [swept(0, 2.5)], lens, drawing=DRAWING, label="plain", distance=DistanceSource.UNKNOWN
     )
     assert not plain.parallax[0].corrected
-    assert "left in" in plain.parallax[0].words
+    assert "not corrected, as the distance counts as unknown" in plain.parallax[0].words
     assert np.std(missed_px(swept_rig, plain, Role.LEFT), axis=0).max() > 2.0  # 0.02 degrees are 9 px
     assert not plain.rig.left.has_two_depths
 
@@ -216,11 +216,11 @@ def test_no_sweep_at_all_and_one_given_twice_are_refused(lens: Intrinsics) -> No
 
 def test_a_fit_by_tape_needs_a_tape(lens: Intrinsics) -> None:
     sweep = swept(0, 5.0)
-    untold = replace(
+    unmeasured = replace(
         sweep, header=replace(sweep.header, station=replace(sweep.header.station, distance_m=None))
     )
-    with pytest.raises(InvalidInput, match="nobody measured the distance"):
-        reduce_sweeps([untold], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
+    with pytest.raises(InvalidInput, match=r"the distance of .* was not measured"):
+        reduce_sweeps([unmeasured], lens, drawing=DRAWING, label="tape", distance=DistanceSource.TAPE)
 
 
 def test_a_pose_that_cannot_be_placed_is_left_out_with_its_reason(lens: Intrinsics) -> None:

@@ -10,7 +10,7 @@ from starlette.types import Scope
 
 from foveacam_bench.access.credentials import foreign_figures
 from foveacam_bench.access.guarded import Answer, GuardedServer, ServedRoute, guarded_server
-from foveacam_bench.access.matrix import Asker, askers_of, try_variants, undeclared, wrong_answers
+from foveacam_bench.access.matrix import Requester, requesters_of, try_variants, undeclared, wrong_answers
 from foveacam_server.accounts import passwords, route_rights, sign_ins
 from foveacam_server.console import access_rules
 from foveacam_server.console.access_rules import AccessRules
@@ -38,20 +38,20 @@ def server(store: Store) -> Iterator[GuardedServer]:
 
 
 @pytest.fixture(scope="module")
-def askers(server: GuardedServer) -> list[Asker]:
-    return list(askers_of(server))
+def requesters(server: GuardedServer) -> list[Requester]:
+    return list(requesters_of(server))
 
 
 def test_every_route_is_reached_by_whom_it_is_declared_for_alone(
-    server: GuardedServer, askers: list[Asker]
+    server: GuardedServer, requesters: list[Requester]
 ) -> None:
     assert len(server.routes) > 300
     assert undeclared(server.routes) == []
-    assert wrong_answers(server, askers) == []
+    assert wrong_answers(server, requesters) == []
 
 
-def test_a_variant_of_a_path_gives_nobody_a_right(server: GuardedServer, askers: list[Asker]) -> None:
-    tried, violations = try_variants(server, server.routes[::ONE_IN], askers)
+def test_a_variant_of_a_path_gives_nobody_a_right(server: GuardedServer, requesters: list[Requester]) -> None:
+    tried, violations = try_variants(server, server.routes[::ONE_IN], requesters)
     assert violations == []
     assert tried > 800
 
@@ -92,7 +92,7 @@ def test_an_ending_of_the_path_gives_nobody_the_right_of_another_route(server: G
 
 
 def test_the_figures_see_rules_that_read_the_path_otherwise_than_the_router(
-    server: GuardedServer, askers: list[Asker], monkeypatch: pytest.MonkeyPatch
+    server: GuardedServer, requesters: list[Requester], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def by_the_path(rules: AccessRules, found: object, access: object, scope: Scope) -> object:
         return found if scope["path"].endswith("\n") else authorise(rules, found, access, scope)
@@ -100,7 +100,7 @@ def test_the_figures_see_rules_that_read_the_path_otherwise_than_the_router(
     authorise: Callable[..., object] = AccessRules._authorise
     monkeypatch.setattr(AccessRules, "_authorise", by_the_path)
     monkeypatch.setattr(access_rules, "_CONTROL", re.compile("(?!)"))
-    assert len(try_variants(server, server.routes[::ONE_IN], askers)[1]) > 10
+    assert len(try_variants(server, server.routes[::ONE_IN], requesters)[1]) > 10
 
 
 def test_no_bad_credential_is_accepted(

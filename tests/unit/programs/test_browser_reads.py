@@ -42,7 +42,7 @@ ALLOWED = {
     "console_page.py::Tabs._idle_tab": "which server an idle tab is at; no test runs in it",
     "console_page.py::Tabs.release_tab": "which server a test was at; it is over",
     "test_console_failures.py::seconds_of_a_plain_answer": "measures how long a request takes",
-    "test_listed_origin.py::heard": "the answer to a connection that the page makes",
+    "test_listed_origin.py::first_message": "the answer to a connection that the page makes",
     "test_listed_origin.py::order": "the answer to a request that the page sends",
     "test_console_views.py::direction_of": "computes with the page's own module; nothing is shown",
 }

@@ -13,6 +13,8 @@ from types import SimpleNamespace
 import pytest
 
 from foveacam_bench import catalogue
+from foveacam_bench.figures import Keep
+from foveacam_hardware.contract import InvalidInput
 from foveacam_server import __version__, cli
 from foveacam_server.foundation import bench_package
 from foveacam_server.foundation.settings import Settings
@@ -128,7 +130,7 @@ def test_bench_prints_one_json_object_and_nothing_else(
     monkeypatch.setattr(
         catalogue,
         "run_bench",
-        lambda name, *, quick, silent, **_folders: {
+        lambda name, *, quick, **_folders: {
             "rtt_p50_ms": 0.5,
             "quick": quick,
             "far": [{"m": math.inf}],
@@ -143,23 +145,50 @@ def test_bench_prints_one_json_object_and_nothing_else(
 def test_bench_prints_a_table_for_people(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(
-        catalogue, "run_bench", lambda name, *, quick, silent, **_folders: {"rtt_p50_ms": 0.51234}
-    )
+    monkeypatch.setattr(catalogue, "run_bench", lambda name, *, quick, **_folders: {"rtt_p50_ms": 0.51234})
     run(monkeypatch, "bench", "stream")
     assert "0.5123" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("binning", [None, 1, 2])
-def test_a_bench_runs_at_its_own_binning_unless_told(
-    monkeypatch: pytest.MonkeyPatch, binning: int | None
+@pytest.mark.parametrize(
+    ("quick", "binning", "used"), [(False, None, 1), (True, None, 2), (True, 1, 1), (False, 2, 2)]
+)
+def test_a_bench_runs_at_its_own_binning_unless_quick_or_told(
+    monkeypatch: pytest.MonkeyPatch, quick: bool, binning: int | None, used: int
 ) -> None:
-    def measured(*, quick: bool, binning: int = 2) -> dict[str, object]:
+    def measured(*, quick: bool, binning: int = 1) -> dict[str, object]:
         return {"binning": binning, "quick": quick}
 
     monkeypatch.setattr(catalogue, "import_module", lambda name: SimpleNamespace(run=measured))
-    found = catalogue.run_bench("calibration", quick=True, silent=True, binning=binning)
-    assert found == {"binning": binning or 2, "quick": True}
+    found = catalogue.run_bench("calibration", quick=quick, binning=binning)
+    assert found == {"binning": used, "quick": quick}
+
+
+def test_a_bench_that_is_cut_off_has_shown_the_parts_that_it_measured(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def cut_off(*, quick: bool, keep: Keep) -> dict[str, object]:
+        keep({"start_s": 1.5, "imports_s": None})
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(catalogue, "import_module", lambda name: SimpleNamespace(run=cut_off))
+    with pytest.raises(KeyboardInterrupt):
+        catalogue.run_bench("calibration", quick=True)
+    shown = capsys.readouterr()
+    assert json.loads(shown.err.splitlines()[-1]) == {"start_s": 1.5, "imports_s": None}
+    assert shown.out == ""
+
+
+def test_a_seed_is_for_benches_that_draw_by_chance(monkeypatch: pytest.MonkeyPatch) -> None:
+    def drawing(*, quick: bool, seed: int = 14) -> dict[str, object]:
+        return {"seed": seed}
+
+    monkeypatch.setattr(catalogue, "import_module", lambda name: SimpleNamespace(run=drawing))
+    assert catalogue.run_bench("calibration", quick=True) == {"seed": 14}
+    assert catalogue.run_bench("calibration", quick=True, seed=7) == {"seed": 7}
+    monkeypatch.setattr(catalogue, "import_module", lambda name: SimpleNamespace(run=lambda quick: {}))
+    with pytest.raises(InvalidInput, match="draws nothing by a seed; leave --seed out"):
+        catalogue.run_bench("calibration", quick=True, seed=7)
 
 
 def test_benches_that_are_not_installed_are_told_with_a_remedy(
@@ -231,7 +260,7 @@ def test_damaged_database_is_named_with_a_remedy_by_every_command(
 
 
 @pytest.mark.parametrize(
-    ("error", "status", "told"),
+    ("error", "status", "message"),
     [
         (PermissionError(13, "Permission denied", "/srv/rig.toml"), 1, "/srv/rig.toml: Permission denied"),
         (OSError(28, "No space left on device"), 1, "No space left on device"),
@@ -241,7 +270,7 @@ def test_damaged_database_is_named_with_a_remedy_by_every_command(
 def test_errors_of_the_system_and_of_text_are_one_line(
     error: Exception,
     status: int,
-    told: str,
+    message: str,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -252,8 +281,8 @@ def test_errors_of_the_system_and_of_text_are_one_line(
     monkeypatch.setattr(early_kernels, "kernels_of", without_kernels)
     assert run(monkeypatch, "serve") == status
     line = one_line(capsys)
-    assert told in line
-    assert "nobody foresaw" not in line
+    assert message in line
+    assert "unexpected error" not in line
 
 
 def test_error_that_nobody_foresaw_is_one_line_too(

@@ -40,7 +40,7 @@ JOB: Document = {
 }
 PROBLEM = {
     "type": "/problems/not-connected",
-    "title": "A device is missing",
+    "title": "A device is not connected",
     "status": 503,
     "detail": "no eye",
 }

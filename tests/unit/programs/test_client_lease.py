@@ -65,7 +65,7 @@ def test_a_lease_is_renewed_and_sent_during_the_block_and_given_back() -> None:
 
 
 @pytest.mark.parametrize(
-    ("failure", "why"), [(busy(TAKEN_OVER), TAKEN_OVER), (httpx.ConnectError("refused"), "nobody answers")]
+    ("failure", "why"), [(busy(TAKEN_OVER), TAKEN_OVER), (httpx.ConnectError("refused"), "no server answers")]
 )
 def test_a_lost_lease_ends_the_blocks_calls_and_the_block(
     failure: httpx.Response | Exception, why: str

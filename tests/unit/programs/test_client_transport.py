@@ -70,7 +70,7 @@ def problem(
 ) -> httpx.Response:
     document = {
         "type": f"/problems/{slug}",
-        "title": "Somebody else is using it",
+        "title": "Busy",
         "status": status,
         "detail": detail,
         "remedy": "wait for it",
@@ -101,7 +101,7 @@ def test_a_problem_is_an_exception_with_its_own_words() -> None:
 
     error = raised.value
     assert (error.title, error.detail, error.remedy) == (
-        "Somebody else is using it",
+        "Busy",
         "the rig captures",
         "wait for it",
     )
@@ -111,7 +111,7 @@ def test_a_problem_is_an_exception_with_its_own_words() -> None:
 def test_a_remedy_that_the_detail_ends_with_is_said_once() -> None:
     rig = FakeServer(problem(409, detail="the rig captures; wait for it")).rig()
 
-    with pytest.raises(RigBusy, match=r"^Somebody else is using it: the rig captures; wait for it$"):
+    with pytest.raises(RigBusy, match=r"^Busy: the rig captures; wait for it$"):
         rig.api.fixations.create(REQUEST)
 
 

@@ -101,5 +101,5 @@ def test_a_board_that_is_believed_to_run_on_would_be_found_out(monkeypatch: pyte
     trial.plug()
     trial.connect()
 
-    with pytest.raises(FalsePosition, match=r"it says \(0.0, 0.0\), and stands at"):
+    with pytest.raises(FalsePosition, match=r"it reports \(0.0, 0.0\), and stands at"):
         trial.check()

@@ -1,10 +1,6 @@
-import importlib.util
 from typing import Any
 
-import pytest
-
-from foveacam_bench.doors.generated import check_generator, count_failures
-from foveacam_hardware.contract import InvalidInput
+from foveacam_bench.doors.generated import count_failures
 
 
 def scenario(label: str, *failed: tuple[str, str]) -> tuple[str, dict[str, Any]]:  # Any: a JSON document
@@ -49,9 +45,3 @@ def test_equal_failures_of_an_operation_count_once_and_each_says_what_was_wrong(
             "undocumented_answers: GET /a: Received: 418",
         ],
     }
-
-
-def test_without_the_generator_the_bench_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: None)
-    with pytest.raises(InvalidInput, match="make setup"):
-        check_generator()

@@ -19,7 +19,7 @@ def problem(status: int) -> Response:
 
 
 @pytest.mark.parametrize(
-    ("answer", "error", "told"),
+    ("answer", "error", "message"),
     [
         (problem(409), FoveaError, "^it captures$"),
         (problem(422), InvalidInput, "^it captures$"),
@@ -33,11 +33,11 @@ def problem(status: int) -> Response:
     ],
 )
 def test_an_answer_that_is_none_is_an_error_in_its_own_words(
-    answer: Response, error: type[FoveaError], told: str
+    answer: Response, error: type[FoveaError], message: str
 ) -> None:
     with (
         serving(answer) as port,
-        pytest.raises(error, match=told) as raised,
+        pytest.raises(error, match=message) as raised,
         server_rig(f"http://127.0.0.1:{port}", token=None) as rig,
     ):
         rig.datasets()
@@ -45,7 +45,7 @@ def test_an_answer_that_is_none_is_an_error_in_its_own_words(
 
 
 @pytest.mark.parametrize(
-    ("address", "error", "told"),
+    ("address", "error", "message"),
     [
         ("here", InvalidInput, "give the address that a browser opens it by"),
         (
@@ -55,6 +55,6 @@ def test_an_answer_that_is_none_is_an_error_in_its_own_words(
         ),
     ],
 )
-def test_a_server_that_is_not_there_is_an_error(address: str, error: type[FoveaError], told: str) -> None:
-    with pytest.raises(error, match=told), server_rig(address, token=None) as rig:
+def test_a_server_that_is_not_there_is_an_error(address: str, error: type[FoveaError], message: str) -> None:
+    with pytest.raises(error, match=message), server_rig(address, token=None) as rig:
         rig.datasets()

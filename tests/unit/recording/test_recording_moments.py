@@ -125,7 +125,7 @@ def test_without_calibration_or_poses_depth_is_refused_in_words(
 ) -> None:
     with pytest.raises(NotCalibrated, match="carries no calibration"):
         desk.at(look(tmp_path / "a.fcap", calibration=None), t_s=0.0, order=DepthOrder())
-    with pytest.raises(InvalidInput, match="nobody knows where it looks"):
+    with pytest.raises(InvalidInput, match="its direction is unknown"):
         desk.at(look(tmp_path / "b.fcap", volts=False), t_s=0.0, order=DepthOrder())
     record(tmp_path / "c.fcap", streams=("center",))
     with pytest.raises(InvalidInput, match="no frames of the left camera"):

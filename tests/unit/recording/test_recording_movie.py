@@ -87,9 +87,9 @@ def test_what_cannot_be_shown_is_refused_and_leaves_nothing(recording: Path, tmp
     refused = [
         (MovieSpec(show="top"), "a.mp4", "no stream 'top'"),
         (MovieSpec(show="left"), "a.avi", "end it in .mp4"),
-        (MovieSpec(show="left", start_s=9.0), "a.mp4", "has no frame in that part"),
+        (MovieSpec(show="left", start_s=9.0), "a.mp4", "has no frame from 9.000 s to its end"),
         (MovieSpec(show="left", start_s=1.0, end_s=0.5), "a.mp4", "give a later end"),
-        (MovieSpec(show="left", fps=1e9), "a.mp4", "say another rate"),
+        (MovieSpec(show="left", fps=1e9), "a.mp4", "give another rate"),
         (MovieSpec(show="left"), "none/a.mp4", "no folder"),
     ]
     with Recording(recording) as opened:

@@ -103,7 +103,7 @@ def test_straight_lines_are_straight_again_in_the_wide_picture_alone(recording: 
 
 def test_a_recording_that_tells_no_lens_is_exported_as_taken_alone(tmp_path: Path) -> None:
     record(tmp_path / "a.fcap")
-    with Recording(tmp_path / "a.fcap") as opened, pytest.raises(InvalidInput, match="tells no lens"):
+    with Recording(tmp_path / "a.fcap") as opened, pytest.raises(InvalidInput, match="contains no lens"):
         export_movie(opened, MovieSpec(show="center", undistorted=True), tmp_path / "a.mp4")
 
 

@@ -65,7 +65,7 @@ def wait_until(met: Callable[[], bool]) -> None:
 def test_children_work_beside_each_other_and_parts_come_before_what_needs_them() -> None:
     beside = threading.Barrier(2, timeout=PATIENCE_S)
 
-    def work(_names: Sequence[str], _tell: OnProgress, _cancelled: Callable[[], bool]) -> None:
+    def work(_names: Sequence[str], _report: OnProgress, _cancelled: Callable[[], bool]) -> None:
         beside.wait()
 
     children = Children(work)
@@ -83,9 +83,9 @@ def test_progress_counts_all_phases_and_tells_the_time_left() -> None:
     times_s = iter(range(0, 1000, 4))
     seen: list[KernelProgress] = []
 
-    def work(names: Sequence[str], tell: OnProgress, _cancelled: Callable[[], bool]) -> None:
+    def work(names: Sequence[str], report: OnProgress, _cancelled: Callable[[], bool]) -> None:
         for done in range(3):
-            tell(step(names[0], done))
+            report(step(names[0], done))
 
     compile_in_children(
         on_progress=seen.append,
@@ -104,7 +104,7 @@ def test_progress_counts_all_phases_and_tells_the_time_left() -> None:
 
 
 def test_a_child_that_fails_ends_the_others_and_its_error_is_told() -> None:
-    def work(names: Sequence[str], _tell: OnProgress, cancelled: Callable[[], bool]) -> None:
+    def work(names: Sequence[str], _report: OnProgress, cancelled: Callable[[], bool]) -> None:
         if tuple(names) == ("shading",):
             raise StorageFull("the disk is full")
         wait_until(cancelled)
@@ -123,8 +123,8 @@ def test_a_child_that_fails_ends_the_others_and_its_error_is_told() -> None:
 def test_a_cancelled_preparation_ends_its_children_and_loads_nothing() -> None:
     ending, loaded = threading.Event(), threading.Event()
 
-    def work(names: Sequence[str], tell: OnProgress, cancelled: Callable[[], bool]) -> None:
-        tell(step(names[0], 0))
+    def work(names: Sequence[str], report: OnProgress, cancelled: Callable[[], bool]) -> None:
+        report(step(names[0], 0))
         ending.set()  # SIGTERM comes while a child compiles
         wait_until(cancelled)
         raise Cancelled("the job was cancelled")

@@ -23,25 +23,25 @@ def texture(seed: int, side: int) -> NDArray[np.uint8]:
 
 
 GROUND = cv2.resize(texture(1, 320), (SIZE[1], SIZE[0]), interpolation=cv2.INTER_CUBIC)
-THING = texture(2, 71)
+TARGET = texture(2, 71)
 
 
 def scene(
     x_px: float | None,
     y_px: float = 240.0,
     *,
-    thing: NDArray[np.uint8] = THING,
+    target: NDArray[np.uint8] = TARGET,
     noise: float = 3.0,
     seed: int = 0,
 ) -> NDArray[np.uint8]:
     """Draw a thing with its middle at a place, to a fraction of a pixel; None: nothing."""
     image = GROUND.astype(np.float32)
     if x_px is not None:
-        half = (thing.shape[0] - 1) / 2
+        half = (target.shape[0] - 1) / 2
         shift = np.array([[1.0, 0.0, x_px - half], [0.0, 1.0, y_px - half]])
         size = (SIZE[1], SIZE[0])
-        placed = cv2.warpAffine(thing.astype(np.float32), shift, size, flags=cv2.INTER_CUBIC)
-        mask = cv2.warpAffine(np.ones(thing.shape, dtype=np.float32), shift, size)
+        placed = cv2.warpAffine(target.astype(np.float32), shift, size, flags=cv2.INTER_CUBIC)
+        mask = cv2.warpAffine(np.ones(target.shape, dtype=np.float32), shift, size)
         image = image * (1.0 - mask) + placed * mask
     grain = np.random.default_rng(seed).normal(0.0, noise, SIZE)
     return (image + grain).clip(0, 255).astype(np.uint8)
@@ -100,11 +100,11 @@ def test_a_slowly_changing_thing_is_followed_by_the_renewed_template() -> None:
     scores = []
     for step in range(1, 60):
         share = min(0.45, step / 120.0)
-        mixed = (THING * (1.0 - share) + other * share).astype(np.uint8)
-        match = tracker.update(scene(200.0 + step, thing=mixed, seed=step), None)
+        mixed = (TARGET * (1.0 - share) + other * share).astype(np.uint8)
+        match = tracker.update(scene(200.0 + step, target=mixed, seed=step), None)
         assert match is not None
         scores.append(match.score)
-    first = cv2.matchTemplate(THING.astype(np.float32), mixed.astype(np.float32), cv2.TM_CCOEFF_NORMED)[0, 0]
+    first = cv2.matchTemplate(TARGET.astype(np.float32), mixed.astype(np.float32), cv2.TM_CCOEFF_NORMED)[0, 0]
     assert scores[-1] > float(first)
 
 

@@ -187,6 +187,17 @@ def test_a_target_that_moves_is_refused() -> None:
         relay(plant.loop, Axis.PAN_X, plant.step)
 
 
+@pytest.mark.parametrize(
+    "status", [LoopStatus.MATCH_STALE, LoopStatus.PAIR_SKEW, LoopStatus.TRIGGER_FAULT, LoopStatus.LOW_SCORE]
+)
+def test_single_looks_whose_frames_come_late_do_not_end_the_tuning(status: LoopStatus) -> None:
+    plant, undisturbed = Plant(), Plant()
+    plant.statuses = dict.fromkeys((2, 3, 7), status)
+    found = relay(plant.loop, Axis.VERGE, plant.step)
+    assert found.ultimate_gain == relay(undisturbed.loop, Axis.VERGE, undisturbed.step).ultimate_gain
+    assert plant.looks > undisturbed.looks
+
+
 def test_a_target_that_is_not_found_in_three_looks_ends_the_tuning_with_gains_and_commands_as_before() -> (
     None
 ):

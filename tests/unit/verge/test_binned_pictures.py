@@ -25,7 +25,7 @@ from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.survey import reduce_eye
 from foveacam_pipeline.verge.matching.wide_patch import cut_view, survey_f_px
-from foveacam_pipeline.verge.single_eye.eye_match import register_eye, view_half_px
+from foveacam_pipeline.verge.single_eye.eye_match import SHARED_SIGMA_PX, register_eye, view_half_px
 from foveacam_pipeline.verge.suggest import suggest_targets
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.wide_depth.rendering import context_cloud
@@ -107,6 +107,7 @@ def test_matches_state_honest_errors_in_sensor_pixels_at_both_binnings() -> None
 def test_one_eye_against_the_wide_view_states_honest_errors_at_both_binnings() -> None:
     f_px, half_baseline_m = survey_f_px(CALIBRATION.wide), CALIBRATION.baseline_m / 2.0
     pose_per_m = CALIBRATION.left.angle_sigma_rad(Z_M)[0] / half_baseline_m
+    shared_per_m = SHARED_SIGMA_PX / f_px / half_baseline_m  # neither drift nor fine texture here
     errors: dict[int, list[float]] = {1: [], 2: []}
     for shift in np.linspace(0.0, 0.8, 5):
         for sighting in looks(plane(noise=NOISE, shift_m=lambda t_ns, at=shift: (at, 0.3 * at))):
@@ -115,7 +116,7 @@ def test_one_eye_against_the_wide_view_states_honest_errors_at_both_binnings() -
             view = cut_view(image, CALIBRATION.wide, TARGET, f_px=f_px, half=view_half_px())
             found = register_eye(eye, Role.LEFT, view, TARGET, 1.0 / Z_M, calibration=CALIBRATION, f_px=f_px)
             assert found is not None
-            own_per_m = math.sqrt(found.sigma_per_m**2 - pose_per_m**2)
+            own_per_m = math.sqrt(found.sigma_per_m**2 - pose_per_m**2 - shared_per_m**2)
             errors[sighting.left.binning].append((found.inverse_z_per_m - 1.0 / Z_M) / own_per_m)
     for binned in errors.values():
         assert max(map(abs, binned)) <= 3.0

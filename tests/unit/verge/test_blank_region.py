@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_pipeline.verge.surroundings.blank_region import blank_region
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.verge.surroundings.blank_region import blank_region, side_of_edge
 
 NOISE = 1.5
 CARD = (300, 420, 200, 330)
@@ -47,3 +48,16 @@ def test_a_picture_without_any_edge_has_no_border_and_touches_the_rim() -> None:
 
     assert len(region.border_px) == 0
     assert region.touches_rim
+
+
+def test_an_edge_between_two_colours_of_one_brightness_is_an_edge() -> None:
+    """In grey levels there is none."""
+    blue, brown = (40, 100, 178), (140, 84, 0)
+    picture = np.zeros((80, 120, 3), dtype=np.uint8)
+    picture[:, :60], picture[:, 60:] = blue, brown
+    assert np.ptp(gray(picture)) == 0
+
+    side = side_of_edge(picture, np.array([56.0, 40.0]))
+
+    assert (side[20:60, 45:54] == 255).all()
+    assert not side[:, 66:].any()

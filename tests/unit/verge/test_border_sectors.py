@@ -1,4 +1,4 @@
-"""One place of a blank region's border speaks for each direction from the target."""
+"""One place of each edge of a blank region's border speaks for a direction from the target."""
 
 from dataclasses import replace
 
@@ -62,3 +62,23 @@ def test_each_direction_has_one_place_and_one_eye_alone_counts_where_the_border_
     assert middles_by_sector([*right, left[0]], TARGET) == [right[1]]
     apart = replace(left[1], inverse_z_per_m=0.255)
     assert middles_by_sector([*right, left[0], apart], TARGET) == [right[1]]
+
+
+def test_two_edges_in_one_direction_have_a_place_each() -> None:
+    far = [_edge(0.001 * k, 0.37, beyond=0.5) for k in range(3)]
+    near = [_edge(0.003 + 0.001 * k, 0.51, beyond=0.99) for k in range(5)]
+
+    middles = middles_by_sector([*far, *near], TARGET)
+
+    assert [middle.inverse_z_per_m for middle in middles] == [0.37, 0.51]
+    assert [middle.beyond for middle in middles] == [0.5, 0.99]
+
+
+def test_what_lies_beyond_an_edge_is_told_by_its_places_in_other_directions_too() -> None:
+    edge = [_edge(0.005 * k, 0.25, beyond=0.98) for k in range(-2, 2)]
+    last = replace(_edge(0.02, 0.25, beyond=0.76), tangents=(0.018, 0.02))
+
+    middles = middles_by_sector([*edge, last], TARGET)
+
+    assert all(middle.beyond == 0.98 for middle in middles)
+    assert len(middles) > 1

@@ -19,14 +19,14 @@ HALF_PX = 60
 Pattern: TypeAlias = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
 
-def _things(tx: NDArray[np.float64], ty: NDArray[np.float64]) -> NDArray[np.float64]:
+def _pattern(tx: NDArray[np.float64], ty: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return grey levels along (tx, ty) tangents: waves of several directions and lengths."""
     waves = [(900.0, 300.0), (-500.0, 1100.0), (200.0, -700.0), (1300.0, 1500.0)]
     return np.asarray(128.0 + sum(22.0 * np.sin(a * tx + b * ty + a) for a, b in waves))
 
 
-def _others(tx: NDArray[np.float64], ty: NDArray[np.float64]) -> NDArray[np.float64]:
-    return _things(tx + 0.21, 1.3 * ty - 0.17)
+def _other_pattern(tx: NDArray[np.float64], ty: NDArray[np.float64]) -> NDArray[np.float64]:
+    return _pattern(tx + 0.21, 1.3 * ty - 0.17)
 
 
 def _wide(pattern: Pattern) -> NDArray[np.uint8]:
@@ -42,13 +42,13 @@ def _eye(pattern: Pattern, offset: NDArray[np.float64]) -> ReducedEye:
     return ReducedEye(image=evened(image), seen=np.ones_like(image), u0_px=0.0, v0_px=0.0)
 
 
-def _asked(left: Pattern, right: Pattern) -> bool:
+def _shows_another(left: Pattern, right: Pattern) -> bool:
     offsets = np.array([2e-3, 0.0]), np.array([-1e-3, 1e-3])
     look = ReducedLook(left=_eye(left, offsets[0]), right=_eye(right, offsets[1]), f_px=F_PX)
-    return shows_another(look, _wide(_things), WIDE, TARGET, left=offsets[0], right=offsets[1])
+    return shows_another(look, _wide(_pattern), WIDE, TARGET, left=offsets[0], right=offsets[1])
 
 
 def test_both_eyes_must_show_something_else_for_a_match_to_be_of_another_thing() -> None:
-    assert not _asked(_things, _things)
-    assert not _asked(_things, _others)
-    assert _asked(_others, _others)
+    assert not _shows_another(_pattern, _pattern)
+    assert not _shows_another(_pattern, _other_pattern)
+    assert _shows_another(_other_pattern, _other_pattern)

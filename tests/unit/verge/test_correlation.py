@@ -39,8 +39,8 @@ def test_map_has_the_correlation_of_every_place() -> None:
     for x, y in ((0, 0), (59, 39), (17, 23)):
         seen = picture[y : y + 21, x : x + 21]
         expected = np.corrcoef(seen.ravel().astype(np.float64), patch.ravel().astype(np.float64))[0, 1]
-        assert scores[y, x] == pytest.approx(expected, abs=1e-5)
-        assert correlation(np.ascontiguousarray(seen), patch) == pytest.approx(expected, abs=1e-5)
+        assert scores[y, x] == pytest.approx(expected, abs=1e-4)  # float32
+        assert correlation(np.ascontiguousarray(seen), patch) == pytest.approx(expected, abs=1e-4)  # float32
 
 
 def test_brightness_and_contrast_do_not_count() -> None:

@@ -80,3 +80,11 @@ def test_pictures_of_unlike_size_do_not_say_that_nothing_moved() -> None:
     enlarged = cv2.resize(later.image, (WIDE.width, WIDE.height)).astype(np.uint8)
     whole = replace(later, image=enlarged, binning=1)
     assert follow(first, whole, half_px=14).motion.moves
+
+
+@pytest.mark.parametrize(("later", "covered"), [(40.0, False), (0.0, True)])
+def test_a_point_is_covered_where_its_spot_is_not_seen_any_more(later: float, covered: bool) -> None:
+    rng = np.random.default_rng(7)
+    tracker = follow(board(rng, 0, spot=40.0), board(rng, 1, spot=later), half_px=14)
+    assert not tracker.motion.moves
+    assert tracker.covered is covered

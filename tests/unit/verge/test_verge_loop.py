@@ -1,6 +1,7 @@
 """The vergence loop on a plane that faces the rig: how it ends, what it says, what it costs."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,7 +151,7 @@ def test_a_pattern_that_changes_too_slowly_tells_no_distance() -> None:
     grid = (128.0 + wave[None, :] + wave[:, None]).astype(np.float32)
     fixation = fix(PlaneHead(z_m=6.0, texture=grid, calibration=MEASURED))
     assert fixation.state is FixationState.NO_TEXTURE, fixation.reason
-    assert "tells no distance" in fixation.reason
+    assert "does not determine a distance" in fixation.reason
     assert _least_turn_px(fixation) > 2.0
 
 
@@ -205,6 +206,39 @@ def test_a_target_is_looked_for_again_when_somebody_has_passed() -> None:
     assert fixation.state is FixationState.VERGED, fixation.reason
     assert fixation.distance_m == pytest.approx(true_distance_m(fixation, 6.0), rel=0.005)
     assert 800.0 < fixation.duration_ms < 1800.0
+
+
+PASSED_NS = 900_000_000
+"""When somebody has passed by whom a track was led astray."""
+
+
+def _carried(speed_m_s: float) -> Callable[[int], tuple[float, float]]:
+    """Return how far something that looks like the target is carried along, m, until it is gone."""
+    return lambda t_ns: (speed_m_s * t_ns / 1e9 if t_ns < PASSED_NS else 0.0, 0.0)
+
+
+@pytest.mark.parametrize("speed_m_s", [0.15, 0.5])
+def test_a_target_is_looked_for_where_it_was_clicked_when_a_passer_by_was_taken_for_it(
+    speed_m_s: float,
+) -> None:
+    def walks(t_ns: int) -> float | None:
+        return CLICK.x_px + 120.0 if t_ns < PASSED_NS else None
+
+    fixation = fix(PlaneHead(z_m=6.0, texture=NOISE, shift_m=_carried(speed_m_s), passer_px=walks))
+    assert fixation.state is FixationState.VERGED, fixation.reason
+    assert fixation.distance_m == pytest.approx(true_distance_m(fixation, 6.0), rel=0.005)
+
+
+def test_the_eyes_end_where_a_target_was_clicked_that_is_gone() -> None:
+    def runs_away(t_ns: int) -> tuple[float, float]:
+        return _carried(0.3)(t_ns) if t_ns < PASSED_NS else (9.0, 0.0)
+
+    both_blind = frozenset({Role.LEFT, Role.RIGHT})
+    fixation = fix(PlaneHead(z_m=6.0, texture=NOISE, shift_m=runs_away, blind=both_blind))
+    assert fixation.basis is Basis.BOUND, fixation.reason
+    last = fixation.steps[-1]
+    aside_rad = (last.left_ax_rad + last.right_ax_rad) / 2.0 - fixation.target_ax_rad
+    assert abs(aside_rad) < 5e-3  # its track leads 0.05 rad a second away
 
 
 def test_somebody_who_stays_in_the_way_is_not_waited_for_for_ever() -> None:

@@ -71,7 +71,7 @@ class Operator:
 
     def __init__(self, *, enough: int = 1000) -> None:
         self.enough = enough
-        self.heard: list[str] = []
+        self.sample_ids: list[str] = []
         self.notes: list[str] = []
         self.shown: list[NDArray[np.uint8]] = []
 
@@ -79,14 +79,14 @@ class Operator:
         self.notes.append(f"{done}/{total} {note}")
 
     def cancelled(self) -> bool:
-        return len(self.heard) >= self.enough
+        return len(self.sample_ids) >= self.enough
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
         assert name == "wide"
         self.shown.append(image)
 
     def sample(self, sample_id: str) -> None:
-        self.heard.append(sample_id)
+        self.sample_ids.append(sample_id)
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_every_pose_is_taken_once_then_it_ends_for_want_of_news(pictures: list[N
     watch = Operator()
     samples = _run(pictures, watch, settings=WideSettings(patience_s=4.0))
     assert len(samples) == len(POSES)
-    assert watch.heard == [sample.id for sample in samples]
+    assert watch.sample_ids == [sample.id for sample in samples]
     assert all(sample.frames == 3 for sample in samples)
     assert any("seen already" in note for note in watch.notes)
     assert {image.shape for image in watch.shown} == {(270, 360, 3)}
@@ -129,7 +129,7 @@ def test_a_cancelled_run_keeps_its_views_and_goes_on_from_them(
     watch = Operator()
     samples = _run(pictures, watch, settings=WideSettings(views=4, folder=tmp_path))
     assert [sample.id for sample in samples][:2] == kept
-    assert len(watch.heard) == 2
+    assert len(watch.sample_ids) == 2
 
 
 def test_a_folder_of_another_boards_views_is_refused_before_anything_is_taken(

@@ -34,14 +34,14 @@ class OlderBoard(DamagedBoard):
         return packet[1:4] + b"\x0f" + packet[5:] if about_check else packet[1:]
 
 
-def packets(said: bytes, *, crc: bool) -> list[Packet]:
-    return [decode_packet(cobs_decode(piece), crc=crc) for piece in said.split(b"\x00")[:-1]]
+def packets(data: bytes, *, crc: bool) -> list[Packet]:
+    return [decode_packet(cobs_decode(piece), crc=crc) for piece in data.split(b"\x00")[:-1]]
 
 
 def test_where_the_firmware_offers_a_crc_every_packet_from_then_on_carries_one() -> None:
     rig = Rig()
     rig.mirrors.connect()
-    at_connect, rig.board.said = rig.board.said, b""
+    at_connect, rig.board.sent = rig.board.sent, b""
 
     rig.mirrors.steer(ASIDE)
     receipt = rig.mirrors.expose(ASIDE, settle_us=1000, pulse_us=4000)
@@ -49,7 +49,7 @@ def test_where_the_firmware_offers_a_crc_every_packet_from_then_on_carries_one()
     assert rig.board.crc
     assert rig.mirrors.telemetry.crc
     assert receipt.volts == rig.mirrors.state.volts
-    assert len(packets(rig.board.said, crc=True)) >= 3
+    assert len(packets(rig.board.sent, crc=True)) >= 3
     with pytest.raises(BadPacket, match="CRC"):
         packets(at_connect, crc=True)  # it had to be asked for without
     assert rig.board.item(Item.WRONG_CHECKS) == 0
@@ -73,7 +73,7 @@ def test_where_it_is_forbidden_it_is_not_asked_for() -> None:
 
     asked = [
         packet.payload[0]
-        for packet in packets(rig.board.said, crc=False)
+        for packet in packets(rig.board.sent, crc=False)
         if packet.prop is PacketProperty.GUARD
     ]
     assert Item.CHECK not in asked
@@ -88,9 +88,9 @@ def test_a_controller_in_the_field_hears_nothing_of_it(crc: Crc) -> None:
 
     mirrors.connect()
 
-    heard = controller.far_end.packets_received
-    assert not {PacketProperty.GUARD, PacketProperty.VOLTS} & {packet.prop for packet in heard}
-    assert PacketMethod.NOP not in {packet.method for packet in heard}
+    received = controller.far_end.packets_received
+    assert not {PacketProperty.GUARD, PacketProperty.VOLTS} & {packet.prop for packet in received}
+    assert PacketMethod.NOP not in {packet.method for packet in received}
     assert (mirrors.telemetry.crc, controller.status().malformed) == (False, 0)
     mirrors.close()
 

@@ -24,7 +24,7 @@ class CabledBoard(FirmwareBoard):
     def __init__(self, clock: VirtualClock, cables: RecordingCables) -> None:
         self._clock = clock
         self._cables = cables
-        self._told = dict.fromkeys(("drives", "rails", "clocks", "triggers"), 0)
+        self._forwarded = dict.fromkeys(("drives", "rails", "clocks", "triggers"), 0)
         super().__init__(now_us=clock.now_ns() // 1000)
 
     def feed(self, data: bytes) -> None:
@@ -35,7 +35,7 @@ class CabledBoard(FirmwareBoard):
 
     def _collect(self) -> None:
         super()._collect()
-        self._tell_drives()
+        self._forward_drives()
         for t_us, on in self._new(Kind.RAIL):
             if bool(on) != self._cables.rail_on:
                 self._cables.set_rail(t_us * 1000, on=bool(on))
@@ -43,22 +43,22 @@ class CabledBoard(FirmwareBoard):
             if clock_hz // 60 != self._cables.cutoff_hz:
                 self._cables.set_low_pass(t_us * 1000, clock_hz // 60)
         for t_us, high in self._new(Kind.TRIGGERS):
-            self._tell_triggers(t_us, high)
+            self._forward_triggers(t_us, high)
 
     def _new(self, kind: Kind) -> list[tuple[int, int]]:
         name = kind.name.lower() + ("s" if kind in (Kind.RAIL, Kind.CLOCK) else "")
         events = cast(list[tuple[int, int]], getattr(self.pins, name))
-        told, self._told[name] = self._told[name], len(events)
-        return events[told:]
+        forwarded, self._forwarded[name] = self._forwarded[name], len(events)
+        return events[forwarded:]
 
-    def _tell_drives(self) -> None:
-        final = dict(self.pins.drives[self._told["drives"] :])  # of one moment, what stands in the end
-        self._told["drives"] = len(self.pins.drives)
+    def _forward_drives(self) -> None:
+        final = dict(self.pins.drives[self._forwarded["drives"] :])  # of one moment, what stands in the end
+        self._forwarded["drives"] = len(self.pins.drives)
         for t_us, codes in final.items():
             if codes != self._cables.codes:
                 self._cables.set_codes(t_us * 1000, codes)
 
-    def _tell_triggers(self, t_us: int, high: int) -> None:
+    def _forward_triggers(self, t_us: int, high: int) -> None:
         edges = self._cables.triggers
         if high:
             edges.append(TriggerEdge(t_ns=t_us * 1000, pulse_us=0, cameras=high))

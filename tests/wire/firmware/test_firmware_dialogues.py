@@ -132,7 +132,7 @@ class Twins:
         self.board.feed(data)
         self.compare()
 
-    def say(self, *messages: tuple[PacketMethod, PacketProperty, bytes], silent: bool = False) -> None:
+    def exchange(self, *messages: tuple[PacketMethod, PacketProperty, bytes], silent: bool = False) -> None:
         packets = []
         for method, prop, payload in messages:
             self._sequence += 1
@@ -179,11 +179,11 @@ def rises(triggers: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 def enabled() -> Twins:
     twins = Twins()
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.LPF, pack_u16(120)),
         (PacketMethod.SET, PacketProperty.BIAS, pack_u16(29490)),
     )
-    twins.say((PacketMethod.SET, PacketProperty.ENABLE, b"\x01"))
+    twins.exchange((PacketMethod.SET, PacketProperty.ENABLE, b"\x01"))
     twins.run_for(1000)
     return twins
 
@@ -200,28 +200,28 @@ def settings() -> Twins:
         PacketProperty.LPF,
         PacketProperty.BIAS,
     ):
-        twins.say((PacketMethod.GET, prop, b""))
-    twins.say(
+        twins.exchange((PacketMethod.GET, prop, b""))
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.BIAS, pack_u16(1234)),
         (PacketMethod.SET, PacketProperty.LPF, pack_u16(240)),
     )
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.LOG_LEVEL, b"\x01"),
         (PacketMethod.SET, PacketProperty.ENABLE, b"\x07"),
     )
     twins.run_for(5000)
     for prop in (PacketProperty.ENABLE, PacketProperty.LOG_LEVEL, PacketProperty.LPF, PacketProperty.BIAS):
-        twins.say((PacketMethod.GET, prop, b""))
-    twins.say(
+        twins.exchange((PacketMethod.GET, prop, b""))
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.ENABLE, b"\x01"),
         (PacketMethod.SET, PacketProperty.LPF, pack_u16(500)),
     )
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.LOG_LEVEL, b"\x03"),
         (PacketMethod.SET, PacketProperty.ENABLE, b"\x00"),
     )
     twins.run_for(5000)
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.ENABLE, b"\x00"), (PacketMethod.GET, PacketProperty.ENABLE, b"")
     )
     return twins
@@ -230,51 +230,51 @@ def settings() -> Twins:
 def clock() -> Twins:
     twins = Twins()
     twins.run_for(1_234_567)
-    twins.say(
+    twins.exchange(
         (PacketMethod.GET, PacketProperty.TIMESTAMP, b""),
         (PacketMethod.SET, PacketProperty.TIMESTAMP, pack_u64(0)),
     )
     twins.run_for(42)
-    twins.say(
+    twins.exchange(
         (PacketMethod.GET, PacketProperty.TIMESTAMP, b""),
         (PacketMethod.SET, PacketProperty.TIMESTAMP, pack_u64(2**40)),
     )
     twins.run_for(4_294_967_296)  # the board's own counter wraps
-    twins.say((PacketMethod.GET, PacketProperty.TIMESTAMP, b""))
+    twins.exchange((PacketMethod.GET, PacketProperty.TIMESTAMP, b""))
     return twins
 
 
 def malformed_requests() -> Twins:
     twins = enabled()
-    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(0, 0)))
+    twins.exchange((PacketMethod.SET, PacketProperty.STREAM, stream(0, 0)))
     for prop in (PacketProperty.INFO, PacketProperty.VERSION, PacketProperty.NONE, PacketProperty.LOG):
-        twins.say((PacketMethod.SET, prop, b"\x00"), (PacketMethod.GET, prop, b"\x00"))
+        twins.exchange((PacketMethod.SET, prop, b"\x00"), (PacketMethod.GET, prop, b"\x00"))
     for prop in [
         *(PacketProperty(number) for number in range(PacketProperty.TIMESTAMP + 1)),
         PacketProperty.LOG,
     ]:
-        twins.say((PacketMethod.SET, prop, b"\x01" * 7), (PacketMethod.GET, prop, b"\x01" * 7))
+        twins.exchange((PacketMethod.SET, prop, b"\x01" * 7), (PacketMethod.GET, prop, b"\x01" * 7))
     for method in (PacketMethod.ACK, PacketMethod.REJ, PacketMethod.FIN, PacketMethod.SYN, PacketMethod.NOP):
-        twins.say((method, PacketProperty.ENABLE, b"\x01"))
+        twins.exchange((method, PacketProperty.ENABLE, b"\x01"))
     return twins
 
 
 def resets() -> Twins:
     twins = Twins()
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.RESET, b"\x02"), (PacketMethod.SET, PacketProperty.RESET, b"\x07")
     )
     twins = enabled()
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.STREAM, stream(0, 0, TURNED)),
         (PacketMethod.SET, PacketProperty.RESET, b"\x02"),
     )
-    twins.say((PacketMethod.SET, PacketProperty.ENABLE, b"\x00"))
+    twins.exchange((PacketMethod.SET, PacketProperty.ENABLE, b"\x00"))
     twins.run_for(2000)
     for kind in (b"\x00", b"\x01"):
-        twins.say((PacketMethod.SET, PacketProperty.RESET, kind))
+        twins.exchange((PacketMethod.SET, PacketProperty.RESET, kind))
         twins.run_for(100_000)
-        twins.say(
+        twins.exchange(
             (PacketMethod.GET, PacketProperty.BIAS, b""), (PacketMethod.GET, PacketProperty.TIMESTAMP, b"")
         )
     return twins
@@ -283,14 +283,14 @@ def resets() -> Twins:
 def streams() -> Twins:
     twins = enabled()
     for operation, number in ((0, 3), (0, 4), (0, 3), (0, 64), (1, 9), (2, 9), (7, 3), (1, 255)):
-        twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(operation, number, TURNED)))
-    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 4, BIAS, TURNED)))
-    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 3, BIAS, TURNED)), silent=True)
-    twins.say(
+        twins.exchange((PacketMethod.SET, PacketProperty.STREAM, stream(operation, number, TURNED)))
+    twins.exchange((PacketMethod.SET, PacketProperty.STREAM, stream(1, 4, BIAS, TURNED)))
+    twins.exchange((PacketMethod.SET, PacketProperty.STREAM, stream(1, 3, BIAS, TURNED)), silent=True)
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.STREAM, stream(2, 3)),
         (PacketMethod.SET, PacketProperty.STREAM, stream(0, 8)),
     )
-    twins.say((PacketMethod.SET, PacketProperty.STREAM, b"\x01"), silent=True)
+    twins.exchange((PacketMethod.SET, PacketProperty.STREAM, b"\x01"), silent=True)
     twins.run_for(1_500_000)
     return twins
 
@@ -298,55 +298,55 @@ def streams() -> Twins:
 def two_phases() -> Twins:
     twins = enabled()
     order = ActuateCommand(left=TURNED, right=BIAS, settle_us=2000).pack()
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.ACTUATE, order), (PacketMethod.SET, PacketProperty.ACTUATE, order)
     )
     twins.run_for(3000)
-    twins.say(
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(2000)),
         (PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(2000)),
     )
     twins.run_for(3000)
-    twins.say((PacketMethod.SET, PacketProperty.ACTUATE, order))
-    twins.say(
+    twins.exchange((PacketMethod.SET, PacketProperty.ACTUATE, order))
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(20_000)),
         (PacketMethod.SET, PacketProperty.ENABLE, b"\x00"),
     )
     twins.run_for(3000)
-    twins.say((PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(3000)))
+    twins.exchange((PacketMethod.SET, PacketProperty.TRIGGER, pack_u32(3000)))
     twins.run_for(5000)
     return twins
 
 
 def frames() -> Twins:
     twins = enabled()
-    twins.say(*((PacketMethod.SET, PacketProperty.STREAM, stream(0, number)) for number in range(10)))
-    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 1, TURNED)))
-    twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(1, settle_us=10_000)))
+    twins.exchange(*((PacketMethod.SET, PacketProperty.STREAM, stream(0, number)) for number in range(10)))
+    twins.exchange((PacketMethod.SET, PacketProperty.STREAM, stream(1, 1, TURNED)))
+    twins.exchange((PacketMethod.GET, PacketProperty.FRAME, frame(1, settle_us=10_000)))
     twins.run_for(30_000)
-    twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(1, settle_us=10_000)))
+    twins.exchange((PacketMethod.GET, PacketProperty.FRAME, frame(1, settle_us=10_000)))
     twins.run_for(2000)
-    twins.say((PacketMethod.SET, PacketProperty.STREAM, stream(1, 1, (29491, 29490, 29481, 29500))))
+    twins.exchange((PacketMethod.SET, PacketProperty.STREAM, stream(1, 1, (29491, 29490, 29481, 29500))))
     twins.run_for(20_000)
     for number in range(10):
-        twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(number)))
+        twins.exchange((PacketMethod.GET, PacketProperty.FRAME, frame(number)))
     twins.run_for(200_000)
     return twins
 
 
 def frame_mistakes() -> Twins:
     twins = Twins()
-    twins.say((PacketMethod.GET, PacketProperty.FRAME, frame(1)))
+    twins.exchange((PacketMethod.GET, PacketProperty.FRAME, frame(1)))
     twins = enabled()
-    twins.say(*((PacketMethod.SET, PacketProperty.STREAM, stream(0, number)) for number in range(3)))
-    twins.say(*((PacketMethod.GET, PacketProperty.FRAME, frame(1)) for _ in range(2)))
+    twins.exchange(*((PacketMethod.SET, PacketProperty.STREAM, stream(0, number)) for number in range(3)))
+    twins.exchange(*((PacketMethod.GET, PacketProperty.FRAME, frame(1)) for _ in range(2)))
     for wrong in (frame(20), frame(255), frame(2, cameras=8), frame(2, cameras=1)):
-        twins.say((PacketMethod.GET, PacketProperty.FRAME, wrong))
-    twins.say(
+        twins.exchange((PacketMethod.GET, PacketProperty.FRAME, wrong))
+    twins.exchange(
         (PacketMethod.SET, PacketProperty.STREAM, stream(2, 1)),
         (PacketMethod.GET, PacketProperty.FRAME, frame(2)),
     )
-    twins.say((PacketMethod.SET, PacketProperty.ENABLE, b"\x00"))
+    twins.exchange((PacketMethod.SET, PacketProperty.ENABLE, b"\x00"))
     twins.run_for(50_000)
     return twins
 
@@ -399,6 +399,6 @@ def test_random_dialogues_run_as_with_the_simulated_far_end(seed: int) -> None:
     rng = random.Random(seed)  # noqa: S311 - repeatable, not secret
     twins = enabled()
     for _ in range(60):
-        twins.say(random_request(rng), silent=rng.random() < 0.1)
+        twins.exchange(random_request(rng), silent=rng.random() < 0.1)
         twins.run_for(rng.choice((7, 1500, 12_000, 90_000)))
     assert len(twins.replies) > 40

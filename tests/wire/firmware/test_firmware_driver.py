@@ -69,7 +69,7 @@ def differences(codes: tuple[int, ...]) -> list[float]:
     return [(codes[i] - codes[i + 1]) * STEP_V for i in (0, 2, 4, 6)]
 
 
-def told(volts: StereoVolts) -> list[float]:
+def axes_v(volts: StereoVolts) -> list[float]:
     return [volts.left.x_v, volts.left.y_v, volts.right.x_v, volts.right.y_v]
 
 
@@ -85,8 +85,8 @@ def test_the_driver_connects_and_finds_the_mirrors_parked(loop: Loop) -> None:
 
 def test_the_driver_steers_exposes_parks_and_closes(loop: Loop) -> None:
     actual = loop.mirrors.steer(ASIDE)
-    assert differences(loop.board.pins.codes) == pytest.approx(told(actual), abs=1e-9)
-    assert told(actual) == pytest.approx(told(ASIDE), abs=STEP_V / 2 + 1e-9)
+    assert differences(loop.board.pins.codes) == pytest.approx(axes_v(actual), abs=1e-9)
+    assert axes_v(actual) == pytest.approx(axes_v(ASIDE), abs=STEP_V / 2 + 1e-9)
 
     receipt = loop.mirrors.expose(ASIDE, settle_us=10_000, pulse_us=4000)
     assert receipt.volts == actual
@@ -123,7 +123,7 @@ def test_a_driver_that_was_away_too_long_reconnects_to_mirrors_that_the_watchdog
     again.connect()
     actual = again.steer(ASIDE)
 
-    assert differences(loop.board.pins.codes) == pytest.approx(told(actual), abs=1e-9)
+    assert differences(loop.board.pins.codes) == pytest.approx(axes_v(actual), abs=1e-9)
     again.close()
     assert loop.board.item(Item.WATCHDOG_PARKS) == 1
     with pytest.raises(NotConnected, match="restarted, or another program"):
@@ -141,7 +141,7 @@ def test_on_a_pty_the_driver_connects_steers_exposes_parks_and_closes() -> None:
             actual = mirrors.steer(ASIDE)
             mirrors.ping()
             process.wait_until(
-                lambda: differences(process.pins.codes) == pytest.approx(told(actual), abs=1e-9), "the move"
+                lambda: differences(process.pins.codes) == pytest.approx(axes_v(actual), abs=1e-9), "the move"
             )
             receipt = mirrors.expose(ASIDE, settle_us=2000, pulse_us=4000)
             assert receipt.volts == actual

@@ -93,7 +93,7 @@ test("a plan is told in sentences, and what is unknown in it is left out", () =>
   };
   assert.deepEqual(datasets.planWords(plan), [
     "9 × 3 points, every other row backwards: −7.0° … +9.0° across, as far as the rig steers down.",
-    "Both eyes meet at 2.50 m, the scene's average as it was measured; verged anew at every point.",
+    "Both eyes meet at 2.50 m, the scene's average as it was measured; verged again at every point.",
     "Bracket of 2, 8 ms, 4 frames each, kept as their mean.",
     "One wide picture a scan.",
     "2 scans, from −100, 0 mm on the rail.",

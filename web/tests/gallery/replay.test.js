@@ -195,13 +195,17 @@ function server(context, { lose = -1, refuse = false } = {}) {
 test("a recording is sent in parts, and its name has no suffix", async (context) => {
   const asked = server(context);
   /** @type {number[]} */
-  const told = [];
+  const reported = [];
   const file = new File(["0123456789"], "walk.FCAP");
   const cancelled = new AbortController().signal;
-  const made = await sendRecording(file, { name: nameOf(file.name), told: (sent) => told.push(sent), cancelled });
+  const made = await sendRecording(file, {
+    name: nameOf(file.name),
+    onProgress: (sent) => reported.push(sent),
+    cancelled,
+  });
   assert.equal(made?.id, "rec-1");
   assert.equal(nameOf(file.name), "walk");
-  assert.deepEqual(told, [0, 4, 8]);
+  assert.deepEqual(reported, [0, 4, 8]);
   assert.deepEqual(asked, [
     "POST /api/v1/recordings/uploads",
     "PUT /api/v1/recordings/uploads/upl-1?at=0",
@@ -214,7 +218,7 @@ test("after a lost connection it goes on where the server is", async (context) =
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const asked = server(context, { lose: 2 });
   const file = new File(["0123456789"], "walk.fcap");
-  const sent = sendRecording(file, { name: "walk", told: () => {}, cancelled: new AbortController().signal });
+  const sent = sendRecording(file, { name: "walk", onProgress: () => {}, cancelled: new AbortController().signal });
   for (let turn = 0; turn < 50; turn += 1) {
     await new Promise((resolve) => setImmediate(resolve));
     context.mock.timers.tick(1000);
@@ -229,7 +233,7 @@ test("after a lost connection it goes on where the server is", async (context) =
 test("an upload that is refused is taken back", async (context) => {
   const asked = server(context, { refuse: true });
   const file = new File(["0123456789"], "walk.fcap");
-  const sent = sendRecording(file, { name: "walk", told: () => {}, cancelled: new AbortController().signal });
+  const sent = sendRecording(file, { name: "walk", onProgress: () => {}, cancelled: new AbortController().signal });
   await assert.rejects(sent, /disk is full/);
   assert.equal(asked.at(-1), "DELETE /api/v1/recordings/uploads/upl-1");
 });
@@ -238,7 +242,7 @@ test("a cancelled upload is taken back", async (context) => {
   const asked = server(context);
   const stop = new AbortController();
   const file = new File(["0123456789"], "walk.fcap");
-  const made = await sendRecording(file, { name: "walk", told: () => stop.abort(), cancelled: stop.signal });
+  const made = await sendRecording(file, { name: "walk", onProgress: () => stop.abort(), cancelled: stop.signal });
   assert.equal(made, null);
   assert.equal(asked.at(-1), "DELETE /api/v1/recordings/uploads/upl-1");
 });

@@ -106,7 +106,7 @@ class ReadsItsClock(Protocol):
 
 
 @runtime_checkable
-class TellsItsSettings(Protocol):
+class ReadableSettings(Protocol):
     """A device with automatic modes, whose current settings can be read while it streams."""
 
     def read_settings(self) -> CameraSettings:

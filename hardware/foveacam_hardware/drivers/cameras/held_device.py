@@ -21,7 +21,7 @@ from foveacam_hardware.contract import (
     NotConnected,
     Role,
 )
-from foveacam_hardware.drivers.cameras.device import CameraDevice, ReadsItsClock, TellsItsSettings
+from foveacam_hardware.drivers.cameras.device import CameraDevice, ReadableSettings, ReadsItsClock
 from foveacam_hardware.drivers.cameras.frame_times import ExposureTimes
 from foveacam_hardware.drivers.cameras.ranges import refuse_outside
 from foveacam_hardware.drivers.cameras.shared_state import BackOff, CameraSharedState
@@ -84,7 +84,7 @@ class HeldDevice:
         self.host_averages = False
         """Whether the host averages 2x2 pixels of each frame, which the device cannot."""
         self.asked_ns = 0
-        """When the device was last asked for a sign of life."""
+        """Time at which the device was last asked for a register, ns."""
 
     def require_open(self, action: str) -> CameraDevice:
         """Return the device; raise `NotConnected` while it is not open."""
@@ -170,21 +170,21 @@ class HeldDevice:
 
     def read_back(self) -> CameraSettings:
         """Read the settings in force from the camera and return them."""
-        device = self.require_open("tell its settings")
-        if isinstance(device, TellsItsSettings):
-            read = self.call("tell its settings", device.read_settings, within_ns=self._timeouts.alive_ns)
+        device = self.require_open("read its settings")
+        if isinstance(device, ReadableSettings):
+            read = self.call("read its settings", device.read_settings, within_ns=self._timeouts.alive_ns)
             self.settings = replace(read, binning=self.settings.binning)
         self._plan_read_back(device)
         return self.settings
 
     def _read_ranges(self, device: CameraDevice) -> CameraRanges:
         """Read the accepted values of every setting; the host bins where the device does not."""
-        ranges = self.call("tell its ranges", device.ranges)
+        ranges = self.call("read its ranges", device.ranges)
         self._shared.ranges = replace(ranges, binnings=BINNINGS)
         return self._shared.ranges
 
     def _plan_read_back(self, device: CameraDevice) -> None:
-        readable = self.settings.automatic and isinstance(device, TellsItsSettings)
+        readable = self.settings.automatic and isinstance(device, ReadableSettings)
         self._read_back_ns = self._clock.now_ns() + READ_BACK_NS if readable else NEVER_NS
 
     def read_clock(self, device: CameraDevice, now_ns: int) -> None:

@@ -39,12 +39,12 @@ def refuse_outside(settings: CameraSettings, ranges: CameraRanges, *, first: boo
     refuse_modes(settings, ranges, first=first)
 
 
-def refuse_binning(who: str, settings: CameraSettings, ranges: CameraRanges) -> None:
+def refuse_binning(label: str, settings: CameraSettings, ranges: CameraRanges) -> None:
     """Raise `InvalidInput` for a binning that neither the camera nor the host can provide."""
     if settings.binning not in ranges.binnings:
         allowed = " or ".join(map(str, ranges.binnings))
         raise InvalidInput(
-            f"{who}: asked for binning {settings.binning}, and it has {allowed}",
+            f"{label}: asked for binning {settings.binning}, and it has {allowed}",
             asked=f"binning {settings.binning}",
             found=f"binning {allowed}",
             remedy=f"use binning {allowed}",

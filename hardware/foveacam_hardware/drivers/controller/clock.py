@@ -1,4 +1,4 @@
-"""Maps the controller's clock to the host's by the ping with the smallest uncertainty.
+"""Maps the controller's clock to the host's from the ping with the smallest uncertainty.
 
 The uncertainty of a ping is half its round trip plus the possible drift of two crystals since.
 """
@@ -49,7 +49,7 @@ class ClockMap:
             return t_ns - self._pings[-1].middle_ns if self._pings else None
 
     def uncertainty_ns(self, t_ns: int) -> int | None:
-        """Return by how much `host_ns` may be wrong at `t_ns`, ns; None before the first ping."""
+        """Return the uncertainty of `host_ns` at `t_ns`, ns; None before the first ping."""
         with self._lock:
             return round(self._best(t_ns).uncertainty_at(t_ns)) if self._pings else None
 

@@ -98,8 +98,8 @@ class CommandedPosition:
     def park(self, session: ControllerSession) -> list[PendingReply]:
         """Park both mirrors in every stream; return the pending replies.
 
-        No limit applies. Streams are sent it silently first and then with replies: one lost byte destroys two
-        packets at most.
+        No limit applies. Each stream gets the position silently first and then with a reply: one lost byte
+        destroys two packets at most.
         """
         with self._lock:
             self.parks += 1  # first: one that fails on the wire ends steering too

@@ -20,7 +20,7 @@ _ON = pack_guard(GuardItem.CHECK, 1)
 
 
 class Crc(StrEnum):
-    """The rig file's choice."""
+    """Whether packets carry a CRC, as the rig file requests."""
 
     PREFER = "prefer"
     """Use a CRC where the firmware offers one."""
@@ -62,7 +62,7 @@ def _request_crc(requests: ControllerRequests) -> str | None:
             if refusal.text != MALFORMED:
                 return why
         except (Timeout, BadPacket) as failure:
-            why = f"the line is too bad to agree on one ({failure})"
+            why = f"the line is too noisy to agree on one ({failure})"
         else:
             if answer == _ON:
                 return None

@@ -40,7 +40,7 @@ class LinkSupervision:
 
     `answer_s`: deadline of an answer; `probe_s`: deadline of each request that follows silence. With the
     defaults a controller that has stopped is reported within 0.75 s. `ceiling_hz`: highest rate of position
-    updates. `least_baseline_ms`: round trips below twice this never slow them down.
+    updates. `least_baseline_ms`: round trips below twice this never lower the rate.
     """
 
     answer_s: float = 0.25

@@ -58,7 +58,7 @@ class Guardian:
                     self._holds = True
                     return
                 self._end()
-        logger.error("the guardian does not start: nobody parks the mirrors if this program is killed")
+        logger.error("the guardian does not start: the mirrors are not parked if this program is killed")
 
     def release(self) -> None:
         """Make it close the port, so that it can be opened again; do nothing when it holds none."""

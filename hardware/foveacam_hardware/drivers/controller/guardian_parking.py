@@ -20,7 +20,7 @@ BUDGET_S = 0.9
 """Total time; the mirrors must be off within a second."""
 ANSWER_S = 0.12
 FIRST_SEQUENCE = 0xFF00
-"""Far from the numbers that a host reaches in most sessions; a reply meant for the host would do no harm."""
+"""First sequence number, above those of most sessions; a reply meant for the host would do no harm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -80,7 +80,7 @@ def _unidentified(session: ControllerSession, failure: FoveaError) -> FoveaError
     wrong_port = "; correct mirrors.port in the rig file"
     if session.is_echoed:
         return NotConnected(
-            f"serial port {port}: it sends back what it is told, as a modem or a terminal does, and no"
+            f"serial port {port}: it echoes what is sent to it, as a modem or a terminal does, and no"
             f" mirror controller{wrong_port}"
         )
     if session.unrecognised:
@@ -96,15 +96,15 @@ def _unidentified(session: ControllerSession, failure: FoveaError) -> FoveaError
     return Timeout(f"serial port {port}: {failure}")
 
 
-def _describe_device(said: bytes) -> str:
-    text = said.decode("ascii", "replace")
-    for words, who in _OTHER_DEVICES:
+def _describe_device(reply: bytes) -> str:
+    text = reply.decode("ascii", "replace")
+    for words, device in _OTHER_DEVICES:
         if any(word in text for word in words):
-            return f"{who} ({_shown(said)})"
-    return f"something else answers there ({_shown(said)})"
+            return f"{device} ({_shown(reply)})"
+    return f"something else answers there ({_shown(reply)})"
 
 
-def _shown(said: bytes) -> str:
-    lines = said.decode("ascii", "replace").split()
+def _shown(reply: bytes) -> str:
+    lines = reply.decode("ascii", "replace").split()
     text = " ".join(dict.fromkeys(lines))  # text repeated at each of our requests is shown once
-    return repr(text) if text and text.isprintable() and "\ufffd" not in text else said[:16].hex(" ")
+    return repr(text) if text and text.isprintable() and "\ufffd" not in text else reply[:16].hex(" ")

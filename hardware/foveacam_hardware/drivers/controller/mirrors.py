@@ -49,7 +49,7 @@ logger = logging.getLogger(__name__)
 CLOCK_PINGS = 10
 CLOCK_MAX_AGE_NS = 2_000_000_000
 CLOCK_GOOD_NS = 1_000_000
-"""Before an exposure the clocks are compared while they are known less well, `CLOCK_TRIES` times at most."""
+"""Clock uncertainty above which an exposure is preceded by pings, `CLOCK_TRIES` at most."""
 CLOCK_TRIES = 3
 LOG_INFO = 3
 CLOSE_TRIES = 2
@@ -212,7 +212,7 @@ class ControllerMirrors:
     def begin_exposure(
         self, volts: StereoVolts, *, settle_us: int, pulse_us: int, without: Role | None = None
     ) -> PendingExposure:
-        """Request the same and return at once; the controller does the timing."""
+        """Request an exposure, as `expose` does, and return at once; the controller does the timing."""
         check_times(settle_us=settle_us, pulse_us=pulse_us)
         with self._procedure:
             requests, clock_map = self._ready(), self._clock_map
@@ -357,7 +357,7 @@ class ControllerMirrors:
             requests.session.close()
 
     def _compare_clocks(self, requests: ControllerRequests, clock_map: ClockMap) -> None:
-        """Ping where the last ping is old or was slow; after a long pause one slow ping would mislead."""
+        """Ping if the last ping is old or was slow; after a long pause one slow ping is not exact enough."""
         for _ in range(CLOCK_TRIES):
             now_ns = self._clock.now_ns()
             age_ns, uncertainty_ns = clock_map.age_ns(now_ns), clock_map.uncertainty_ns(now_ns)

@@ -91,7 +91,7 @@ class ControllerRefusal(DeviceFault):
         self.text = text
 
 
-def says_malformed(frame: bytes | None) -> bool:
+def is_malformed_refusal(frame: bytes | None) -> bool:
     """Return whether a frame without a CRC is a refusal of a request of the wrong size."""
     try:
         packet = decode_packet(frame)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from foveacam_hardware.contract import Clock, LinkTelemetry, NotConnected
-from foveacam_hardware.drivers.controller.replies import PendingReply, says_malformed
+from foveacam_hardware.drivers.controller.replies import PendingReply, is_malformed_refusal
 from foveacam_hardware.drivers.controller.traffic import TrafficCounters
 from foveacam_hardware.wire.cobs import CobsDecoder
 from foveacam_hardware.wire.controller import (
@@ -60,7 +60,7 @@ class ControllerSession:
         self._sent_ns = clock.now_ns()
         self._keep_alive_ns: int | None = None
         self.is_echoed = False
-        """Whether our own packets come back, which no controller does."""
+        """Whether the port echoes our packets, which no controller does."""
         self.failure: NotConnected | None = None
         self._closing = threading.Event()
         self._reader = threading.Thread(target=self._read, name="controller-reader", daemon=True)
@@ -134,7 +134,7 @@ class ControllerSession:
             return self._traffic.recent_p95_ms(self._clock.now_ns())
 
     def fresh_p95_ms(self, *, since_ns: int) -> float | None:
-        """Return the same, but no more than the longest round trip after `since_ns`; None without any."""
+        """Return that percentile, or the longest round trip after `since_ns` if shorter; None without any."""
         with self._lock:
             return self._traffic.fresh_p95_ms(self._clock.now_ns(), since_ns=since_ns)
 
@@ -243,7 +243,7 @@ class ControllerSession:
         if not isinstance(bad, BadCrc):
             return
         self._traffic.crc_errors += 1
-        if says_malformed(frame):  # a plain refusal of a packet with a CRC: the CRC is off there
+        if is_malformed_refusal(frame):  # a plain refusal of a packet with a CRC: the CRC is off there
             found = "controller: it restarted, or another program used it (its CRC is off)"
             self.fail(NotConnected(f"{found}; connect again"))
 
@@ -261,7 +261,7 @@ class ControllerSession:
         with self._lock:
             reply = self._waiting.get(packet.sequence)
             if reply is None or packet.prop is not reply.request.prop:
-                logger.debug("nobody waits for %s", packet)
+                logger.debug("no request waits for %s", packet)
                 return
             if packet.method is PacketMethod.ACK:
                 self._traffic.acknowledged(packet.prop, sent_ns=reply.sent_ns, t_ns=t_ns)

@@ -100,7 +100,7 @@ class TrafficCounters:
         return _quantile(sorted(ms for _, ms in self._recent), 0.95) if self._recent else None
 
     def fresh_p95_ms(self, t_ns: int, *, since_ns: int) -> float | None:
-        """Return the same, or the longest round trip after `since_ns` if that is shorter; None without any.
+        """Return that percentile, or the longest round trip after `since_ns` if shorter; None without any.
 
         A late round trip is then seen once and not for a whole second.
         """

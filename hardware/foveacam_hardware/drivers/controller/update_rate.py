@@ -88,7 +88,7 @@ class SteeringPacer:
         self._clock = clock
         self._lock = threading.Lock()
         self._looked_ns = 0
-        """When the link was looked at last: each late round trip counts once, as each stalled write does."""
+        """Time of the last adjustment, ns: each late round trip counts once, as each stalled write does."""
 
     @property
     def rate_hz(self) -> float:

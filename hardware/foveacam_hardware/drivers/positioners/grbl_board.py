@@ -89,7 +89,7 @@ class GrblBoard:
         self._dealt_with: GrblAlarm | None = None
         self._mark: int | None = None  # in the board's memory since its position is known
         self._at: tuple[float, ...] | None = None
-        self._turning = False  # as it said last
+        self._turning = False  # as last reported
         self._homing: SentLine | None = None
         self._homing_ends_ns = 0
         self._move = AxesMove(self._axes)
@@ -128,7 +128,7 @@ class GrblBoard:
                 return
             began_ns = self._clock.now_ns()
             if self._pause_ends_ns is not None and began_ns < self._pause_ends_ns:
-                raise NotConnected(self.life.fault or f"{self._name}: it said nothing; connect it again")
+                raise NotConnected(self.life.fault or f"{self._name}: it sent no reply; connect it again")
             session = GrblSession(self._link_factory(), self._clock, name=self._name)
             try:
                 self.version = greet(
@@ -284,7 +284,7 @@ class GrblBoard:
             why = f"no switch was found within {HOMING_S:g} s"
         held = self.life.phase is Phase.HELD  # then a reset was sent
         self._restarts, self._dealt_with = session.restarts, session.alarm
-        if UNLOCKED in sent.told:  # the line was damaged
+        if UNLOCKED in sent.messages:  # the line was damaged
             why = "it took the command for another one"
         elif isinstance(sent.answer, GrblOk) and session.alarm is None and not held:
             self._begin_mark(session)
@@ -296,14 +296,14 @@ class GrblBoard:
         return False
 
     def _begin_mark(self, session: GrblSession) -> None:
-        """Put a mark into the board's memory, by which it proves that it has not restarted."""
+        """Store a mark in the board's memory, whose loss shows that the board has restarted."""
         mark = mark_at(self._clock.now_ns())
         write_mark(session, mark)
         self._mark = mark
         session.may_have_restarted = False
 
     def _is_proven(self, session: GrblSession) -> bool:
-        """Return whether a board whose position is known has not restarted; ask it where it may have."""
+        """Return whether a board of known position has kept it; read its mark if it may have restarted."""
         if self.life.homed and session.may_have_restarted:
             if self._mark is None or not has_mark(session, self._mark):
                 return False
@@ -366,7 +366,7 @@ class GrblBoard:
             session.realtime(JOG_CANCEL)
 
     def _clear_alarm(self, session: GrblSession) -> None:
-        """Clear an alarm by a reset, which some alarms require; leave a hold at the board to who set it."""
+        """Clear an alarm by a reset, which some alarms require; leave a hold that was set at the board."""
         state = session.report().state
         if state not in READY | MOVING:
             raise DeviceFault(f"{self._name}: asked to home in state {state}; release it at the board first")
@@ -383,7 +383,7 @@ class GrblBoard:
         if not self.life.homed:
             self._at, self._turning = None, False
             self._move.end()
-            if self.life.connected:  # a lost link leaves the mark, for the board to prove itself by
+            if self.life.connected:  # after a lost link the mark shows whether it restarted
                 self._mark = None
 
     def _lose(self, fault: str | None) -> None:

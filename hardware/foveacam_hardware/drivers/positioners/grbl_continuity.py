@@ -21,7 +21,7 @@ def mark_at(t_ns: int) -> int:
 
 
 def write_mark(session: GrblSession, mark: int) -> None:
-    """Put a mark into the board's memory; raise `NotConnected` when it does not take it."""
+    """Store a mark in the board's memory; raise `NotConnected` when the board does not keep it."""
     for _ in range(TRIES):
         if _ask(session, feed(mark)) is not None and has_mark(session, mark):
             return
@@ -32,22 +32,22 @@ def write_mark(session: GrblSession, mark: int) -> None:
 
 
 def has_mark(session: GrblSession, mark: int) -> bool:
-    """Return whether the board still has a mark; raise `NotConnected` when it does not say.
+    """Return whether the board still has a mark; raise `NotConnected` when it does not answer.
 
     A mark that differs is read again: Grbl has no checksum.
     """
     answered = False
     for _ in range(TRIES):
         sent = _ask(session, PARSER_STATE)
-        told = [] if sent is None else sent.told
-        feeds = [programmed_feed(message) for message in told if isinstance(message, GrblMessage)]
+        messages = [] if sent is None else sent.messages
+        feeds = [programmed_feed(message) for message in messages if isinstance(message, GrblMessage)]
         if mark in feeds:
             return True
         answered = answered or any(found is not None for found in feeds)
     if answered:
         return False
     raise NotConnected(
-        f"{session.name}: it was asked {TRIES} times for its state and did not tell it;"
+        f"{session.name}: it was asked {TRIES} times for its state and did not report it;"
         " check its cable and its supply, then connect it again"
     )
 

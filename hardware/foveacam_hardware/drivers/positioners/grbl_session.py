@@ -53,7 +53,7 @@ class SentLine:
     line: str
     answer: GrblOk | GrblRefused | None = None
     lost: bool = False
-    told: list[GrblMessage | GrblSetting] = field(default_factory=list)
+    messages: list[GrblMessage | GrblSetting] = field(default_factory=list)
     """Messages and settings that came before the answer."""
     reports_since: int | None = None
 
@@ -88,9 +88,9 @@ class GrblSession:
         self.restarts = 0
         """Number of greetings received."""
         self.may_have_restarted = False
-        """Whether its greeting may have been missed: something was lost, or a report looks like the first.
+        """Whether a restart may have gone unnoticed: bytes were lost, or a report looks like the first one.
 
-        Cleared by whoever has made sure.
+        Cleared by the caller that has checked it.
         """
 
     def realtime(self, byte: bytes) -> None:
@@ -100,7 +100,7 @@ class GrblSession:
     def reset(self) -> None:
         """Reset the board, which clears its alarm, and wait for its greeting, `LINE_S` at most.
 
-        What is sent before the greeting is lost; a report alone does not tell, it may be a late one.
+        What is sent before the greeting is lost. A report is no proof of the reset: it may be a late one.
         """
         with self._lock:
             before, self.alarm = self.restarts, None
@@ -123,7 +123,7 @@ class GrblSession:
                     self._mute_since_ns, self._mute_reset = self._clock.now_ns(), False
                     return GrblStatusReport(state="Alarm")
         raise NotConnected(
-            f"{self._name}: it was asked {tries} times where it stands and said nothing;"
+            f"{self._name}: it was asked {tries} times where it stands and did not answer;"
             " check its cable and its supply, then connect it again"
         )
 
@@ -225,11 +225,11 @@ class GrblSession:
                 self._mark_all_lost()
             case GrblMessage() | GrblSetting():
                 if self._sent:
-                    self._sent[0].told.append(line)
+                    self._sent[0].messages.append(line)
 
     def _note_report(self, report: GrblStatusReport) -> None:
         now_ns = self._clock.now_ns()
-        # Grbl tells its work offset in the first report after a start, and then in every tenth or so.
+        # Grbl reports its work offset in the first report after a start, and then in every tenth or so.
         if report.offset is not None or now_ns - self._reported_ns > UNWATCHED_NS:
             self.may_have_restarted = True
         self._report, self._reported_ns = report, now_ns

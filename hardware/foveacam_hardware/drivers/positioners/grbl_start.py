@@ -43,14 +43,14 @@ def greet(session: GrblSession, axes: Sequence[GrblAxis], *, name: str, has_swit
     else:
         raise DeviceFault(f"{name}: it stays in state {report.state}; release it at the board, connect again")
     version = _version(session.ask(BUILD_INFO, deadline_s=SETTINGS_S))
-    told = session.ask(SETTINGS, deadline_s=SETTINGS_S).told
-    settings = {setting.number: setting.value for setting in told if isinstance(setting, GrblSetting)}
+    messages = session.ask(SETTINGS, deadline_s=SETTINGS_S).messages
+    settings = {setting.number: setting.value for setting in messages if isinstance(setting, GrblSetting)}
     _check(settings, axes, name=name, has_switches=has_switches)
     count = len(session.position(report) or ())
     for axis in axes:
         if axis.index >= count:
             raise DeviceFault(
-                f"{name}: its board has {count} axes, and {axis.name} is said to be on {axis.letter}; use a"
+                f"{name}: its board has {count} axes, and {axis.name} is assigned to {axis.letter}; use a"
                 " board with more, or take it out of the rig file"
             )
     return version
@@ -72,9 +72,9 @@ def _first_report(session: GrblSession, name: str) -> GrblStatusReport:
 
 
 def _version(sent: SentLine) -> str:
-    for told in sent.told:
-        if isinstance(told, GrblMessage) and told.text.startswith("VER:"):
-            return told.text.removeprefix("VER:").rstrip(":")
+    for message in sent.messages:
+        if isinstance(message, GrblMessage) and message.text.startswith("VER:"):
+            return message.text.removeprefix("VER:").rstrip(":")
     return "unknown"
 
 
@@ -84,8 +84,8 @@ def _check(settings: dict[int, float], axes: Sequence[GrblAxis], *, name: str, h
         raise DeviceFault(f"{name}: it reports in inches; set $13=0 at the board, then connect again")
     if has_switches and not settings.get(22, 1):
         raise DeviceFault(
-            f"{name}: homing is switched off at the board ($22=0): nobody knows where it stands; set $22=1,"
-            " or say `has_switches = false` in the rig file"
+            f"{name}: homing is switched off at the board ($22=0), so its position is unknown; set $22=1,"
+            " or `has_switches = false` in the rig file"
         )
     for axis in axes:
         travel, number = settings.get(TRAVEL + axis.index), TRAVEL + axis.index

@@ -1,4 +1,4 @@
-"""What is known of the position of a pan-tilt or a rail: one state machine, its transitions in one table.
+"""State machine of a pan-tilt or rail: whether its position is known; all transitions in one table.
 
 Pure: a driver reports what happened, and reads the phase. Moves under way are left to the drivers: a device
 whose position is known stays `HOMED` while it moves.
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """What is known of a device; its position is known in `HOMED` alone."""
+    """Phase of a device; its position is known in `HOMED` alone."""
 
     DISCONNECTED = "disconnected"
     UNKNOWN = "unknown"
@@ -25,7 +25,7 @@ class Phase(StrEnum):
 
 
 class Event(StrEnum):
-    """What happened to a device."""
+    """Event that changes the phase of a device."""
 
     CONNECTED = "connected"
     """Nothing proves that it did not restart since its position was known."""
@@ -99,5 +99,5 @@ class PositionerLife:
 
     @property
     def remedy(self) -> str:
-        """What makes its position known, for the operator."""
+        """Instruction to the operator that makes its position known."""
         return "home it" if self.has_switches else "bring it to its zero, then confirm that it stands there"

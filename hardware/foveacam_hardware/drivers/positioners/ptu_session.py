@@ -72,7 +72,7 @@ class PtuSession:
         """Axes that ran into a limit; cleared by whoever handles it."""
         self.restarts = 0
         """Number of restarts, recognised by the banner or by an echo."""
-        self.heard = ""
+        self.unparsed = ""
         """The last received line that could not be parsed."""
 
     def begin(self, command: str) -> SentCommand:
@@ -110,7 +110,7 @@ class PtuSession:
                 self._out_of_step = True
         raise Timeout(
             f"{self._name}: {query(axis, what)!r} was answered without a number {TRIES} times; check its"
-            " cable, and that nobody else uses the port"
+            " cable, and that no other program uses the port"
         )
 
     def end_line(self) -> None:
@@ -125,7 +125,7 @@ class PtuSession:
                     for line in parse(text):
                         self._process(line)
                 except BadPtuReply:
-                    self.heard = text[:40]
+                    self.unparsed = text[:40]
                     logger.warning("%s: not a reply: %r", self._name, text[:80])
 
     def discard_input(self) -> None:

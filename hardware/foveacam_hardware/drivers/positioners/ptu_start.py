@@ -29,9 +29,9 @@ def greet(session: PtuSession, name: str) -> str:
     for _ in range(GREETING_TRIES):
         with suppress(NotConnected):
             return session.ask(VERSION).text
-    heard = f" (it said {session.heard!r})" if session.heard else ""
+    reply = f" (it sent {session.unparsed!r})" if session.unparsed else ""
     raise NotConnected(
-        f"{name}: no FLIR pan-tilt unit answers there{heard}; check port, baud, cable and supply, give a unit"
+        f"{name}: no FLIR pan-tilt unit answers there{reply}; check port, baud, cable and supply, give a unit"
         " that was just switched on half a minute, then connect again"
     )
 
@@ -50,7 +50,7 @@ def prepare(session: PtuSession, mounting: PtuMounting, limits: PanTiltLimits, *
         tilt_step_rad=session.number(PtuAxis.TILT, PtuQuery.RESOLUTION) * ARC_SECOND_RAD,
     )
     if not (axes.pan_step_rad > 0.0 and axes.tilt_step_rad > 0.0):
-        raise DeviceFault(f"{name}: it says that a step is nothing; switch it off and on, connect again")
+        raise DeviceFault(f"{name}: it reports a step of size zero; switch it off and on, connect again")
     _check_reach(session, axes, limits, name=name)
     _set_speed(session, PtuAxis.PAN, axes.pan_step_rad, mounting.speed_rad_s, name=name)
     _set_speed(session, PtuAxis.TILT, axes.tilt_step_rad, mounting.speed_rad_s, name=name)

@@ -28,8 +28,8 @@ class ControllerFarEnd:
     """A mirror controller; its faults are attributes.
 
     `to_device` and `to_host` damage bytes; `silent`: ignores its input and sends nothing; `dead`: has stopped
-    for good, its pins unchanged; `unplugged`: no link to the host; `fragile`: dies of the first frame that it
-    cannot decode, as firmware 2.1.0 does of truncated packets.
+    until a power cycle, its pins unchanged; `unplugged`: no link to the host; `fragile`: goes dead at the
+    first frame that it cannot decode, as firmware 2.1.0 does of truncated packets.
     """
 
     def __init__(

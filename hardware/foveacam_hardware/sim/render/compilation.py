@@ -16,7 +16,7 @@ from foveacam_hardware.sim.render.frame_inputs import kernel_view, object_table,
 from foveacam_hardware.sim.render.hiding import hiding_depths
 from foveacam_hardware.sim.render.items import new_items
 from foveacam_hardware.sim.render.materials import NoiseSurface
-from foveacam_hardware.sim.render.noise import noise_levels
+from foveacam_hardware.sim.render.noise_material import noise_levels
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.render.scene import Scene, SceneSnapshot
 from foveacam_hardware.sim.render.sensor import SensorExposure, expose, expose_rows
@@ -43,7 +43,7 @@ WIDTH, HEIGHT = 64, 32
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KernelStep:
-    """A kernel, or a part that is cached by itself, and what compiles it and computes next to nothing."""
+    """A kernel or separately cached part, with a call that compiles it and computes next to nothing."""
 
     name: str
     kernel: Any  # numba ships no types
@@ -118,7 +118,7 @@ def _small_frame() -> _SmallFrame:
 
 
 def _compile_for(kernel: Any, *arguments: object) -> None:  # noqa: ANN401 (numba ships no types)
-    """Compile a kernel for arguments of such types, or load it from the cache."""
+    """Compile a kernel for the types of these arguments, or load it from the cache."""
     kernel.compile(tuple(map(typeof, arguments)))
 
 

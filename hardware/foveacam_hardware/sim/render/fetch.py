@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.jit import part
-from foveacam_hardware.sim.render.noise import TILE, TILE_BITS
+from foveacam_hardware.sim.render.noise_material import TILE, TILE_BITS
 
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
@@ -86,7 +86,7 @@ def fetch_long(
     part_x: F32,
     part_y: F32,
 ) -> None:
-    """Compute the same bits as `fetch_short` by way of three arrays as long as `du`."""
+    """Compute bit for bit what `fetch_short` does, in two passes over three work arrays as long as `du`."""
     u0, v0, u_du, u_dv, v_du, v_dv, scale, base, bits = at
     u0, v0, weight = u0 + np.float32(u * scale), v0 + np.float32(v * scale), np.float32(w)
     one = np.int32(1)

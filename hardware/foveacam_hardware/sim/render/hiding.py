@@ -1,4 +1,4 @@
-"""Which tiles of a picture a layer before it hides: they need not be drawn."""
+"""Occlusion culling: tiles of a picture that a layer in front of it hides need not be drawn."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ I64 = NDArray[np.int64]
 
 @kernel
 def hiding_depths(layer: MovingLayer, steps: I32, width: int, height: int) -> F64:
-    """Return, for each tile of a picture, the depth beyond which a layer hides it in every step, m.
+    """Return, for each tile of a picture, the depth beyond which a layer in front hides it in every step, m.
 
     `steps`: as in `smear`. Infinite where it does not.
     """
@@ -48,7 +48,7 @@ def _depth_of_all(layer: MovingLayer, group: int, left: int, right: int, top: in
 
 
 def nearest_depths(stage: TileInputs, tiles: I64) -> F64:
-    """Return the depth that nothing in a tile is nearer than, m, for each of `tiles`.
+    """Return, for each of `tiles`, a depth that nothing in it is nearer than, m.
 
     1/t and depth/t of a face are linear in the pixel (`setup`), so that its nearest point is in a corner.
     """

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract.errors import InvalidInput
-from foveacam_hardware.sim.render.noise import LONGEST, RATIO, noise_levels
+from foveacam_hardware.sim.render.noise_material import LONGEST, RATIO, noise_levels
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]

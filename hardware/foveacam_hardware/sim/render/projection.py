@@ -17,9 +17,9 @@ F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 SAME_SURFACE = 2e-3
-"""Two depths within this part of each other are the same surface."""
+"""Relative difference within which two depths count as the same surface."""
 HALF_FROM_WHOLE_PX = np.array([[0.5, 0.0, -0.25], [0.0, 0.5, -0.25], [0.0, 0.0, 1.0]])
-"""Homogeneous pixels of a picture whose pixels are means of 2x2, from those of the whole picture."""
+"""Transform from pixels of the whole picture to those of its 2x2 means, homogeneous."""
 HALF_FROM_WHOLE_PX.flags.writeable = False
 
 

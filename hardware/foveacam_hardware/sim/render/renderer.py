@@ -79,7 +79,7 @@ class _CachedFrame:
         self.footprint, self.revision = footprint, snapshot.revision
 
     def empty(self, tiles: NDArray[np.int64]) -> None:
-        """Let nothing be in some tiles; they stay invalid."""
+        """Clear tiles in which nothing is hit; they stay invalid."""
         columns = -(-self.target.depth.shape[1] // TILE_W)
         for row, column in zip(*np.divmod(tiles, columns), strict=True):
             here = (
@@ -136,14 +136,14 @@ class Renderer:
         return self._radiance(projection, roi, channels)
 
     def layer(self, projection: Projection, channels: int = 1) -> Radiance:
-        """Render an image whose radiance has one more channel: how much of a pixel objects cover, 0..1."""
+        """Render an image whose radiance has one more channel: the coverage of a pixel by objects, 0..1."""
         _check_channels(channels)
         return self._radiance(projection, None, channels + 1)
 
     def behind(self, projection: Projection, hiding_m: F64, channels: int = 1) -> Radiance:
-        """Render an image without what a layer before it hides; the depth there is infinite.
+        """Render an image except where a layer in front hides it; the depth there is infinite.
 
-        `hiding_m`: from which depth on each tile is hidden, as `hiding_depths` returns it.
+        `hiding_m`: depth beyond which each tile is hidden, from `hiding_depths`.
         """
         _check_channels(channels)
         return self._radiance(projection, None, channels, hiding_m=hiding_m)
@@ -196,7 +196,7 @@ class Renderer:
         return entry
 
     def _drop_oldest(self, key: tuple[bytes, int], entry: _CachedFrame) -> None:
-        """Drop the longest unused frame of the entry's lens, where it has none the longest unused of all.
+        """Evict the least recently used frame of the entry's lens; if it has none, that of any lens.
 
         A moving mirror, whose exposure takes several projections, drops no frame of the wide camera.
         """

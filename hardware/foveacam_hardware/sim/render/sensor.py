@@ -136,8 +136,8 @@ def _blur_along(padded: F32, channels: int, taps: F32, row: F32) -> None:
 def _count(row: F32, normals: F32, gains: Gains, top: int, out: NDArray[np.uint16]) -> None:
     """Fill out with counts: electrons with noise, limited by the well and the converter.
 
-    gains: electrons of a full well, per radiance 1, of read noise; counts per electron; noise of a pixel over
-    that of one of the sensor's.
+    gains: electrons of a full well, per radiance 1, of read noise; counts per electron; noise of a pixel
+    relative to that of a sensor pixel.
     """
     well, light = np.float32(gains[0]), np.float32(gains[1])
     read, scale, part = np.float32(gains[2]), np.float32(gains[3]), np.float32(gains[4])

@@ -12,7 +12,7 @@ from foveacam_hardware.sim.render.batch import PixelBatch
 from foveacam_hardware.sim.render.fetch import LONG, fetch_long, fetch_short, lookup
 from foveacam_hardware.sim.render.items import JUX, JUY, JVX, JVY, LookupItems, U, V
 from foveacam_hardware.sim.render.materials import BITMAP, MAX_LAYERS, NOISE, MaterialTables
-from foveacam_hardware.sim.render.noise import LEVELS, SHORTEST, TILE
+from foveacam_hardware.sim.render.noise_material import LEVELS, SHORTEST, TILE
 
 MAX_TAPS, MESH_TAPS = 8, 4
 """Most taps on a flat face, and on a smooth mesh, whose footprints are stretched only at its outline."""

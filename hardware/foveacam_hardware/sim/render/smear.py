@@ -1,4 +1,4 @@
-"""Blurs what moves evenly during an exposure: its picture, shifted step by step, over that of what stands."""
+"""Motion blur of evenly moving objects: shifted copies of their picture, averaged over the static picture."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ I32 = NDArray[np.int32]
 
 
 class MovingLayer(NamedTuple):
-    """A picture of what moves alone, with more pixels on each side than the blurred one."""
+    """A picture of the moving objects alone, with a margin around the blurred picture."""
 
     radiance: F32  # (H, W, c + 1), the last is coverage; black where that is 0
     depth: F32  # (H, W) metres, infinite where nothing is hit
@@ -26,11 +26,11 @@ class MovingLayer(NamedTuple):
 def smear(
     still: F32, still_depth: F32, layer: MovingLayer, steps: I32, first: int, end: int, out: F32
 ) -> None:
-    """Fill the rows first..end of `out` (h, w, c) with the mean of what is seen in all steps.
+    """Fill the rows first..end of `out` (h, w, c) with the mean of the pictures of all steps.
 
-    `still` (h, w, c), `still_depth` (h, w): what stands. `steps` (k, groups, 2): where a group is in each
-    step, px along x and y from where the layer shows it. Of two groups the one of the lower number is in
-    front; what one object hides of another of its group stays hidden.
+    `still` (h, w, c), `still_depth` (h, w): the static picture. `steps` (k, groups, 2): shift of a group in
+    each step, px along x and y from its position in the layer. Of two groups the one of the lower number is
+    in front; occlusion within a group does not change.
     """
     _, width, channels = still.shape
     count, groups, columns = steps.shape[0], steps.shape[1], layer.ids.shape[1]
@@ -65,8 +65,8 @@ def smear(
 def _cover(near: F32, planes: F32, left: int, depth: F32, free: F32, total: F32) -> None:
     """Add a row of the layer, `near` (W,) and `planes` (c + 1, W), from `left` on to `total` (c, w).
 
-    `depth` (w,): of what stands; where that is nearer the layer does not count. `free` (w,): the share of
-    each pixel that nothing covers yet; it is lessened.
+    `depth` (w,): of the static picture; where that is nearer the layer is hidden. `free` (w,): the share of
+    each pixel that is not covered yet, reduced in place.
     """
     channels, width = total.shape
     weight, cover = np.empty(width, np.float32), planes[channels]
@@ -83,7 +83,7 @@ def _cover(near: F32, planes: F32, left: int, depth: F32, free: F32, total: F32)
 
 @part
 def _take_row(layer: MovingLayer, v: int, planes: F32, near: F32, present: NDArray[np.bool_]) -> None:
-    """Take row v of the layer: its channels, the depth of each group, and which groups are in it.
+    """Read row v of the layer: its channels, the depth of each group, and which groups are in it.
 
     The depth is infinite where a group is not. Pixels that an object covers in part, but not at their middle,
     get the group and the depth beside them.

@@ -16,11 +16,11 @@ from foveacam_hardware.sim.render.setup import TILE_H, TILE_W, KernelView, Visib
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 Step = tuple[float, float, float, float]
-"""Undistorted x per pixel along x and y, then y; or a function at a pixel, its slopes, and its top there."""
+"""Derivatives of undistorted x along x and y, then of y; or a function's value, slopes and top at a pixel."""
 
 ROWS, COLUMNS = TILE_H + 2, TILE_W + 2
 CREASE = 1e-3
-"""Faces of a smooth mesh that meet within this part of their distance are continuous."""
+"""Relative distance within which faces of a smooth mesh that meet count as continuous."""
 SAMPLES = 16
 COUNTED = -2
 """Replaces the face of a sample that has been gathered."""

@@ -46,15 +46,15 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES, aim_at
 
 PAUSE_NS = 300_000_000
-"""Pause between the two wide pictures that show what moves."""
+"""Pause between the two wide images that are compared to detect motion."""
 MAX_AGE_MS = 40.0
 AGREE_SIGMAS = 4.0
-"""A place agrees when it misses by less than so many standard errors."""
+"""A place agrees when its residual is below this many standard errors."""
 MIN_SPREAD = 0.4
-"""The places of a lock cover at least this share of the field of regard along both axes."""
+"""Minimum share of the field of regard, along each axis, that the places of a lock must cover."""
 DEFAULT_SETTINGS = DriftSettings()
 NODE_SIGMA_PX = 0.06
-"""Noise of one node, each axis, fovea px; the model's own error there is added."""
+"""Noise of one node, each axis, fovea px, without the error of the mirror model there."""
 NODE_SETTINGS = DriftSettings(
     lens_sigma_wide_px=0.003,
     turn_prior_rad=math.radians(1.0),
@@ -64,8 +64,8 @@ NODE_SETTINGS = DriftSettings(
     significant=1.0,
     layout=None,
 )
-"""Heat turns a mount; it neither stretches a mirror's angles nor rolls an eye by much. A turn is corrected
-when it exceeds its own error, because markers, unlike a scene, cannot be mistaken."""
+"""Heat turns a mount, but hardly stretches a mirror's angles or rolls an eye: hence the narrow priors. A turn
+is corrected once it exceeds its standard error, because markers, unlike a scene, cannot be mismatched."""
 
 
 def run_drift_check(
@@ -175,7 +175,7 @@ class _DriftRound:
         return tuple(self._done.values())
 
     def _time_is_up(self, started_ns: int) -> bool:
-        """Return whether time is up; the limit is later without a lock, for slow machines."""
+        """Return whether the time limit has passed; without a lock it is longer, for slow computers."""
         took_s = (self._clock.now_ns() - started_ns) / 1e9
         if took_s <= self._settings.timeout_s:
             return False
@@ -278,7 +278,7 @@ def check_drift_at_nodes(
     wanted = {(pose.run, pose.index, pose.repeat) for pose in visits}
     seen = [one for one in placed if (one.pose.run, one.pose.index, one.pose.repeat) in wanted]
     places = tuple(place for one in seen if (place := _node_place(one, calibration, distance)) is not None)
-    # the drift that a calibration states as its error is what is measured here
+    # the error that a calibration states includes the expected drift, which is measured here
     still = replace(
         calibration,
         left=_without_stated_sigma(calibration.left),
@@ -300,7 +300,7 @@ def _duration_s(visits: Sequence[SweepPose]) -> float:
 
 
 def _node_place(placed: PlacedPose, calibration: Calibration, distance: DistanceSource) -> DriftPlace | None:
-    """Return the middle of the target by the wide camera and, by the calibration, in each eye."""
+    """Return the target's middle as seen by the wide camera and both eyes; None if an eye missed it."""
     middle = placed.target.middle_m
     target, inverse = middle[:2] / middle[2], 1.0 / float(middle[2])
     true = aim_at(calibration, target, inverse)

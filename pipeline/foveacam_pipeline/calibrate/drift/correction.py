@@ -15,14 +15,14 @@ from foveacam_pipeline.models.mirror import MirrorModel
 from foveacam_pipeline.verge.aim import EYES
 
 GRID = 25
-"""Grid points an axis at which a turned model is sampled before it is refitted."""
+"""Number of grid points along each axis at which a turned model is sampled for its refit."""
 REFIT_PX = 0.02
-"""The order of a refitted model is raised until no grid point misses by more, fovea px."""
+"""Maximum residual of a refitted model at the grid points, fovea px; its order is raised until it is met."""
 HIGHEST_ORDER = 12
 
 
 def correct_calibration(calibration: Calibration, found: DriftCheck, *, created_utc: str) -> Calibration:
-    """Return the calibration corrected by a check, or itself where there is nothing to correct.
+    """Return the calibration corrected by a check, or unchanged when the drift is not significant.
 
     The calibration that the check itself produced is returned unchanged. Raise NotCalibrated without lock, or
     for any other calibration than the one that was checked.
@@ -65,7 +65,7 @@ def _corrected_eye(calibration: Calibration, found: DriftCheck, role: Role) -> E
 
 
 def turn_eye(eye: EyeCalibration, turn: EyeTurn, *, f_px: float) -> EyeCalibration:
-    """Return the calibration of an eye that has moved so; `f_px`: focal length of its virtual pinhole."""
+    """Return the calibration of an eye after it turned; `f_px`: focal length of its virtual pinhole."""
     return replace(
         eye,
         mirror=_turned_mirror(eye.mirror, turn, f_px=f_px),
@@ -131,7 +131,7 @@ def _turned_entries(
 def _refitted(
     order: int, at: NDArray[np.float64], values: NDArray[np.float64], *, tolerance: float, what: str
 ) -> BivariatePolynomial:
-    """Return the polynomial of lowest order, from `order` on, that fits (n, m) values at (n, 2) points."""
+    """Return the polynomial of lowest order, at least `order`, that fits (n, m) values at (n, 2) points."""
     for richer in range(order, HIGHEST_ORDER + 1):
         fit = fit_polynomial(at, values, richer, loss="square")
         if float(np.abs(fit.residuals).max()) <= tolerance:

@@ -33,13 +33,13 @@ TUKEY_CUTOFF = 4.7
 MIN_MODEL_SIGMA_PX = 0.15
 """Lower limit of the standard error of a mirror's model, whatever the model states, fovea px."""
 START_FACTORS = 12.0 / np.arange(1.0, 12.0)
-"""Factors on the cutoff in the first rounds, each of one round, so that the majority is found first."""
+"""Factors on the cutoff, one for each of the first rounds, so that the majority is found first."""
 VERGENCE = np.array([0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0]) / 2.0
 """Weights of the twelve terms in half the angle between the eyes: half the difference of the turns about
 y."""
 FIELD_KNOTS = 9
 HEIGHT_SIGMAS = 3.0
-"""The eyes' difference in height is reported alone when it exceeds so many of its standard errors."""
+"""The eyes' difference in height is corrected alone when it exceeds this many of its standard errors."""
 HEIGHT = np.array([1, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0]) / 2.0
 """Weights of the twelve terms in that difference: half the difference of the turns about x."""
 
@@ -70,7 +70,7 @@ class DriftFit:
 
 
 def fit_drift(places: tuple[DriftPlace, ...], calibration: Calibration, settings: DriftSettings) -> DriftFit:
-    """Fit both eyes to all places at once; places that disagree with the others lose their weight."""
+    """Fit the drift of both eyes to all places by robust least squares; outliers get no weight."""
     prior_sigmas = np.tile(_prior_sigmas(settings), 2)
     equations_at = _LastEquations(places, calibration)
     model = ResidualModel(
@@ -95,7 +95,7 @@ def fit_drift(places: tuple[DriftPlace, ...], calibration: Calibration, settings
 
 
 class _LastEquations:
-    """The equations of the places at given terms; those of the last terms are kept, as a fit asks twice."""
+    """The equations of the places at given terms, cached because a fit evaluates the same terms twice."""
 
     def __init__(self, places: tuple[DriftPlace, ...], calibration: Calibration) -> None:
         self._places, self._calibration = places, calibration
@@ -237,7 +237,7 @@ def _seen_apart(place: DriftPlace) -> float:
 
 
 def _inverse_depth(place: DriftPlace, apart: float, calibration: Calibration) -> float:
-    """Return the inverse depth, 1/m: the known one, or that of eyes that see the place so far `apart`."""
+    """Return the known inverse depth, 1/m, or the one by the difference `apart` between the eyes."""
     return apart / calibration.baseline_m if place.inverse_depth is None else place.inverse_depth
 
 
@@ -306,12 +306,12 @@ def _rms2(vectors: NDArray[np.float64]) -> float:
 
 
 def vertical_offset_terms(fit: DriftFit) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return (12,) terms that bring both eyes to one height and do nothing else, and their covariance.
+    """Return (12,) terms that correct only the eyes' difference in height, and their covariance.
 
-    Return None where the difference in height is within its error. It is known several times better than
-    where each eye looks: both see the same point, so the errors of the wide camera and its lens cancel. A
-    pixel, as mounts drift in minutes, is within the error of each eye's own correction but far beyond the
-    error of the difference, which decides the rows of rectified pairs and the health of a calibration.
+    Return None where that difference is within its error. It is known several times better than where each
+    eye looks: both see the same point, so the errors of the wide camera and its lens cancel. A pixel, as
+    mounts drift in minutes, is within the error of each eye's own correction but far beyond the error of the
+    difference, which decides the rows of rectified pairs and the health of a calibration.
     """
     half = float(HEIGHT @ fit.terms)
     sigma = math.sqrt(float(HEIGHT @ fit.covariance @ HEIGHT))

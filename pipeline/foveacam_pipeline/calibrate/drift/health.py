@@ -1,8 +1,8 @@
 """Health of a calibration, estimated from ordinary fixations without extra measurements.
 
-Every verged fixation locates its target twice, by the eyes' volts and by the wide camera, and the two lines
-of sight must meet in height. The angle between the eyes shows only at a known distance. A target that both
-eyes show away from its expected position counts as well.
+Every verged fixation locates its target twice, by the eyes' volts and by the wide camera, and the lines of
+sight of both eyes must agree in height. The angle between the eyes can be checked only at a known distance. A
+target that both eyes see away from its expected position counts as well.
 """
 
 import math
@@ -25,7 +25,7 @@ NEWEST_COUNT = 9
 """Number of newest fixations whose median shows a sudden change."""
 MIN_FIXATIONS = 5
 MAX_GOOD_SCORE = 2.0
-"""Maximum score of a good calibration: disagreement over what stated errors and measurement noise explain."""
+"""Maximum score of a good calibration: ratio of the residuals to their stated errors."""
 PLACED_SIGMA_WIDE_PX = 0.35
 """Standard error of a fixation's position in the wide view, each axis (as in `VergeSettings`)."""
 ROWS_SIGMA_PX = 0.2
@@ -33,7 +33,7 @@ ROWS_SIGMA_PX = 0.2
 SIGMA_PER_MEDIAN = 1.4826
 """Standard deviation over median absolute value of a normal distribution."""
 MEDIAN_SIGMA = 1.17
-"""Standard error of a standard deviation estimated by that median, times the root of the count."""
+"""Standard error of a standard deviation estimated from that median, times the root of the sample count."""
 
 
 class HealthVerdict(StrEnum):
@@ -62,9 +62,9 @@ class FixationResidual:
 class HealthReport:
     """Health of a calibration.
 
-    `score`: disagreement over the stated errors, about 1 when these hold. `horizontal_px`, `vertical_px`:
-    median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of the two eyes in
-    height. All are None while there are too few fixations.
+    `score`: residuals over their stated errors, about 1 for a valid calibration. `horizontal_px`,
+    `vertical_px`: median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
+    the two eyes in height. All are None while there are too few fixations.
     """
 
     verdict: HealthVerdict
@@ -90,7 +90,7 @@ class HealthMonitor:
         return self._calibration_id
 
     def add(self, fixation: Fixation) -> None:
-        """Add a fixation; one that was not found is ignored, unless both eyes showed the target elsewhere."""
+        """Add a fixation; a failed one is ignored, unless both eyes saw the target elsewhere."""
         residual = fixation_residual(fixation, self._calibration)
         if residual is not None:
             self._residuals.append(residual)
@@ -102,7 +102,7 @@ class HealthMonitor:
 
 
 def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationResidual | None:
-    """Return the residual of a fixation, or None where it has none."""
+    """Return the residual of a fixation; None where it cannot be computed."""
     if fixation.target_offset is not None:
         return _offset_residual(fixation.target_offset)
     if fixation.state is not FixationState.VERGED or fixation.volts is None or fixation.point_rig_m is None:
@@ -125,7 +125,7 @@ def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationR
 
 
 def _offset_residual(offset: TargetOffset) -> FixationResidual:
-    """Return the residual of a target that both eyes showed far from its expected position."""
+    """Return the residual of a target that both eyes saw far from its expected position."""
     sigma_px = offset.sigma_px
     return FixationResidual(
         across_px=offset.across_px,
@@ -136,7 +136,7 @@ def _offset_residual(offset: TargetOffset) -> FixationResidual:
 
 
 def report_health(residuals: Sequence[FixationResidual]) -> HealthReport:
-    """Return the health shown by residuals; medians tolerate a few outliers (targets that moved).
+    """Return the health estimated from residuals; medians tolerate a few outliers (targets that moved).
 
     It is that of all residuals or of the newest alone, whichever is worse, so that a knock shows after five
     fixations with a residual.
@@ -154,7 +154,7 @@ def _report(residuals: Sequence[FixationResidual]) -> HealthReport:
             horizontal_px=None,
             vertical_px=None,
             rows_px=None,
-            detail=f"{len(residuals)} fixations so far; {MIN_FIXATIONS} that tell are needed.",
+            detail=f"{len(residuals)} fixations so far; {MIN_FIXATIONS} on textured targets are needed.",
         )
     seen = np.array([(r.across_px, r.down_px, r.rows_px) for r in residuals])
     stated = np.array([r.sigma_px for r in residuals])
@@ -175,7 +175,7 @@ def _report(residuals: Sequence[FixationResidual]) -> HealthReport:
 
 
 def _chance_factor(count: int) -> float:
-    """Return the factor by which a score of few residuals exceeds 1 by chance, at two standard errors."""
+    """Return the score that `count` residuals of a good calibration stay below (1 + 2 standard errors)."""
     return 1.0 + 2.0 * MEDIAN_SIGMA / math.sqrt(count)
 
 

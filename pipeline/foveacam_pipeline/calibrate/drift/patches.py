@@ -29,11 +29,11 @@ CONTRAST_PX = 4.0
 MIN_CONTRAST = 4.0
 """Minimum contrast in grey levels; all three values as for patches of the survey, at half its scale."""
 PATCHES_PER_PART = 3
-"""Number of candidates for each part of the field, should the first not be found."""
+"""Number of candidates for each part of the field, in case the first is not found."""
 PATCH_SPACING = 1.5
 """Minimum spacing of the candidates, patch sides."""
 MOTION_LEVELS = 8.0
-"""A pixel that changes by more between two pictures, averaged over 5 x 5 px, is moving; grey levels."""
+"""Minimum change between two images of a moving pixel, averaged over 5 x 5 px, grey levels."""
 REACH_STEP = 24
 """Spacing of the grid on which the reach of the eyes is computed, wide px."""
 MIN_ENERGY = 0.004
@@ -41,7 +41,7 @@ MIN_ENERGY = 0.004
 Box: TypeAlias = tuple[float, float, float, float]
 """x min, y min, x max, y max, wide px."""
 MIDDLE_PX = 60.0
-"""The object whose distance the operator gave lies within so many wide px of the middle."""
+"""The object whose distance the operator gave lies within this radius of the middle, wide px."""
 MIDDLE_PART = -1
 MARKER_PARTS = {Role.WIDE: -2, Role.LEFT: -3, Role.RIGHT: -4}
 LENS_REL_SIGMA = 2e-4
@@ -57,7 +57,7 @@ class DriftPatch:
     template: WidePatch
     part: int
     known_inverse: float | None = None
-    """1 / Z, 1/m, where the depth is known otherwise than by the eyes."""
+    """1 / Z, 1/m, where the depth is known from markers or a tape; else None."""
     known_sigma: float = 0.0
 
 
@@ -78,7 +78,7 @@ class DistinctnessMap:
         calibration: Calibration,
         settings: DriftSettings,
     ) -> "DistinctnessMap":
-        """Rate the second of two wide pictures; what moved between them or is out of reach is unusable."""
+        """Rate the texture of the second of two wide images; moving or unreachable pixels are unusable."""
         binning = calibration.wide.binning_of(grays[1].shape)
         size = (calibration.wide.width, calibration.wide.height)
         energy = np.asarray(cv2.resize(_texture(grays[1], settings, binning), size), dtype=np.float32)

@@ -28,7 +28,7 @@ from foveacam_pipeline.verge.matching.wide_patch import WidePatch, follow
 SEARCH_INVERSE_DEPTHS = (0.0, 0.2, 0.4, 0.6)
 """Inverse depths that are searched when nothing is known, 1/m: infinity to 1.7 m."""
 SAME_SPAN = 0.09
-"""Looks at inverse depths closer than this show the same, 1/m."""
+"""Minimum difference of the inverse depths of two looks, 1/m: closer ones show the same."""
 REACH_MARGIN_PER_M = 0.03
 """Margin to the nearest depth that the eyes reach, because they may have drifted, 1/m."""
 EYES_AGREE_PX = 3.0
@@ -100,7 +100,7 @@ class DriftPlaceFinder:
         return None
 
     def _reachable_depths(self, template: WidePatch, expected: DriftExpectation) -> Iterator[float]:
-        """Yield the inverse depths to look at, 1/m, moved into the range that both eyes reach there."""
+        """Yield the inverse depths to look at, 1/m, clamped to the range that both eyes reach there."""
         span = reach_span(self._calibration, template.target, nearest=SEARCH_INVERSE_DEPTHS[-1])
         if span is None:
             return
@@ -144,10 +144,10 @@ class DriftPlaceFinder:
         if not self._matches_well(fine, apart=left - right, f_px=look.f_px):
             return None
         residual = fine.residual_px / self._calibration.fovea_f_px
-        centre, score = vicinity(look, template, np.zeros(2), slope=fine.slope).given(residual)
-        if score < self._settings.score:
+        mean = vicinity(look, template, np.zeros(2), slope=fine.slope).given(residual)
+        if mean.score < self._settings.score:
             return None
-        return self._place(candidate, sighting, centre=centre, fine=fine, score=score)
+        return self._place(candidate, sighting, centre=mean.centre, fine=fine, score=mean.score)
 
     def _measure_off_centre(self, candidate: DriftPatch, found: _FoundPatch) -> DriftPlace | None:
         """Measure the patch in the look that found it, beside the image centres."""

@@ -80,7 +80,7 @@ class DriftSettings:
 
     columns: int = 4
     rows: int = 4
-    """The field of regard is divided into so many parts; one textured place is measured in each."""
+    """Number of parts of the field of regard; one textured place is measured in each."""
     margin_rad: float = math.radians(0.7)
     """Distance of all places from the edge of the calibrated field, because the eyes may have drifted."""
     template_half_px: int = 16
@@ -121,8 +121,8 @@ class DriftSettings:
     def __post_init__(self) -> None:
         if self.distance_m is not None and not (math.isfinite(self.distance_m) and self.distance_m > 0.5):
             raise InvalidInput(
-                f"drift check: a distance of {self.distance_m} m was told; give the distance from the wide "
-                "camera to what stands in the middle of its view, more than 0.5 m, or none"
+                f"drift check: a distance of {self.distance_m} m was given; give the distance from the wide "
+                "camera to the object in the middle of its view, more than 0.5 m, or none"
             )
 
 
@@ -145,7 +145,7 @@ class DriftPlace:
     inverse_depth: float | None = None
     inverse_sigma: float = 0.0
     agrees: bool = True
-    """Whether it fits the other places within its errors."""
+    """Whether it agrees with the other places within its errors."""
 
     def seen(self, role: Role) -> NDArray[np.float64]:
         """Return the (2,) tangents at which an eye saw the point."""
@@ -192,7 +192,7 @@ class DriftCheck:
     duration_s: float
     detail: str
     height_alone: bool = False
-    """Each eye is within its own error but their difference in height is not: only that is reported."""
+    """Only the eyes' difference in height is significant, and only that is corrected."""
 
     def eye(self, role: Role) -> EyeDrift:
         """Return the drift of the left or the right eye."""
@@ -205,7 +205,7 @@ class DriftCheck:
 
 
 def describe_check(found: DriftCheck, *, settings: DriftSettings, f_px: float) -> str:
-    """Return the sentences that tell the operator what was found, what it means and what was not measured."""
+    """Return the result as sentences for the operator: findings, verdict, and what was not measured."""
     return " ".join(
         [
             _agreement_sentence(found),
@@ -251,8 +251,8 @@ def _vergence_sentence(found: DriftCheck, f_px: float) -> str:
     if found.vergence_known:
         return "The angle between the eyes was checked at a known distance."
     unseen = (
-        "The angle between the eyes cannot be told from depth here and was left alone: tell the distance of "
-        "what stands in the middle of the view, or show the marker target"
+        "The angle between the eyes cannot be separated from depth here and was not corrected: give the "
+        "distance of the object in the middle of the view, or show the marker target"
     )
     if found.vergence_sigma_rad > 0.0:
         apart_px = 2.0 * found.vergence_sigma_rad * f_px
@@ -264,7 +264,7 @@ def _verdict_sentence(found: DriftCheck, settings: DriftSettings) -> str:
     if not found.locked and found.duration_s > settings.longest_s:
         return (
             f"No lock: time was up after {found.duration_s:.0f} s; the cameras or the computer are too slow. "
-            "End what else keeps it busy, then check again."
+            "End other programs on the computer, then check again."
         )
     if not found.locked:
         return (
@@ -272,5 +272,5 @@ def _verdict_sentence(found: DriftCheck, settings: DriftSettings) -> str:
             "scene with more texture that stands still, or calibrate the mirrors again."
         )
     if found.significant:
-        return "What has drifted is well beyond its own error."
-    return "That is within its own error: nothing to correct."
+        return "The drift is well beyond its standard error."
+    return "The drift is within its standard error: nothing to correct."

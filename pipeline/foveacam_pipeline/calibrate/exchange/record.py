@@ -55,7 +55,7 @@ class ExchangeRecord:
 
     @property
     def warning(self) -> str | None:
-        """Warning for the operator when the id in the file differs from that of the content."""
+        """Warning when the id in the file differs from the hash of its content; else None."""
         if self.stated_id is None or self.stated_id == self.id:
             return None
         return f"the file says {self.stated_id}, its content is {self.id}; it counts as the latter"

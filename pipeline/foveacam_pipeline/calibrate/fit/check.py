@@ -24,10 +24,10 @@ from foveacam_pipeline.verge.aim import aim_at, gazes_under
 from foveacam_pipeline.verge.matching.fine import MatchGuess, match_fine
 
 PAUSE_NS = 300_000_000
-"""Pause between the two wide pictures that show what moves."""
+"""Pause between the two wide images that are compared to detect motion."""
 MAX_AGE_MS = 40.0
 CORNER_SHARE = 0.55
-"""Rows are compared at the gaze and at this share of the way to the corners of the image."""
+"""Rows are compared at the image's centre and at points this share of the way to its corners."""
 MIN_POSES = 4
 VERGED_PX = 20.0
 """Maximum disparity of a look that is used for pictures, fovea px."""

@@ -37,15 +37,15 @@ KNOCK_SIGMAS = 6.0
 
 
 ROWS_AN_OUTLIER = 10
-"""At most one of so many measurements is left out as an outlier."""
+"""At most one in this many measurements is left out as an outlier."""
 
 
 KNOCK_PIECES = 3
-"""Pieces of the drift; more of them could take the shape of a knock."""
+"""Number of linear pieces of the drift; more of them could imitate a knock."""
 
 
 MIN_ROWS_ASIDE = 3
-"""Minimum measurements of a run on either side of a knock, so that one outlier is not taken for it."""
+"""Minimum measurements of a run on either side of a knock, so that one outlier does not look like a knock."""
 
 
 MIN_FREEDOM = 12
@@ -65,7 +65,7 @@ SAME_DEPTH = 0.02
 
 
 REVISIT_FACTOR = 1.5
-"""Nodes count that were visited again within so many times the shortest such interval."""
+"""Maximum interval between visits to a node, over the shortest such interval."""
 
 
 _RANK = 1e-9
@@ -214,7 +214,7 @@ def _is_after(samples: DriftSamples, run: int, t_s: float) -> NDArray[np.bool_]:
 def _best_step(samples: Mapping[Role, DriftSamples]) -> _KnockStep | None:
     """Return the step that best explains both eyes' residuals; None with too few degrees of freedom.
 
-    An outlier, one measurement that explains more than any step, is left out.
+    A measurement that explains more than any step is left out as an outlier.
     """
     eyes = list(samples.values())
     for _ in range(1 + len(eyes[0].t_s) // ROWS_AN_OUTLIER):

@@ -27,7 +27,7 @@ _PUPIL_ORDER = 3
 DOING = "the fit"
 
 FULL_FIT_PARTS = 4
-"""Duration of a fit that tries every model, in fits whose models are known."""
+"""Duration of a fit that tries every model, as a multiple of a fit of known models."""
 
 
 __all__ = [
@@ -224,10 +224,10 @@ class FitProgress:
         self.watch.progress(self._done, total=self._total, note=what)
 
     def end(self, parts: int = 1) -> None:
-        """Count the part that was begun as done."""
+        """Count the current part as finished."""
         self._done += parts
 
     def finish(self) -> None:
-        """Report that everything is done, whatever was left out."""
+        """Report that everything is finished, although parts may have been skipped."""
         self._done = self._total
         self.begin("fitted")

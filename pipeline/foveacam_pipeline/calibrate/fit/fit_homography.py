@@ -134,7 +134,7 @@ def _enough(order: int, corners: _Corners) -> bool:
 def _equations(corners: _Corners) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the linear equations of every corner in a pose's six entries, (n, 2 m, 6) and values (n, 2 m).
 
-    From u (1 + e x + f y) = a x + b y, and so for v.
+    They follow from u (1 + e x + f y) = a x + b y, likewise for v.
     """
     x, y, u, v = corners.x, corners.y, corners.u, corners.v
     zero = np.zeros_like(x)
@@ -148,9 +148,9 @@ def _fit_order(
 ) -> tuple[BivariatePolynomial, float]:
     """Return the field of one order and its leave-one-pose-out error in units of the corners.
 
-    An unknown is a pose's entry times a monomial of its gaze: six equations a pose hold all its corners say.
-    The linear rounds stay by hand: scipy's least squares took many times as long on the sweeps of the
-    tests, and the entries agreed within 7e-4.
+    An unknown is a pose's entry times a monomial of its gaze: six equations per pose contain all information
+    of its corners. The linear rounds stay by hand: scipy's least squares took many times as long on the
+    sweeps of the tests, and the entries agreed within 7e-4.
     """
     centre, scale = scaling_of(angles)
     basis = monomials((angles[:, 0] - centre[0]) / scale[0], (angles[:, 1] - centre[1]) / scale[1], order)

@@ -64,8 +64,8 @@ class StationParallax:
     @property
     def words(self) -> str:
         """Description in a sentence."""
-        tape = "nobody measured it by tape" if self.tape_m is None else f"{self.tape_m:g} m by tape"
-        done = "it was taken out" if self.corrected else "it was left in, the distance counting as unknown"
+        tape = "not measured by tape" if self.tape_m is None else f"{self.tape_m:g} m by tape"
+        done = "corrected" if self.corrected else "not corrected, as the distance counts as unknown"
         return (
             f"{self.station}: the markers appear {self.print_m:.3f} m away by their print, {tape}; the "
             f"parallax of Eq. 1 is {math.degrees(self.rms_rad):.4f}° rms, at most "
@@ -258,7 +258,7 @@ def _at_stated_distance(
     tape_m = sweep.header.station.distance_m
     if tape_m is None:
         raise InvalidInput(
-            f"fit by tape: nobody measured the distance of {sweep.header.station.name!r}; measure it and "
+            f"fit by tape: the distance of {sweep.header.station.name!r} was not measured; measure it and "
             "write it into the station, or let the print decide"
         )
     factor = tape_m / float(np.median([pose.distance_m for pose in station]))

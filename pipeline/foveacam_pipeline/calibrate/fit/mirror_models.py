@@ -20,7 +20,7 @@ from foveacam_pipeline.geometry.polynomial import PolynomialFit, exponents, fit_
 from foveacam_pipeline.models.mirror import MirrorModel
 
 START_STIFFENING = 0.15
-"""A tenth less reach at full drive than the slope at rest suggests."""
+"""Start value of a spring's stiffening k: about a tenth less reach than the slope at rest predicts."""
 _MAX_STIFFENING = 2.0
 _STIFFENING_TOLERANCE = 1e-5
 ORDERS = (1, 2, 3, 4, 5, 6, 7, 8, 9)

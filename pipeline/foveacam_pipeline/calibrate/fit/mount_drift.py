@@ -27,7 +27,7 @@ from foveacam_pipeline.geometry.polynomial import (
 
 MAX_PIECES = 8
 SHORTEST_S = 15.0
-"""Shorter runs are taken as free of drift."""
+"""Duration below which a run is assumed to be free of drift."""
 MIN_VISITS = 4
 """Minimum number of repeated nodes for an estimate."""
 PRIOR_RAD = math.radians(0.005)
@@ -47,9 +47,9 @@ _ROUNDS = 8
 _ORDER_ROUNDS = 2
 
 MIN_MOVE_RAD = math.radians(0.01)
-"""Smaller moves, some fovea px, are left to the drift."""
+"""Moves below this, some fovea px, are described by the drift."""
 MOVE_SIGMAS = 5.0
-"""Moves within so many standard errors are not removed: with one distance a run, move and pivot are mixed."""
+"""Significance of a move that is removed: with one distance a run, move and pivot are hardly separable."""
 MAX_MIRROR_ORDER = 7
 ROWS_AN_UNKNOWN = 3
 MOVE_ROUNDS = 4

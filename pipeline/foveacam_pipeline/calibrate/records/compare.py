@@ -1,6 +1,6 @@
 """Comparison of two calibrations of one rig over the field that both cover, in pixels, and its diagram.
 
-Calibration a steers; calibration b gives the direction in which that looks.
+The eyes are steered by calibration a, and calibration b computes where they then look.
 """
 
 import io

@@ -39,7 +39,7 @@ from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.aim import EYES
 
 STILL_PX = 0.5
-"""A mirror counts as settled from the delay on after which it stays this near to rest."""
+"""A mirror counts as settled after the delay from which it stays this near to rest."""
 FIRST_US = 500
 REST_LOOKS = 4
 MIN_STEP_PX = 60.0
@@ -117,7 +117,7 @@ class _Step:
 
 
 class _SettleRun:
-    """The looks of one measurement; every look starts from rest at the other end of the step."""
+    """One measurement; each of its looks follows a step that starts from rest."""
 
     def __init__(
         self, head: Head, settings: SettleSettings, *, clock: Clock, watch: ProcedureWatcher

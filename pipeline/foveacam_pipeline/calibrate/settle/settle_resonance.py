@@ -34,14 +34,14 @@ MIN_PICTURES = 12
 MIN_NOISE_PX = 0.03
 STARTS = 3
 MISS_CAP = 30.0
-"""Cap of a picture's residual when starts are compared, standard errors."""
+"""Upper limit of a picture's residual when start values are compared, standard errors."""
 BLUR_SHARE = 0.15
 """Position error of a picture that moved during its exposure, as a share of the motion."""
 MISTAKEN_RATIO = 400.0
-"""A picture whose residual is twenty times the median was matched wrongly (a ratio of squares)."""
+"""Squared residual of a mismatched picture over the median one: twenty times the median residual."""
 LARGEST_REL_SIGMA = 0.25
 MODEL_SHARE = 0.01
-"""Error of the model as a share of the remaining step: pictures rotate a little on the way, and blur."""
+"""Error of the model as a share of the remaining step: pictures rotate and blur slightly on the way."""
 NOT_RESOLVED = "not resolvable"
 WAIT_STEP_US = 100.0
 """Waits are rounded up to this step."""
@@ -72,7 +72,7 @@ def fit_resonance(
     frequency, quality = (math.exp(v) for v in fit.terms[1:3].tolist())
     _, *sigmas = _rel_sigmas(fit)
     moves = data.gain(filtering, fit.terms, alone.terms) >= MIN_GAIN
-    if moves and quality < MIN_QUALITY:  # the pictures then tell the ratio of frequency and quality alone
+    if moves and quality < MIN_QUALITY:  # only the ratio of frequency and quality is determined
         return None, f"{NOT_RESOLVED}: the mirror is damped (quality {quality:.2f}) and does not ring"
     if not moves or max(sigmas) > 1.0:
         return None, f"{NOT_RESOLVED}: the drive filter alone explains what the mirror does"

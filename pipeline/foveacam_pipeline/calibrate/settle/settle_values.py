@@ -8,7 +8,7 @@ import numpy as np
 from foveacam_hardware.contract import PARKED, MirrorVolts, Role, StereoVolts
 
 NOISE_SIGMAS = 3.0
-"""Distances below so many standard deviations of a position at rest cannot be distinguished from rest."""
+"""Distances below this many standard deviations of a position at rest cannot be distinguished from rest."""
 DECAY_RATIO = 8.0
 HALF = 0.5
 AXES = ("x", "y")

@@ -35,7 +35,7 @@ class TurnSettings:
     """Tolerances and waits of the base.
 
     `near_rad`, `still_px`: tolerances of a rig turned by hand. `beside_rad`: maximum error of its scale.
-    `begin_ms`: time after which a rig that is near a gaze is measured although nobody turned it.
+    `begin_ms`: time after which a rig that is near a gaze is measured even if it was not turned.
     """
 
     rest_ms: float = 50.0
@@ -139,7 +139,7 @@ class StationBase:
 
 
 def _no_correction(missed_rad: NDArray[np.float64]) -> None:
-    """Do nothing: the operator reads the error from the note."""
+    """Do nothing: the operator sees the error in the progress note."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -158,7 +158,7 @@ class HandTurnedBase:
     correct: Callable[[NDArray[np.float64]], None] = _no_correction
 
     def wait_for(self, nodes_rad: NDArray[np.float64], *, done: int, total: int) -> int:
-        """Return the index of the gaze, (n, 2) rad, near which the target rests; the first is the requested.
+        """Return the index of the gaze, (n, 2) rad, near which the target rests; gaze 0 is the requested one.
 
         A rig that already rests near a gaze is accepted only after `begin_ms`, to give the operator time.
         """
@@ -204,7 +204,7 @@ class HandTurnedBase:
         return bool(np.ptp(np.array(middles), axis=0).max() <= self.settings.still_px)
 
     def _instruction(self, gaze: NDArray[np.float64], node: NDArray[np.float64], *, still: bool) -> str:
-        """Return how to turn; turning the rig to the left moves the target to the right."""
+        """Return how the operator must turn the rig; a turn to the left moves the target to the right."""
         x, y = (node - gaze).tolist()
         aside = f"{degrees(abs(x))} to the {'left' if x > 0 else 'right'}"
         along = f"{degrees(abs(y))} {'up' if y > 0 else 'down'}"

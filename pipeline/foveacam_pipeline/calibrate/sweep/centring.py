@@ -22,10 +22,10 @@ from foveacam_pipeline.calibrate.sweep.marker_observation import (
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose
 
 BEYOND = "beyond the volts"
-"""Beginning of the refusal of a gaze that needs more volts than are allowed."""
+"""First words of the reason that refuses a gaze beyond the allowed volts; callers recognise it by them."""
 SMALLER = "choose a smaller sweep"
 LIMIT_RINGS = 4
-"""Number of search positions about a gaze that is beyond the volts."""
+"""Number of search positions about a gaze that needs more volts than are allowed."""
 LIMIT_TOLERANCE_V = 0.02
 """Tolerance of an axis at its limit: a few steps of the DAC."""
 

@@ -15,14 +15,14 @@ OFFSET_V = 12.0
 LINEAR_V = 40.0
 """Prior standard deviation of gain and cross-coupling at the reach."""
 SATURATION_V = 25.0
-"""Prior standard deviation of saturation; its length scale, as a share of the reach, follows."""
+"""Prior standard deviation of saturation; its length scale follows, as a share of the reach."""
 SATURATION_LENGTH = 0.8
 MEASURED_SIGMA_V = 0.05
 """Standard error of a gaze measured on a marker."""
 LOCATED_SIGMA_V = 1.0
 """Standard error of a gaze found in the wide view: about two of its pixels."""
 KNOCKED_V, KNOCKED_SIGMAS = 1.0, 6.0
-"""The mount was knocked when a marker is farther than this from its expected position."""
+"""A knock is detected when a marker is off its expected volts by more than this plus this many sigmas."""
 BEFORE_KNOCK_SIGMA_V = 0.5
 """Standard error of gazes from before a knock after they are shifted, because a roll remains."""
 MIN_KNOWN = 3

@@ -24,16 +24,16 @@ MARGIN_CELLS = 0.6
 LARGEST_SAMPLE = 3_000
 LARGEST_CANDIDATES = 40_000
 FLAT_SHARE = 0.1
-"""Share of the pixels away from edges that is fitted, for the light."""
+"""Share of the pixels away from edges that is fitted, to estimate the illumination."""
 MAX_STEPS = 25
 CONVERGED_PX = 2e-3
 HUBER = 2.5
 HUBER_SHARE = 0.06
-"""Misfits below this share of the contrast keep full weight: at an edge the sensor's noise is larger."""
+"""Residuals below this share of the contrast keep full weight: the sensor's noise is larger at an edge."""
 COST_TOLERANCE = 1.0005
 LEAST_BLUR_CELLS = 1e-3
 FAR_SIGMAS = 6.0
-"""From here on an edge is as if it were sharp."""
+"""Distance from an edge, in sigmas of its blur, beyond which the blur is neglected."""
 BLUR_INDEX = 8
 """Index of the blur in the state: after the homography, before the light."""
 

@@ -157,7 +157,7 @@ def _shrunk(image: NDArray[np.uint8], scale: float, turn_rad: float) -> NDArray[
 
 
 def rejection_reason(observation: EyeObservation, limits: MarkerLimits, *, asked_ns: int) -> str | None:
-    """Return why an observation may not be used, in words; None when it may."""
+    """Return why an observation is unusable, as text for the operator; None when it is usable."""
     old_ms = (asked_ns - observation.t_ns) / 1e6
     if old_ms > limits.stale_ms:
         return f"stale: exposed {old_ms:.0f} ms before the look; check the camera's trigger and link"
@@ -172,7 +172,7 @@ def rejection_reason(observation: EyeObservation, limits: MarkerLimits, *, asked
 
 
 def view_rejection_reason(view: MarkerView, *, most_px: float) -> str | None:
-    """Return why the view of a marker may not be used, in words; None when it may."""
+    """Return why the view of a marker is unusable, as text for the operator; None when it is usable."""
     if view.blur_px > most_px:
         return (
             f"blurred: the edges of marker {view.id} spread by {view.blur_px:.1f} px (sigma), at most "

@@ -147,7 +147,7 @@ def _detected(gray: NDArray[np.uint8], only: Collection[int] | None) -> list[tup
 def _detected_enlarged(
     gray: NDArray[np.uint8], only: Collection[int] | None, *, times: Binning
 ) -> list[tuple[int, NDArray[np.float64]]]:
-    """Return markers as `_detected`, those too whose cells are too small for OpenCV in the image itself."""
+    """Return markers like `_detected`, and those that OpenCV finds only in an enlarged image."""
     # cells 3 px wide: OpenCV finds a marker in most pictures by cubic interpolation, in few by linear
     enlarged = cv2.resize(gray, None, fx=times, fy=times, interpolation=cv2.INTER_CUBIC)
     found = _detected(np.asarray(enlarged, dtype=np.uint8), only)

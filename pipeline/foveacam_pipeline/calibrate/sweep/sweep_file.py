@@ -1,4 +1,4 @@
-"""The file of a sweep: JSON lines, the header, then one line a pose, each on disk before the next begins.
+"""The file of a sweep: JSON lines, the header, then one line a pose, each flushed before the next pose.
 
 A truncated last line (power, full disk) is ignored and overwritten by the next append.
 """

@@ -45,7 +45,7 @@ MARKER_HALF_SIZE = 0.62
 """Half the size of a marker that may be rotated by some degrees, over its side."""
 LARGEST_RETREAT_RAD = math.radians(2.5)
 MARGIN_SHARE = 0.8
-"""Share of the margin beside a marker that a pose beyond the volts may use."""
+"""Share of the margin beside a marker that a pose beyond the mirrors' volts may use."""
 
 
 class PoseMeter:
@@ -216,7 +216,7 @@ class PoseMeter:
         return None if found is None else direction_rad(found, self._eyes_m[observation.role])
 
     def reachable_gaze(self, node_rad: NDArray[np.float64], target: TargetPose) -> NDArray[np.float64]:
-        """Return a gaze, (2,) rad, or the nearest one at which both eyes keep their markers in view."""
+        """Return the gaze nearest to a node, (2,) rad, at which both eyes keep their markers in view."""
         known = [
             role
             for role in EYES

@@ -43,7 +43,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 
 AHEAD = np.zeros(2)
 HALF_SIDE = 0.6
-"""Half the size of a marker with some white, over its side."""
+"""Half the size of a marker with some of its white margin, over its side."""
 
 logger = logging.getLogger(__name__)
 
@@ -62,9 +62,9 @@ def run_sweep(
 ) -> Sweep:
     """Sweep one station and return everything measured there, in this run and before it.
 
-    Raise Cancelled when the watcher has cancelled, and the errors of what is refused: a plan that rig or
-    pan-tilt cannot reach, swapped markers, a dead axis, an eye that is refused pose after pose. The
-    measurements are in the sweep's file in `folder` in any case.
+    Raise Cancelled when the watcher has cancelled, and InvalidInput, OutOfRange or DeviceFault: for a plan
+    that rig or pan-tilt cannot reach, swapped markers, a dead axis, an eye that is refused pose after pose.
+    The measurements are in the sweep's file in `folder` in any case.
     """
     check_plan(plan, station, wide, settings)
     if pan_tilt.moves_itself:

@@ -18,8 +18,8 @@ class SweepSettings:
     of refused poses in a row of an eye that was never measured. `approach_rad`: longest step away from known
     gazes; a longer way is divided into steps. `probe_v`, `least_response`: the test step of each axis, and
     the share of the expected turn that must follow. `run`: names the run of the procedure, the same at all of
-    its stations. `reference_rows`: after so many rows the middle of the field is measured again, as before
-    the first and after the last one, because the mounts drift; 0: never.
+    its stations. `reference_rows`: number of rows after which the middle of the field is measured again, as
+    before the first and after the last one, because the mounts drift; 0: never.
     """
 
     rig_id: str

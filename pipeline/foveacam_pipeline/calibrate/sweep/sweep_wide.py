@@ -51,7 +51,7 @@ class WideMarkersAtRest:
                 series.append(again)
 
     def fill(self, frames: int) -> None:
-        """Read frames until there are so many; raise Timeout when the camera repeats one."""
+        """Read the wanted number of frames; raise Timeout when the camera repeats one."""
         for _ in range(MAX_READS):
             if self._frames >= frames:
                 return

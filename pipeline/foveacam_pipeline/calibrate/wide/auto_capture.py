@@ -1,4 +1,4 @@
-"""Automatic capture of a view when the board is held still and the view adds to those so far."""
+"""Automatic capture of a view when the board is held still and the view shows something new."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
-"""Fit of a fovea's telephoto lens to views of a small board, and what the views tell of each parameter.
+"""Fit of a fovea's telephoto lens to views of a small board, and which parameters the views determine.
 
 A field of three degrees shows little perspective. Pixels are square, tangential and higher coefficients are
-0. The centre and k1 are estimated under a prior (`CENTRE_SIGMA`, `RADIAL_SIGMA`), and called assumed where
-the views leave them as unsure as it: their error then is in the ± of the focal length.
+0. The centre and k1 are estimated under a prior (`CENTRE_SIGMA`, `RADIAL_SIGMA`), and marked as assumed where
+the views hardly improve on it; the error of the focal length then includes theirs.
 """
 
 import math
@@ -33,15 +33,15 @@ from foveacam_pipeline.calibrate.wide.wide_bundle import (
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSamples
 
 FOCAL_SIGMA = 0.5
-"""Prior standard deviation of the focal length, over the nominal one: it matters for no real view."""
+"""Prior standard deviation of the focal length, over the nominal one; wide for any real lens."""
 CENTRE_SIGMA = 0.05
-"""Of the centre about the middle of the image, over its width: 0.25 mm on a sensor of 5 mm."""
+"""Prior standard deviation of the centre about the image's middle, over its width: 0.25 mm of 5 mm."""
 RADIAL_SIGMA = 10.0
-"""Of k1 about 0: 1 % of distortion in the corner of a field of 3.6 degrees across."""
+"""Prior standard deviation of k1 about 0: 1 % of distortion in the corner of a field 3.6 degrees across."""
 _SQUARE = 1e-3
-"""Of the ratio of both focal lengths about 1."""
+"""Prior standard deviation of the ratio of both focal lengths about 1."""
 _NONE = 1e-6
-"""Of coefficients that are 0."""
+"""Prior standard deviation of the coefficients that are fixed at 0."""
 ASSUMED_SHARE = 0.5
 """A parameter is assumed when its standard error exceeds this share of its prior's."""
 MAX_FOCAL_SIGMA = 0.01
@@ -53,7 +53,7 @@ _K1 = FOCAL_AND_CENTRE
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LensParameter:
-    """A fitted parameter with its standard error; `assumed`: the views do not tell it."""
+    """A fitted parameter with its standard error; `assumed`: the views do not determine it."""
 
     name: str
     value: float
@@ -70,10 +70,10 @@ class FoveaFit:
 
     @property
     def reason(self) -> str:
-        """Which parameters the views tell, in a sentence."""
+        """Which parameters the views determine and which are assumed, in a sentence."""
         fitted = [each.name for each in self.parameters if not each.assumed]
         assumed = [each.name for each in self.parameters if each.assumed]
-        return f"the views tell {', '.join(fitted)}; assumed: {', '.join(assumed)}"
+        return f"the views determine {', '.join(fitted)}; assumed: {', '.join(assumed)}"
 
 
 def fit_fovea(samples: WideSamples) -> FoveaFit:

@@ -33,7 +33,7 @@ _PRIOR_TANGENTIAL = 0.05
 _PRIOR_FOCAL = 0.5
 _PRIOR_CENTRE = 0.25
 """Prior standard deviations over the focal length and over the image's width: they matter only where the
-views do not determine the lens, and show in its accuracy there."""
+views do not determine the lens, and then limit its stated accuracy."""
 FOCAL_OVER_WIDTH = 2.2
 """Focal length of the wide camera (Table 2), used where the views do not determine it."""
 FOVEA_FOCAL_OVER_WIDTH = 20.0

@@ -1,4 +1,4 @@
-"""Views of a board as a procedure: captured automatically while the operator shows it to one camera."""
+"""Procedure that captures views of a board automatically while the operator shows it to one camera."""
 
 import logging
 from dataclasses import dataclass
@@ -22,9 +22,10 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSample
 _ENOUGH_VIEWS = 15
 _ENOUGH_COVERAGE = 0.9
 IDLE_TIMES = 3.0
-"""Times between images, in those of a board that is about to be taken, while a known view is shown."""
+"""Factor on the time between images while the board shows a view that is known already."""
 _LOOK_NS = 250_000_000
-"""Longest time that one look counts for, so that a slow computer waits for as many looks as a fast one."""
+"""Longest time that an image counts towards a timeout, so that slow computers get as many images as fast
+ones."""
 
 GREEN, AMBER, BLUE = (80, 220, 100), (255, 190, 60), (90, 170, 255)
 PICTURE_SCALE = 0.5
@@ -118,7 +119,7 @@ class _CaptureRun:
 
     @property
     def patience_s(self) -> float:
-        """Time to wait for something new."""
+        """Time to wait for a new view before the capture ends."""
         cover, enough = self._covering.coverage, len(self._samples) >= _ENOUGH_VIEWS
         content = enough and cover.fraction >= _ENOUGH_COVERAGE and cover.tilts_covered == len(TILTS)
         return self._settings.content_s if content else self._settings.patience_s

@@ -30,7 +30,7 @@ Content = TypeVar("Content")
 
 
 def check_dataset(path: str | Path) -> list[str]:
-    """Return the problems of a dataset, a sentence each; none when every file and number is as written."""
+    """Return the problems of a dataset, one sentence each; empty when all files and numbers are intact."""
     folder = Path(path)
     try:
         document = read_document(folder)
@@ -55,7 +55,7 @@ def check_dataset(path: str | Path) -> list[str]:
 
 
 def _read_or_report(reader: Callable[[Path], Content], folder: Path, problems: list[str]) -> Content | None:
-    """Return what `reader` reads; where it fails, add the error to `problems` and return None."""
+    """Return the result of `reader`; on failure add the error to `problems` and return None."""
     try:
         return reader(folder)
     except FoveaError as error:
@@ -140,7 +140,7 @@ def _counts(document: DatasetDocument, journal: JournalContent) -> Iterator[str]
     if found > planned:
         yield f"{JOURNAL}: {found} points, {planned} were planned."
     if document.state is DatasetState.COMPLETE and found < planned:
-        yield f"{DOCUMENT}: it says complete, but {planned - found} of {planned} points are missing."
+        yield f"{DOCUMENT}: it is marked complete, but {planned - found} of {planned} points are missing."
 
 
 def _frame_counts(document: DatasetDocument, journal: JournalContent) -> Iterator[str]:
@@ -173,7 +173,7 @@ def _frames(folder: Path, journal: JournalContent) -> Iterator[str]:
 
 
 def frame_problems(folder: Path, frame: FrameRecord, archived: ArchiveRecord | None) -> Iterator[str]:
-    """Yield a sentence where the file of a frame is not as it was written, here or in the archive."""
+    """Yield a sentence for a frame whose file, here or in the archive, is missing or has changed."""
     path = folder / frame.file
     if archived is not None and frame.file in archived.manifest.files and not path.exists():
         if archived.manifest.files[frame.file].sha256 != frame.sha256:
@@ -200,13 +200,13 @@ def _index(folder: Path, journal: JournalContent, *, interrupted: bool) -> Itera
     if is_being_written(folder) or found == wanted:
         return
     if interrupted and found == wanted[: len(found)]:
-        return  # the index is written at the end: until then it is behind
+        return  # the index is written when the dataset ends: until then it may lack points
     first = next(
         (n for n, pair in enumerate(zip(found, wanted, strict=False), 1) if pair[0] != pair[1]),
         min(len(found), len(wanted)) + 1,
     )
     yield (
-        f"{INDEX}: line {first} is not what the journal says ({len(found)} lines, not {len(wanted)}): it "
+        f"{INDEX}: line {first} differs from the journal ({len(found)} lines, not {len(wanted)}): it "
         f"was edited by hand or by another program; the reader goes by {JOURNAL}."
     )
 
@@ -245,7 +245,7 @@ def _unknown_files(
     *,
     ended: bool,
 ) -> Iterator[str]:
-    """Name files that the dataset does not know, but for unfinished ones until it is resumed."""
+    """Name files that do not belong to the dataset, except unfinished ones, which a resume removes."""
     known = {
         DOCUMENT,
         JOURNAL,

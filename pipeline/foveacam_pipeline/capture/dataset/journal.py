@@ -1,4 +1,4 @@
-"""The journal decides what a dataset holds: one line a point, appended once its images are on disk.
+"""The journal, which defines a dataset's content: one line a point, appended once its images are on disk.
 
 A line is `digest {json}`. The digest also covers the preceding line, so that a lost, changed or moved line is
 detected. Only the last line can be torn by a crash, and then its point was never acknowledged.
@@ -79,7 +79,7 @@ class JournalFile:
     def append(self, record: PointRecord) -> None:
         """Append one point durably.
 
-        Raise OSError; then `clean` tells whether the file is unchanged.
+        Raise OSError; `clean` is then true if the file is unchanged.
         """
         line, digest = journal_line(record, self._digest)
         self.clean = False
@@ -134,4 +134,6 @@ def _check_record(record: PointRecord, *, index: int, what: str) -> None:
         )
     for frame in record.frames:
         if not IMAGE_FILE.fullmatch(frame.file) or ".." in frame.file:
-            raise InvalidInput(f"{what}: file {frame.file!r} is not in the dataset's folder; trust it not")
+            raise InvalidInput(
+                f"{what}: file {frame.file!r} is not in the dataset's folder; do not use this dataset"
+            )

@@ -66,7 +66,7 @@ def dataset_name(text: str) -> str:
 
 
 def _name_problem(name: str) -> str | None:
-    """Return what is wrong with a name in NFC; None when it is valid."""
+    """Return the problem of a name in NFC, as text; None when it is valid."""
     checks = (
         (not name, "it is empty"),
         (len(name) > LONGEST_NAME, f"it has {len(name)} characters"),

@@ -73,7 +73,7 @@ class PointQueue:
             self._raise_error()
 
     def close(self) -> None:
-        """Write what is queued, then end the thread; an error is not raised again."""
+        """Write what is queued, then end the thread; raises nothing, even after an error."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()

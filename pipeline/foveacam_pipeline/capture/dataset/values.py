@@ -85,7 +85,7 @@ class FrameRecord:
     volts_v: tuple[float, float] | None
     gaze_rad: tuple[float, float] | None
     binning: Binning = 1
-    """1 in datasets of before there was any."""
+    """Binning of the camera; 1 in datasets from before binning was supported."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

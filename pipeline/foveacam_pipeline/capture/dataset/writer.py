@@ -53,8 +53,8 @@ RESUME_REMEDY = "then resume: what was acknowledged is safe"
 class WriterSettings:
     """Settings of a writer. `depth`: points that may wait for the disk. `encoders`: encoding threads.
 
-    `on_acknowledged(index)` is called on the writer's thread for each acknowledged point. `again`: what an
-    error advises after a disk is repaired.
+    `on_acknowledged(index)` is called on the writer's thread for each acknowledged point. `again`: the remedy
+    that an error states once the disk is repaired.
     """
 
     depth: int = 2
@@ -72,7 +72,7 @@ class DatasetWriter:
     def __init__(
         self, folder: Path, document: DatasetDocument, lock: FolderLock, settings: WriterSettings
     ) -> None:
-        """Take over a folder that is locked. Raise OSError."""
+        """Open a folder, already locked, for writing. Raise OSError."""
         self._folder, self._document, self._lock = folder, document, lock
         journal = _prepare_folder(folder, document)
         self._records = list(journal.records)

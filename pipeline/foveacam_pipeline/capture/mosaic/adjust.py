@@ -17,11 +17,11 @@ SHIFT_PRIOR_PX = 3.0
 TURN_PRIOR = 0.005
 GAIN_PRIOR = 0.3
 GAIN_NOISE = 0.01
-"""Relative difference in brightness of two views of one point for other reasons."""
+"""Relative standard deviation of the brightness ratio of two views of one point, apart from the gains."""
 HUBER_SIGMAS = 3.0
 ROUNDS = 4
 LEAST_F_RATIO = 2.0
-"""F ratio by which the overlaps must agree better than the free parameters alone would make them."""
+"""Minimum F ratio of the improvement by an adjustment to what its free parameters achieve by chance."""
 TURN_PARAMETERS = 4
 
 
@@ -95,7 +95,7 @@ def seam_rms_px(links: Sequence[ViewCorrespondence], shifts_px: Floats, turn: Fl
 
 
 def _solve(count: int, links: Sequence[ViewCorrespondence]) -> tuple[Floats, Floats, bool]:
-    """Return shifts, turn, and whether they explain more than chance would."""
+    """Return the shifts, the turn, and whether their F ratio is significant."""
     design, apart = _equations(count, links)
     prior = np.concatenate([np.full(2 * count, SHIFT_PRIOR_PX), np.full(TURN_PARAMETERS, TURN_PRIOR)]) ** -2.0
     weights: Floats = np.ones(len(links), dtype=np.float64)

@@ -1,8 +1,8 @@
-"""The chart of a mosaic: the virtual pinhole plane of one eye (Sec. 3.2), cut to what its foveae saw.
+"""The chart of a mosaic: the virtual pinhole plane of one eye (Sec. 3.2), cropped to its views.
 
-Its focal length is the telephoto's, so one chart pixel is one fovea pixel in the middle and 3 % less at
-10°. A plane, not a chart of angles: straight lines stay straight, fovea to chart is a homography, and depth
-is f B / d everywhere on it. Cells of 8 x 8 px carry depth.
+Its focal length is the telephoto's, so one chart pixel is one fovea pixel in the middle and 3 % less at 10°.
+A plane, not a chart of angles: straight lines stay straight, fovea to chart is a homography, and depth is f B
+/ d everywhere on it. Cells of 8 x 8 px carry depth.
 """
 
 import math
@@ -59,7 +59,7 @@ def chart_around(corners_px: Floats, *, f_px: float) -> Chart:
     width, height = (high - low).tolist()
     if not 0 < max(width, height) <= MOST_PX or not math.isfinite(f_px):
         raise InvalidInput(
-            f"a mosaic of {width} x {height} px would come of these poses, {MOST_PX} px are the most; "
-            "the dataset's volts or its calibration are wrong"
+            f"a mosaic of {width} x {height} px would result from these poses, at most {MOST_PX} px are "
+            "possible; the dataset's volts or its calibration are wrong"
         )
     return Chart(u0_px=int(low[0]), v0_px=int(low[1]), width=width, height=height, f_px=f_px)

@@ -121,7 +121,7 @@ def warp_pair(
 
 
 def _known(depth: FieldDepth, rows: slice, columns: slice) -> bool:
-    """Return whether the patch's depth is measured: else an offset may be due to the depth."""
+    """Return whether the patch's depth is measured; without it an offset may be parallax."""
     return float(np.isfinite(depth.per_depth[rows, columns]).mean()) > KNOWN_SHARE
 
 

@@ -16,7 +16,7 @@ BLOCK = 128
 """Side of a block, cells: memory does not depend on the number of pairs."""
 AGREE_SIGMAS = 4.0
 AGREE_SHARE = 0.003
-"""Estimates agree within `AGREE_SIGMAS` of their errors plus this share of q, for what the errors omit."""
+"""Estimates agree within `AGREE_SIGMAS` of their errors plus this share of q, for unstated errors."""
 SMOOTH_CELLS = 2.0
 SPECKLE_CELLS = 300
 SPECKLE_STEP = 0.02
@@ -27,7 +27,7 @@ SPECKLE_STEP = 0.02
 class FieldDepth:
     """Depth of a chart's cells: q = 1 / Z, 1/m, (rows, columns) float32, NaN unknown, and its standard error.
 
-    `provisional`: q for rendering only: as known, and beside a depth jump that of the nearer object.
+    `provisional`: q for rendering only: the known q, but beside a depth jump that of the nearer object.
     `filled`: q everywhere: a gap gets the nearest cell's q, smoothed.
     """
 

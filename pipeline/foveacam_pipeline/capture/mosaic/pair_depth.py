@@ -26,16 +26,16 @@ Floats = NDArray[np.float64]
 NEAREST_M = 0.5
 BEYOND_M = 1e5
 LEAST_KNOWN = 40
-"""Matched px needed at a sixteenth of the size to tell which depths there are."""
+"""Minimum number of matched px, at a sixteenth of the size, from which the depth range is estimated."""
 MARGIN_PX = 2.0
 MOST_SIGMA_PX = 0.45
-"""Error above which a px counts as not matched: noise matches somewhere too, but badly (deduced)."""
+"""Disparity error above which a px counts as unmatched: noise also matches, but poorly (deduced)."""
 COARSE = MatchSettings(near_m=NEAREST_M, far_m=BEYOND_M, block=5, speckle_px=12, uniqueness_percent=5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CellDepth:
-    """A patch of cells of a chart: its first row and column, q = 1 / Z, 1/m, (h, w), NaN unknown; its error.
+    """A patch of a chart's cells: first row and column, q = 1 / Z, 1/m, (h, w), NaN unknown, and its errors.
 
     `sigma`: matching error of q; `pose_sigma`: the calibration's, common to the patch. `edge`: q of the
     nearest object where a cell lies beside a depth jump, NaN elsewhere.

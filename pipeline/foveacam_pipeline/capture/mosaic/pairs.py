@@ -1,9 +1,9 @@
 """Selects which foveae of a scan are matched with each other, and computes the depth of all pairs.
 
-Verged on the scene's average, a pair shows a wall behind it in half of its view only: its left fovea sees
-there what the right fovea of the next point sees. So a left fovea is matched with every right one on its
-rows whose gaze crosses its own in front of the rig. What moved between the two contradicts other pairs and
-is rejected.
+Verged on the scene's average depth, both foveae of a pair see only half of each view of a wall behind it; the
+other half of the left view is seen by the right fovea of the next point. So a left fovea is matched with
+every right one in its row whose gaze crosses it in front of the rig. What moved between the two contradicts
+other pairs and is rejected.
 """
 
 import logging
@@ -23,14 +23,14 @@ from foveacam_pipeline.workers.progress import ProgressSteps
 
 _log = logging.getLogger(__name__)
 NEAREST_M, FARTHEST_M = 1.2, 40.0
-"""Gazes of different points that cross nearer or farther are not matched."""
+"""Range of depths, m: gazes of different points that cross outside of it are not matched."""
 ROW_SHARE = 0.2
-"""Nor are those whose rows differ by more than this share of a view's height."""
+"""Maximum difference in rows of two views that are matched, as a share of a view's height."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PairDepths:
-    """The depth of all pairs, and what computed it."""
+    """The depth of all pairs, and the method that computed it."""
 
     patches: list[CellDepth]
     matching: MatchingFigures
@@ -45,7 +45,7 @@ def pair_depths(
     steps: ProgressSteps,
     store: MosaicFolder,
 ) -> PairDepths:
-    """Return the depth of all pairs. Raise Cancelled, OSError, InvalidInput for a network that is unfit."""
+    """Return the depth of all pairs. Raise Cancelled, OSError, or InvalidInput for an unsuitable network."""
     matcher = _PairMatcher(settings, calibration, chart)
     patches = []
     for view in views:
@@ -62,7 +62,7 @@ def pair_depths(
 
 
 class _PairMatcher:
-    """Matches pairs by the network of the settings; those that it fails on, by semi-global matching."""
+    """Matches pairs with the network of the settings, or by semi-global matching where it fails."""
 
     def __init__(self, settings: MosaicSettings, calibration: Calibration, chart: Chart) -> None:
         self._settings, self._calibration, self._chart = settings, calibration, chart
@@ -72,7 +72,7 @@ class _PairMatcher:
 
     @property
     def figures(self) -> MatchingFigures:
-        """What computed the pairs so far."""
+        """The method that computed the pairs so far."""
         network = self._settings.network
         if network is None:
             return MatchingFigures()

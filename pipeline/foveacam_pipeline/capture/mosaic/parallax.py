@@ -1,9 +1,9 @@
 """Depth from the overlaps of one eye's views, for rendering where stereo has none.
 
 The pupil moves with the mirror, a few millimetres from view to view: neighbouring views of one eye have a
-baseline along that motion, and form a rectified pair. It is too short for a depth worth storing, but gives
-what a seam needs: the depth at which both views show a point at one position. Every overlap is matched
-completely, so that each cell beside a depth jump is on the right side.
+baseline along that motion, and form a rectified pair. It is too short for a depth worth storing, but
+sufficient for seams: they need the depth at which both views show a point at the same position. Every overlap
+is matched completely, so that each cell beside a depth jump is on the right side.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,12 +34,12 @@ from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 NEAREST_M, FARTHEST_M = 0.8, 1e4
 """Range of depths that are searched."""
 STEP_PX = 2.0
-"""Matched at half the size: finer detail than the optics' blur is not needed."""
+"""Chart px per px of the matched images: finer detail than the optics' blur is not needed."""
 LEAST_PX_M = 6.0
-"""Least motion of a point with q = 1 / Z: 0.1 px are then 0.02 per metre."""
+"""Least motion of a point with q = 1 / Z, px m: a match error of 0.1 px is then 0.02 per metre."""
 LEAST_OVERLAP_PX = 60.0
 POSE_SIGMA_PX = 0.15
-"""Disagreement of two looks of one calibration, px, common to all cells of an overlap."""
+"""Pointing error between two looks with one calibration, px, common to all cells of an overlap."""
 LEAST_SAMPLES = 4
 """Least number of matched px of the 16 px of a cell."""
 SPECKLE_CELLS, SPECKLE_Q = 20, 0.02

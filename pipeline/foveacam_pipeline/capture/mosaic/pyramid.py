@@ -1,7 +1,7 @@
 """A picture of any size as Deep Zoom: tiles on disk, each level half the size of the one before.
 
 Tiles are made depth first, four and then the one that combines them, so that memory holds a few tiles
-whatever the size. A tile that is on disk is not made again.
+whatever the size. A tile that is on disk is not rendered again.
 """
 
 import math

@@ -13,12 +13,12 @@ from foveacam_pipeline.matching.windows import MatchWindow
 REACH_PX = 16
 """Margin of the pictures, and the largest shift that is found."""
 SIGMA_PX = 1.0
-"""Both are smoothed by this: the optics resolve nothing finer, and noise falls by four fifths."""
+"""Sigma of the smoothing of both: the optics resolve nothing finer, and noise falls by four fifths."""
 UNIFORM_WEIGHT_SIGMA_PX = 1e4
-"""Standard deviation of the weights: all px of the window count alike."""
+"""Standard deviation of the window's weights, so large that all px have equal weight."""
 LEAST_SCORE = 0.7
 LEAST_CONTRAST = 1.5
-"""Standard deviation, grey levels; less is noise."""
+"""Minimum standard deviation of a picture with texture, grey levels; below it there is only noise."""
 FLOOR_SIGMA_PX = 0.03
 WORST_SIGMA_PX = 0.5
 

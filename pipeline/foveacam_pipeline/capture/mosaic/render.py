@@ -1,7 +1,7 @@
 """Renders one tile of a mosaic: foveae blended over the wide view.
 
-A view's weight is the cube of a pixel's distance inside its frame: seams are soft and narrow, and noise is
-about equal on their two sides. Where no fovea saw, the wide view shows.
+A view's weight is the cube of a pixel's distance to the edge of its frame: seams are soft and narrow, and
+noise is about equal on both sides. The wide view fills what no fovea covers.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ BACKGROUND = (17.0, 20.0, 26.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TileSources:
-    """Everything that a tile is rendered from."""
+    """The inputs for rendering a tile."""
 
     chart: Chart
     filled: NDArray[np.float32]
@@ -89,7 +89,7 @@ def tile_sources(
     filled: NDArray[np.float32],
     wide: WideView | None,
 ) -> TileSources:
-    """Return what the tiles of a scan are rendered from."""
+    """Return the inputs for rendering the tiles of a scan."""
     bright = None if wide is None else match_brightness(wide, views, pictures, chart=chart, filled=filled)
     channels = 1 if pictures.picture(views[0]).ndim == 2 else 3
     return TileSources(

@@ -10,8 +10,8 @@ from foveacam_pipeline.networks.card import StereoNetwork
 class MosaicSettings:
     """Settings of a mosaic. `eye`: whose views; `scan` and `bracket` of the dataset; `quality`: of the JPEGs.
 
-    `adjust`: whether differences between neighbours may move the views. `network`: computes the depth of
-    pairs; None: semi-global matching does.
+    `adjust`: whether to shift, turn and scale views by the offsets in their overlaps. `network`: computes the
+    depth of pairs; None: semi-global matching does.
     """
 
     scan: int = 0
@@ -68,9 +68,9 @@ class DepthFigures:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchingFigures:
-    """What computed the depth of the pairs; `sha256`: of a network's graph.
+    """The method that computed the depth of the pairs; `sha256`: of a network's graph.
 
-    `failed_pairs`: of those computed last, how many the network failed on; semi-global matching did them.
+    `failed_pairs`: of the pairs computed last, the number that fell back to semi-global matching.
     """
 
     backend: str = "sgbm"

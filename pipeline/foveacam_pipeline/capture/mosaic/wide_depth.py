@@ -25,7 +25,7 @@ SETTINGS = MatchSettings(
     near_m=NEAREST_M, far_m=FARTHEST_M, speckle_px=100, max_sigma_px=MOST_SIGMA_PX, uniqueness_percent=12
 )
 AGREE_SHARE = 0.1
-"""Where stereo knows the depth, the wide view's median must agree within this share."""
+"""Maximum median difference of the wide view's depth from stereo, as a share."""
 Cells = NDArray[np.float32]
 
 

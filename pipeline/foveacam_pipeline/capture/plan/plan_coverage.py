@@ -156,7 +156,7 @@ def _neighbours(
 def _nearest(scan_points: tuple[PlanPoint, ...]) -> list[tuple[int, int]]:
     if len(scan_points) < 2:
         return []
-    from scipy.spatial import cKDTree  # half a second: a server that plans nothing does without
+    from scipy.spatial import cKDTree  # half a second, saved by servers that plan nothing
 
     tangents = np.tan([(point.ax_rad, point.ay_rad) for point in scan_points])
     indices = np.asarray(cKDTree(tangents).query(tangents, k=2)[1])

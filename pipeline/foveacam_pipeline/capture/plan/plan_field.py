@@ -12,7 +12,7 @@ from foveacam_pipeline.models.mirror import MirrorModel
 
 EYES = (Role.LEFT, Role.RIGHT)
 STEP_DEG = 0.1
-"""Step of the search; the sizes are then readable figures."""
+"""Step of the search, degrees; coarse enough for round sizes."""
 _RIM = np.array(
     [
         (x, y)

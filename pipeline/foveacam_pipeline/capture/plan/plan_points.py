@@ -16,7 +16,7 @@ from foveacam_pipeline.geometry.verging import vergence_angles
 from foveacam_pipeline.models.calibration import Calibration
 
 Angles = tuple[float, float]
-"""(ax, ay), rad, rig axes."""
+"""A direction (ax, ay), rad, rig axes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,7 @@ from foveacam_pipeline.capture.plan.set_point_commands import (
 )
 
 LARGEST_DEG = 45.0
-"""No rig steers as far; a rig's own reach is checked with its calibration."""
+"""Limit of directions, beyond the reach of every rig; a rig's own reach is checked with its calibration."""
 LARGEST_SHIFT_DEG = 2.0
 """Limit for either eye; the authors' application allows as much while it verges."""
 LARGEST_DISTANCE_M = 100_000.0
@@ -51,7 +51,7 @@ class SetPoint(PlanModel):
     distance_m: Distance | None = None
     """Where the eyes meet; None: at the plan's distance."""
     shift_deg: ShiftDeg = 0.0
-    """The left eye looks so much lower than the target, the right eye so much higher."""
+    """Vertical shift: the left eye looks this much lower than the target, the right eye this much higher."""
 
 
 def metres(distance: float | Literal["infinity"]) -> float:

@@ -43,7 +43,7 @@ class RecordingBounds:
 
 
 def early_end_message(path: Path) -> str:
-    """Return the message that tells the operator why a recording ended early."""
+    """Return the operator's message for a recording that ended early."""
     return (
         f"recording {path.stem} has ended early: the disk of {path.parent} is down to the"
         f" {RESERVE_TEXT}; what was recorded is whole; free some space, and record anew"

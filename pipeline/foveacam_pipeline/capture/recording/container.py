@@ -59,8 +59,7 @@ SCHEMAS = (
 )
 FOOTER_LENGTH = 8 + 8 + 4
 MOST_WAITING = 1024
-"""Descriptors that may wait for a frame to be written with; beyond, they are written in a chunk of their
-own."""
+"""Maximum number of descriptors that wait for the next frame's chunk; more get a separate chunk."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +136,7 @@ class McapContainer:
         self._disk.close()
 
     def recover(self) -> list[tuple[str, int]]:
-        """Make the file valid with what the disk took; return (stream, bytes) of frames removed to make room.
+        """Make the file valid after a failed write; return (stream, bytes) of frames removed to make room.
 
         Raise `OSError` when even that cannot be written: then the file ends after its last complete frame.
         """

@@ -21,11 +21,11 @@ class RecordingDisk(Protocol):
         ...
 
     def truncate(self, length: int) -> None:
-        """Remove what lies beyond `length` bytes."""
+        """Truncate the file to `length` bytes."""
         ...
 
     def close(self) -> None:
-        """Make everything durable and close."""
+        """Sync the file to disk and close it."""
         ...
 
 
@@ -47,7 +47,7 @@ class FileDisk:
                 left[0] = left[0][taken:]
 
     def truncate(self, length: int) -> None:
-        """Cut the file, and continue from there."""
+        """Truncate the file and continue writing from there."""
         os.ftruncate(self._file, length)
         os.lseek(self._file, length, os.SEEK_SET)
 

@@ -30,7 +30,7 @@ class Encoder:
     options: dict[str, str] = field(default_factory=dict)
     pixel_format: str = "yuv420p"
     tag: str | None = None
-    """The codec's name in the file, where FFmpeg's own is not what players expect."""
+    """The codec tag in the file, where players do not expect FFmpeg's default."""
 
 
 def _prores(profile: int, pixel_format: str) -> Encoder:
@@ -103,7 +103,7 @@ FORMATS = {
 def missing_encoder(name: str) -> str:
     """Return why FFmpeg, as it is installed here, cannot encode; empty where it can."""
     try:
-        import av  # of an extra
+        import av  # installed by the extra `films`
     except ImportError:
         return f"films need PyAV, which is not installed: {install_command('films')}"
     try:

@@ -1,6 +1,6 @@
 """Reads where the messages of an MCAP file lie: from its summary, or, when that is missing, by a full scan.
 
-Only offsets are read, no pixels; where the summary tells times and channels of a chunk, nothing of the chunk.
+Only offsets are read, no pixels; nothing is read of a chunk whose times and channels the summary contains.
 Nothing in a file is trusted before it is checked.
 """
 
@@ -37,7 +37,7 @@ INDEX_HEAD = struct.Struct("<HI")
 INDEX_ENTRY = struct.Struct("<QQ")
 """Time and offset of a message."""
 IN_ITS_INDEX = -1
-"""The offset of a message that its chunk's message index tells when it is needed (`message_offset`)."""
+"""Placeholder offset of a message that `message_offset` looks up in its chunk's index on demand."""
 
 
 class MessageLocation(NamedTuple):
@@ -61,7 +61,7 @@ class ChunkLocation(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truncation:
-    """What a cut-off recording lost: `lost_bytes` after the last complete record, and their content."""
+    """The loss of a truncated recording: `lost_bytes` after the last complete record, and their content."""
 
     at_byte: int
     lost_bytes: int
@@ -98,7 +98,7 @@ def read_index(data: memoryview, file: IO[bytes], *, what: str, fetch: Fetch) ->
 
 
 def _fetch_summary(data: memoryview, fetch: Fetch) -> None:
-    """Fetch the footer and the summary that it tells the place of."""
+    """Fetch the footer and the summary that it points to."""
     fetch(len(data) - SHORTEST, len(data))
     (start,) = struct.unpack_from("<Q", data, len(data) - len(MAGIC) - FOOTER_BYTES)
     fetch(start or len(data), len(data))
@@ -134,7 +134,7 @@ def _read_summary(data: memoryview, file: IO[bytes], fetch: Fetch) -> McapIndex 
 
 
 def _summarised_location(chunk: ChunkIndex, size: int) -> ChunkLocation:
-    """Return where the summary says that a chunk's records lie; raise `ValueError` unless that can be."""
+    """Return the location of a chunk's records by the summary; raise `ValueError` for an impossible one."""
     head = RECORD_HEAD.size + CHUNK_HEAD.size + len(chunk.compression.encode())
     end = chunk.chunk_start_offset + chunk.chunk_length
     if head + chunk.compressed_size != chunk.chunk_length or end > size:
@@ -153,7 +153,7 @@ def _summarised_location(chunk: ChunkIndex, size: int) -> ChunkLocation:
 def _summarised_messages(
     data: memoryview, chunk: ChunkIndex, location: ChunkLocation, number: int, *, fetch: Fetch
 ) -> Iterable[MessageLocation]:
-    """Return the messages of a chunk: from the summary alone where it tells their times, as with a frame."""
+    """Return the messages of a chunk, by the summary alone where it suffices, as for a chunk of one frame."""
     indexes = chunk.message_index_offsets
     if not indexes:
         fetch(location.start, location.start + location.size)
@@ -192,7 +192,7 @@ def message_offset(data: memoryview, location: ChunkLocation, entry: MessageLoca
     at = dict(location.indexes)[entry.channel]
     (found,) = _indexed_messages(data, [at], entry.chunk)
     if found.t_ns != entry.t_ns or found.channel != entry.channel:
-        raise ValueError("its index tells another message")
+        raise ValueError("its index points to another message")
     return found.offset
 
 

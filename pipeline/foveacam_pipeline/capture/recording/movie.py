@@ -55,10 +55,10 @@ def export_movie(
 ) -> "Movie":
     """Write a film; an unfinished one is removed when the export fails or is interrupted.
 
-    Raise `InvalidInput` for an invalid request, `StorageFull`, `DeviceFault` where the codec is missing.
-    `check_format` says before whether this machine can write it.
+    Raise `InvalidInput` for an invalid request, `StorageFull`, `DeviceFault` where the codec is missing. Call
+    `check_format` first to learn whether this machine can write it.
     """
-    from foveacam_pipeline.capture.recording.movie_writer import MovieWriter  # of an extra
+    from foveacam_pipeline.capture.recording.movie_writer import MovieWriter  # installed by the extra `films`
 
     check_target(spec, target, suffix=suffix_of(spec.codec))
     moments = picture_frames(recording, spec)
@@ -97,9 +97,9 @@ def check_target(spec: MovieSpec, target: Path, *, suffix: str) -> None:
 
 
 def undistorter(recording: Recording, spec: MovieSpec) -> Callable[[Image], Image]:
-    """Return what a picture passes through: unchanged, or with the wide lens' distortion taken out.
+    """Return the function applied to each picture: identity, or correction of the wide lens' distortion.
 
-    Raise `InvalidInput` where that is asked of another camera, or its lens is not known.
+    Raise `InvalidInput` when the correction is requested for another camera, or the lens is not known.
     """
     if not spec.undistorted:
         return lambda picture: picture
@@ -110,7 +110,7 @@ def undistorter(recording: Recording, spec: MovieSpec) -> Callable[[Image], Imag
     lens = recording.wide_lens
     if lens is None:
         raise InvalidInput(
-            "export: the recording tells no lens of the wide camera",
+            "export: the recording contains no lens of the wide camera",
             found="no calibration and no wide camera's lens in the recording",
             remedy="leave it as taken",
         )
@@ -123,8 +123,8 @@ def undistorter(recording: Recording, spec: MovieSpec) -> Callable[[Image], Imag
     def straighten(picture: Image) -> Image:
         if picture.shape[1::-1] != size:
             raise InvalidInput(
-                f"export: {spec.show} is {picture.shape[1]} x {picture.shape[0]} px, its lens is told for"
-                f" {size[0]} x {size[1]}; leave it as taken"
+                f"export: {spec.show} is {picture.shape[1]} x {picture.shape[0]} px, its lens is "
+                f"calibrated for {size[0]} x {size[1]}; leave it as taken"
             )
         return as_image(cv2.remap(picture, *maps, cv2.INTER_LINEAR))
 
@@ -155,15 +155,25 @@ def picture_frames(recording: Recording, spec: MovieSpec) -> list[tuple[tuple[st
     fps = spec.fps or streams[0].fps
     if not SLOWEST_HZ <= fps <= FASTEST_HZ:
         raise InvalidInput(
-            f"export: {fps:g} frames a second were found or asked; say another rate,"
+            f"export: {fps:g} frames a second were found or asked; give another rate,"
             f" {SLOWEST_HZ:g} to {FASTEST_HZ:g}"
         )
     times = _picture_times(streams[0].t_ns, recording.span_ns[0], spec)
     if len(times) == 0:
-        raise InvalidInput(f"export: {spec.show} has no frame in that part of the recording; choose another")
+        raise _without_frames(streams[0], recording.span_ns[0], spec)
     return [
         tuple((stream.name, nearest_index(stream.t_ns, int(t_ns))) for stream in streams) for t_ns in times
     ]
+
+
+def _without_frames(stream: RecordedStream, begin_ns: int, spec: MovieSpec) -> InvalidInput:
+    first_s, last_s = ((int(t_ns) - begin_ns) / 1e9 for t_ns in (stream.t_ns[0], stream.t_ns[-1]))
+    end = "its end" if spec.end_s is None else f"{spec.end_s:.3f} s"
+    return InvalidInput(
+        f"export: the camera {stream.role or stream.name} has no frame from {spec.start_s:.3f} s to {end}",
+        found=f"its frames are from {first_s:.3f} s to {last_s:.3f} s",
+        remedy="choose a part that has frames",
+    )
 
 
 def _picture_times(times: NDArray[np.int64], begin_ns: int, spec: MovieSpec) -> NDArray[np.int64]:

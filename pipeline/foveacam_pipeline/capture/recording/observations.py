@@ -45,10 +45,10 @@ def observation_of(
     drives = [frame.pose.volts for frame in pair]
     if drives[0] is None or drives[1] is None:
         raise InvalidInput(
-            f"recording {recording.path.name}: the mirrors' pose is missing with this frame, so nobody knows "
-            "where it looks",
+            f"recording {recording.path.name}: the mirrors' pose is missing for this frame, so its "
+            "direction is unknown",
             found="no volts with this frame",
-            remedy="choose another moment, or a recording that tells it",
+            remedy="choose another moment, or a recording with volts",
         )
     return Sighting(
         left=left, right=right, wide=left, volts=StereoVolts(left=drives[0], right=drives[1])

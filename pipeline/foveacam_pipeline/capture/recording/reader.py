@@ -1,4 +1,4 @@
-"""Reads a recording by stream and time, each frame on demand; one that was cut off, as far as it goes."""
+"""Reads a recording by stream and time, frame by frame on demand; a truncated one to its last full record."""
 
 import mmap
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -43,7 +43,7 @@ from foveacam_pipeline.storage.archive import RECORD, SparseCopy, read_record
 
 LAST_NS = (1 << 63) - 1
 NEAR = 3
-"""Messages before and after a frame among which its telemetry is searched first."""
+"""Number of messages before and after a frame in which its telemetry is searched first."""
 
 
 class Recording:
@@ -336,17 +336,17 @@ class Recording:
 
 
 def archive_record_path(path: Path) -> Path:
-    """Return the path of the record that says where the archived bytes of a recording are."""
+    """Return the path of the record that locates the archived bytes of a recording."""
     return path.with_name(f"{path.name}.{RECORD}")
 
 
 def archived_name(path: Path) -> str:
-    """Return the name of a recording's file in an archive, whatever it is called here."""
+    """Return the name of a recording's file in an archive, which may differ from its local name."""
     return f"recording{path.suffix}"
 
 
 def _open_file(path: Path) -> tuple[IO[bytes], Callable[[int, int], None]]:
-    """Return a recording's file, and what fetches a range of it before that is read, from an archive."""
+    """Return a recording's file, and the function that fetches ranges of it from an archive on demand."""
     try:
         return path.open("rb"), lambda start, end: None
     except FileNotFoundError as error:

@@ -27,7 +27,7 @@ READABLE = "what it took can be read"
 RING_FRAMES = 64
 """Two thirds of a second of three cameras at 30 Hz; 100 MB of their grey images."""
 FINISH_S = 30.0
-"""Longest time to finish; after it the file is left as a crash would leave it, readable."""
+"""Longest time to finish; then the file is abandoned without its end, but readable as after a crash."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

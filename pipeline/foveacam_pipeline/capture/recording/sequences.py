@@ -38,7 +38,7 @@ def export_npy(
 ) -> int:
     """Write one stream as an array (n, h, w) or (n, h, w, c) at full depth; return n.
 
-    The pixels are those that were recorded, only unpacked, or with the lens' distortion taken out.
+    The pixels are the recorded ones, unpacked, and without the lens' distortion if requested.
     """
     check_target(spec, target, suffix=FORMATS["npy"].suffix)
     moments = picture_frames(recording, spec)

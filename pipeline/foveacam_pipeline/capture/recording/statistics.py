@@ -10,13 +10,13 @@ class FrameLoss(StrEnum):
     QUEUE = "queue"
     """The ring was full: the disk is slower than the cameras."""
     FORMAT = "format"
-    """It had another format than its stream began with."""
+    """Its format differs from that of the stream's first frame."""
     DISK = "disk"
-    """The disk refused it."""
+    """Writing it failed."""
     CLOSED = "closed"
-    """It came after the end."""
+    """It arrived after the recording had ended."""
     DEADLINE = "deadline"
-    """It was still queued when finishing had to end."""
+    """It was still queued when the time to finish ran out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -51,7 +51,7 @@ def telemetry_message(stream: str, frame: RawFrame) -> bytes:
     return json.dumps(message_json, separators=(",", ":")).encode()
 
 
-def parse_message(message: bytes) -> dict[str, Any] | None:  # Any: JSON that anybody may have written
+def parse_message(message: bytes) -> dict[str, Any] | None:  # Any: JSON that may come from any program
     """Return the content of a telemetry message; None when it cannot be read."""
     try:
         message_json = json.loads(message)

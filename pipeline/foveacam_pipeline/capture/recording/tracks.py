@@ -1,4 +1,4 @@
-"""When a stream has messages, in short: its runs, the gaps between them, and what is missing in a run."""
+"""Summary of a stream's message times: its runs, the gaps between them, and the messages missing in a run."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 GAP_PERIODS, GAP_NS = 8.0, 200_000_000
-"""A gap is longer than so many periods, and than so long."""
+"""An interval longer than both, in periods and in time, is a gap."""
 DROP_PERIODS = 1.6
-"""An interval of so many periods lacks a message, in a stream that keeps its period."""
+"""Interval, in periods, from which a message is missing; only for streams with a regular period."""
 REGULAR_SHARE = 0.8
-"""Share of the intervals that are one period, from which on a stream keeps its period."""
+"""Minimum share of intervals of one period in a stream with a regular period."""
 MOST_RUNS, MOST_DROPS = 1000, 1000
-"""Longer lists are shortened: the smallest gaps and drops are left out."""
+"""Maximum lengths of the lists; the smallest gaps and drops are left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -21,7 +21,7 @@ class Track:
 
     `runs_ns`: (n, 2) first and last message of each run; between two runs lies a gap. `drops_ns`: (m, 2) the
     messages before and after each interval in a run that lacks some, and `dropped`: (m,) how many, by the
-    period; empty where the stream keeps none.
+    period; empty for a stream without a regular period.
     """
 
     count: int
@@ -55,7 +55,7 @@ def track_of(t_ns: NDArray[np.int64]) -> Track:
 
 
 def _drops(intervals: NDArray[np.int64], period_ns: float, gap_ns: float) -> NDArray[np.intp]:
-    """Return the intervals within runs that lack a message; none where the stream keeps no period."""
+    """Return the intervals within runs that lack a message; none for a stream without a regular period."""
     within = intervals <= gap_ns
     even = np.abs(intervals[within] - period_ns) < (DROP_PERIODS - 1.0) * period_ns
     if period_ns <= 0.0 or even.mean() < REGULAR_SHARE:
@@ -64,7 +64,7 @@ def _drops(intervals: NDArray[np.int64], period_ns: float, gap_ns: float) -> NDA
 
 
 def _largest(found: NDArray[np.intp], intervals: NDArray[np.int64], most: int) -> NDArray[np.intp]:
-    """Return at most so many of the places, those with the longest intervals, in order."""
+    """Return the places with the longest intervals, at most `most`, in order."""
     if len(found) <= most:
         return found
     return np.sort(found[np.argsort(intervals[found])[::-1][:most]])

@@ -24,7 +24,7 @@ INCONSISTENT = 4.0
 """Mean square of a sample's residuals over their errors above which its rays do not see one object."""
 LEAST_RAYS = 3
 LEAST_LONGER = 1.2
-"""A sample needs two of its rays farther apart than this many times the rig's own baseline."""
+"""Minimum baseline between two rays of a sample, over the rig's own baseline."""
 CHUNK = 256
 
 
@@ -70,9 +70,9 @@ def adjust_rays(rays: Rays, points_m: Floats, model: RailModel, *, baseline_m: f
 
 
 def _outlying(rays: Rays, size: Floats, *, every: bool) -> NDArray[np.bool_]:
-    """Return the rays to reject: of every sample the worst, or `every` one; then inconsistent samples.
+    """Return the rays to reject: the worst of every sample, or `every` outlier; then inconsistent samples.
 
-    A wrong ray distorts the others, which may well agree without it.
+    Only the worst at first, because a wrong ray distorts the others, which may agree without it.
     """
     worst = np.zeros(int(rays.sample.max(initial=-1)) + 1)
     np.maximum.at(worst, rays.sample, size)

@@ -44,7 +44,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.workers.progress import SILENT, ProgressSteps, ProgressWatcher
 
 COARSE_SAMPLES = 300
-"""Samples from which the stops are located roughly."""
+"""Number of samples by which the stops are first located roughly."""
 LEAST_SAMPLES = 6
 FLOOR_PX = 0.05
 COARSE_FLOOR_PX = 0.5

@@ -13,15 +13,15 @@ from foveacam_pipeline.capture.reference.views import StopPose
 from foveacam_pipeline.models.calibration import Calibration
 
 RAIL = 3
-"""Its scale, and the tilt of its axis up and forward."""
+"""Number of unknowns of the rail: its scale, and the tilt of its axis up and forward."""
 STOP = 6
-"""Along and off the axis (y, z), turned about x, y, z; none for the judged one."""
+"""Number of unknowns of a stop: along and off the axis (y, z), turn about x, y, z; the judged one: none."""
 GAZES = 4
-"""(u, v) of the left and of the right eye, at one stop: their mounts drift between scans."""
+"""Number of gaze unknowns of a stop: (u, v) of the left and right eye, as mounts drift between scans."""
 VIEW = 2
-"""(u, v) of one look of one eye: the error of a calibrated mirror from direction to direction."""
+"""Number of unknowns of a view: (u, v), the error of a calibrated mirror that varies with direction."""
 LOOK_PX = 0.15
-"""Its standard error, fovea px (measured on the simulated rig: 0.13)."""
+"""Standard error of a view's unknowns, fovea px (measured on the simulated rig: 0.13)."""
 COLUMNS = RAIL + STOP + 2 + VIEW
 Integers = NDArray[np.intp]
 

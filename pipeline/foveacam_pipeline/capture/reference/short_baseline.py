@@ -1,4 +1,4 @@
-"""The short baseline's depth: the values that are judged, and the start of the search on long baselines."""
+"""Depth by the short baseline: the values to be judged, and the start of the long-baseline search."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,15 +24,14 @@ from foveacam_pipeline.stereo.search import MAX_DISPARITIES, MatchSettings
 from foveacam_pipeline.stereo.values import DisparityMap, RectifiedPair
 
 SCALE = 0.5
-"""As for the depth of a look."""
+"""Scale at which pairs are matched, as for the depth of a look."""
 MARGIN_PX = 6.0
 ABOUT_PX = 45.0
 """Half side of the neighbourhood to which a plane is fitted, full-size px."""
 LEAST_ABOUT = 150
 FLAT_SHARE = 0.97
 FLAT_SIGMAS = 3.5
-"""Share of the neighbourhood that must lie this near to one plane: over a step, a patch may be of either
-side."""
+"""Share of the neighbourhood that must lie within `FLAT_SIGMAS` of a plane, which excludes depth steps."""
 EDGE_PX = 90.0
 """Samples nearer than this to the frame's edge are not used."""
 

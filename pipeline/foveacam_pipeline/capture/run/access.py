@@ -125,7 +125,7 @@ class CaptureWatcher(Protocol):
         ...
 
     def ask_operator(self, request: str) -> None:
-        """Ask the operator to do something by hand; `paused` until it is done."""
+        """Ask the operator for a manual action; `paused` is true until it is done."""
         ...
 
     def show_frames(self, frames: tuple[Frame, ...]) -> None:
@@ -134,7 +134,7 @@ class CaptureWatcher(Protocol):
 
 
 def trigger_head(rig: CaptureRig) -> TriggerHead:
-    """Return the head of a rig that exposes both foveae by a pulse; raise InvalidInput for another rig."""
+    """Return the rig's head if it exposes both foveae by a pulse; raise InvalidInput otherwise."""
     head = rig.head
     if not isinstance(head, TriggerHead):
         raise InvalidInput(

@@ -1,7 +1,7 @@
 """Runs a raster capture: the missing points of a dataset's plan, until the dataset is complete.
 
-`shutter` exposes and the dataset's writer stores; here are the order, the moves along the rail, pauses,
-cancelling and progress.
+`shutter` exposes and the dataset's writer stores; this module controls the order, moves along the rail,
+pauses, cancellation and progress.
 """
 
 import math
@@ -253,7 +253,7 @@ class _RailMover:
         self._settings = settings
 
     def move_to(self, place_m: float) -> None:
-        """Return when the rig is at a position, metres from the rail's middle."""
+        """Move the rig to a position, metres from the rail's middle, and return when it is there."""
         if not self._access.run_still(lambda rig: _rail(rig).moves_itself):
             self._access.run_still(lambda rig: _rail(rig).move_to(place_m))
             self._watch.ask_operator(f"push the rig to {1e3 * place_m:g} mm on the rail, then continue")
@@ -277,7 +277,7 @@ class _RailMover:
         state = self._until_still("the rail's move", timeout_ms=self._settings.rail_ms)
         at_m = state.position_m
         if at_m is None or abs(at_m - place_m) > self._settings.rail_near_m:
-            stands = "nobody knows where" if at_m is None else f"at {1e3 * at_m:.1f} mm"
+            stands = "at an unknown place" if at_m is None else f"at {1e3 * at_m:.1f} mm"
             raise DeviceFault(
                 f"rail: asked to move to {1e3 * place_m:g} mm, it stands still {stands} "
                 f"({state.fault or 'it was held'})",

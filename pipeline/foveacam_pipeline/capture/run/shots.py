@@ -20,7 +20,7 @@ from foveacam_pipeline.capture.run.values import FoveaPair, ShotPlan
 
 FULL_BITS = 16
 WAITING_BYTES = 48 << 20
-"""Memory for points that wait for the disk; one may always wait."""
+"""Memory for points that wait for the disk; a single point may exceed it."""
 MOST_WAITING = 8
 LARGEST_POINT_BYTES = 1 << 30
 _FORMS = {
@@ -45,7 +45,7 @@ def planned_shots(plan: RasterPlan, volts: StereoVolts) -> tuple[ShotPlan, ...]:
 
 
 def stored_shots(plan: RasterPlan, taken: Iterable[tuple[ShotPlan, FoveaPair]]) -> Iterator[Shot]:
-    """Yield what is stored of a point's shots, as they come: all of them, or the mean of each stack."""
+    """Yield the shots to store as they arrive: all of a point's shots, or the mean of each stack."""
     means: tuple[StackMean, StackMean] | None = None
     for shot, pair in taken:
         if plan.stack_frames == 1 or plan.stack_keep == "all":

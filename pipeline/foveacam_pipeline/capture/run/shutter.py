@@ -1,4 +1,4 @@
-"""Exposes both foveae shot by shot: the mirrors move on once an exposure ends, during its readout.
+"""Exposes both foveae shot by shot: the mirrors move to the next point while the last image is read out.
 
 A shot whose frames do not arrive is repeated, a given number of times.
 """
@@ -114,7 +114,7 @@ class ShotTaker:
 
     def _expose_for(self, rig: CaptureRig, exposure_ns: int | None) -> None:
         eyes = rig.left, rig.right
-        if exposure_ns is None or exposure_ns == self._asked_ns:  # not what it took: cameras round to lines
+        if exposure_ns is None or exposure_ns == self._asked_ns:  # as requested: cameras round
             return
         if self._before is None:
             self._before = rig.left.settings, rig.right.settings

@@ -148,7 +148,7 @@ class _FrameStack:
         self.exposures: list[StillFrame] = []
         self.newest: Frame | None = None
         self.error: FoveaError | None = None
-        """Why the last one did not come."""
+        """Why the last frame did not arrive; None if it did."""
 
     @property
     def came(self) -> int:
@@ -162,7 +162,7 @@ class _FrameStack:
 
     @property
     def given_up(self) -> bool:
-        """Whether the camera is given up: too many failures, or an error that another try cannot repair."""
+        """Whether the camera is given up, after too many failures or an error that a retry cannot fix."""
         if self.error is None:
             return False
         return self._failures >= TRIES or not isinstance(self.error, Timeout | DeviceFault)

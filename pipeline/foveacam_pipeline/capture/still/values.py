@@ -141,7 +141,7 @@ class Still:
     conditions: dict[str, JsonValue]
 
     def missing_error(self, *, kept: str) -> FoveaError | None:
-        """Return the error of an incomplete still; `kept`: what became of its frames, in words."""
+        """Return the error of an incomplete still; `kept`: a sentence on what happened to its frames."""
         return missing_frames_error(self.missing, more=kept) if self.missing else None
 
 

@@ -1,4 +1,4 @@
-"""A small network from one picture to relative inverse depth: down to sixteenths, and up with shortcuts."""
+"""Small network from one picture to relative inverse depth: down to sixteenths, up with skip connections."""
 
 from itertools import pairwise
 from typing import Annotated, Literal
@@ -42,7 +42,7 @@ class MonocularDepth(nn.Module):
         self.out = nn.Conv2d(width, 1, 3, 1, 1)
 
     def forward(self, picture: Tensor) -> Tensor:
-        """Return (n, 1, h, w), larger for what is nearer, for pictures (n, 3, h, w) of 0 to 1."""
+        """Return (n, 1, h, w), larger for nearer surfaces, for pictures (n, 3, h, w) of 0 to 1."""
         x = self.stem(standardised(picture))
         passed = [x]
         for block in self.down:

@@ -15,12 +15,12 @@ from foveacam_pipeline.learn.monocular.network import MonocularDepth
 from foveacam_pipeline.networks.feeding import IMAGENET_DEVIATION, IMAGENET_MEAN
 
 PATCH_PX = 14
-"""Sides of the pictures of Depth-Anything are multiples of it."""
+"""Sides of the pictures of Depth-Anything are multiples of this."""
 WEIGHTS = "model.safetensors"
 
 
 class MonocularPrior(Protocol):
-    """What a picture of one eye says of depth."""
+    """Estimates relative depth from the picture of one eye."""
 
     @property
     def name(self) -> str:
@@ -33,9 +33,9 @@ class MonocularPrior(Protocol):
 
 
 def load_prior(path: Path) -> MonocularPrior:
-    """Return the prior of a checkpoint, or of a folder of Depth-Anything-V2; raise InvalidInput in words.
+    """Return the prior of a checkpoint, or of a folder of Depth-Anything-V2; raise InvalidInput for others.
 
-    Nothing is ever downloaded, and no file's code is run.
+    Nothing is ever downloaded, and no code of a file is executed.
     """
     return DepthAnythingPrior(path) if path.is_dir() else CheckpointPrior(path)
 

@@ -1,7 +1,7 @@
-"""The loss by a monocular prior (Eq. 15): its schedule, its alignment in closed form, and what it compares.
+"""The loss by a monocular prior (Eq. 15): its schedule, its closed-form alignment, and its differences.
 
-Inverse depth of a prior is known up to scale and shift. Disparity is linear in inverse depth, so that both
-are fitted to the prediction itself, which gets no gradient from them; never to a truth.
+A prior's inverse depth is known up to scale and shift. Disparity is linear in inverse depth, so both are
+fitted to the prediction itself, without a gradient; never to a truth.
 """
 
 from typing import Literal, TypeAlias
@@ -15,13 +15,13 @@ ANNEALED_FROM, ANNEALED_UNTIL = 0.15, 0.6
 """Weight at the first step, and the share of the steps after which it is zero."""
 FULL = 1.0
 UNIT_PX = 16.0
-"""Differences of disparities count in units of it; the photometric part is at most about one."""
+"""Unit of differences of disparities in the loss; the photometric part is at most about one."""
 GRADIENT_SCALES = 3
 LEAST_VARIANCE = 1e-8
 
 
 def prior_weight(schedule: PriorSchedule, share: float) -> float:
-    """Return the weight of the prior after a share of the steps."""
+    """Return the weight of the prior at a share of the steps."""
     if schedule == "annealed":
         return ANNEALED_FROM * max(0.0, 1.0 - share / ANNEALED_UNTIL)
     return FULL if schedule == "full" else 0.0
@@ -30,7 +30,7 @@ def prior_weight(schedule: PriorSchedule, share: float) -> float:
 def aligned(prior: Tensor, target: Tensor, seen: Tensor) -> Tensor:
     """Return priors (n, 1, h, w) with the scale and shift, one pair each, that fit targets where seen.
 
-    Least squares in closed form. A scale is never negative: near would become far; it is zero then.
+    Least squares in closed form. The scale is at least zero, because a negative one would make near far.
     """
     weight = seen.to(prior)
     count = weight.sum(dim=(2, 3), keepdim=True).clamp_min(1.0)
@@ -44,7 +44,7 @@ def aligned(prior: Tensor, target: Tensor, seen: Tensor) -> Tensor:
 
 
 def prior_loss(disparity: Tensor, prior: Tensor, seen: Tensor) -> Tensor:
-    """Return how far disparities (n, 1, h, w), px, are from priors aligned to them, where seen."""
+    """Return the difference of disparities (n, 1, h, w), px, from priors aligned to them, where seen."""
     wanted = aligned(prior, disparity.detach(), seen)
     return difference_loss((disparity - wanted) / UNIT_PX, seen)
 
@@ -61,7 +61,7 @@ def difference_loss(off: Tensor, seen: Tensor) -> Tensor:
 
 
 def _gradients(off: Tensor, weight: Tensor) -> Tensor:
-    """Return the mean change between neighbours that both count."""
+    """Return the mean change between neighbours that both have a weight."""
     total = off.new_zeros(())
     for dim in (2, 3):
         last = off.shape[dim]
@@ -71,7 +71,7 @@ def _gradients(off: Tensor, weight: Tensor) -> Tensor:
 
 
 def standardised_map(values: Tensor, seen: Tensor) -> Tensor:
-    """Return maps (n, 1, h, w) without mean and spread where seen."""
+    """Return maps (n, 1, h, w) standardised to zero mean and unit spread where seen."""
     weight = seen.to(values)
     count = weight.sum(dim=(2, 3), keepdim=True).clamp_min(1.0)
     mean = (values * weight).sum(dim=(2, 3), keepdim=True) / count

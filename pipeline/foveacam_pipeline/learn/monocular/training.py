@@ -1,4 +1,4 @@
-"""Trains the monocular network on pairs with truth: its own run, with checkpoint and curves as of stereo."""
+"""Training of the monocular network on pairs with truth: its own run, with checkpoint and curves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ PART = "inverse depth"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PriorPlan:
-    """How long a monocular network is trained; a run that goes on must have the same plan."""
+    """Length and settings of a monocular training; a resumed run must have the same plan."""
 
     steps: int = 2000
     batch: int = 4
@@ -36,7 +36,7 @@ def train_prior(
     *,
     commit: str = "",
 ) -> TrainingFacts:
-    """Train a monocular network by the truth of pairs, as `train` of stereo; raise InvalidInput without."""
+    """Train a monocular network on pairs with truth, as `train` does; raise InvalidInput without truth."""
     torch.manual_seed(plan.seed)
     unlabelled = [dataset.name for dataset in datasets if not dataset.labelled]
     if unlabelled:
@@ -66,9 +66,9 @@ def train_prior(
 
 
 def inverse_depth_loss(found: Tensor, batch: PairBatch) -> Tensor:
-    """Return how far inverse depths (n, 1, h, w) are from the true ones, whatever their scale and shift.
+    """Return the error of inverse depths (n, 1, h, w), independent of their scale and shift.
 
-    True disparities are linear in inverse depth within a pair, so that they stand for it.
+    Within a pair true disparities are linear in inverse depth, so they are used in its place.
     """
     if batch.disparity_px is None or batch.known is None:
         raise ValueError("a monocular network is trained by the truth of the batch")

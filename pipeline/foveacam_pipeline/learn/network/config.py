@@ -22,12 +22,12 @@ class NetworkConfig(BaseModel):
     steps: Annotated[int, Field(ge=1, le=12)]
     """Refinements of the disparity."""
     reach_cells: Annotated[int, Field(ge=4, le=256)] = 48
-    """Largest residual disparity that is looked for, either sign, in quarters of the picture's size."""
+    """Largest residual disparity that is searched, either sign, in quarters of the picture's size."""
     heads: Annotated[int, Field(ge=1, le=16)] = 4
     signed: bool = True
-    """Whether disparities of both signs are found; false: none below zero, as of usual stereo networks."""
+    """Whether disparities of both signs are found; if not, none below zero, as in usual stereo networks."""
     geometry: bool = False
-    """Whether the blocks are told where the eyes look."""
+    """Whether the blocks are conditioned on the viewing geometry."""
 
 
 SIZES: dict[SizeName, NetworkConfig] = {

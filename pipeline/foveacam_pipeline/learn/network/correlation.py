@@ -1,7 +1,7 @@
 """Signed correlation of all cells of a row: disparities of either sign, from one matrix for both eyes.
 
-Stereo networks usually look to one side alone. Verged foveae have residual disparities of both signs, so
-that nothing is cut off here but what is farther than the reach.
+Usual stereo networks search one side alone. Verged foveae have residual disparities of both signs, so only
+those beyond the reach are cut off.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 NEIGHBOURHOOD = 2
-"""Cells on either side of the best match that its disparity is the mean of."""
+"""Cells on either side of the best match over which its disparity is averaged."""
 FAR_BELOW = -1e4
 
 
@@ -20,11 +20,11 @@ class RowMatches:
 
     scores: Tensor
     share: Tensor
-    """Softmax over the right columns, (n, h, w, w): how a left cell is made of right ones."""
+    """Softmax over the right columns, (n, h, w, w): weights of right cells that make up a left one."""
     disparity: Tensor
     """Left column minus right column, cells."""
     peak: Tensor
-    """Largest share, (n, 1, h, w): how clear the match is."""
+    """Largest share, (n, 1, h, w): confidence of the match."""
 
 
 def row_scores(left: Tensor, right: Tensor, *, reach: int, signed: bool = True) -> Tensor:
@@ -56,7 +56,7 @@ def match_rows(scores: Tensor) -> RowMatches:
 
 
 def sample_scores(scores: Tensor, disparity: Tensor, offsets: Tensor) -> Tensor:
-    """Return scores (n, k, h, w) at a disparity (n, 1, h, w) and beside it, in cells, interpolated."""
+    """Return scores (n, k, h, w) at offsets from a disparity (n, 1, h, w), in cells, interpolated."""
     columns = scores.shape[3]
     place = torch.arange(columns, device=scores.device, dtype=disparity.dtype)
     at = place[:, None] - disparity.squeeze(1)[..., None] - offsets

@@ -53,7 +53,7 @@ class EyeEncoder(nn.Module):
 def standardised(picture: Tensor) -> Tensor:
     """Return a picture (n, 3, h, w) without its mean and spread: the eyes differ in exposure and gain.
 
-    Rows are summed first: onnxruntime adds up what it is given in one float32.
+    Rows are summed first: onnxruntime sums its input in one float32.
     """
     centred = picture - _mean(picture)
     spread = _mean(centred.square()).sqrt().clamp_min(1e-3)

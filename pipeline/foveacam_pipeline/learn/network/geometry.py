@@ -1,4 +1,4 @@
-"""Where the eyes of a pair look, and how a network is told: scale and offset of its tokens (FiLM)."""
+"""Viewing geometry of a pair, and conditioning on it: scale and offset of the network's tokens (FiLM)."""
 
 import math
 
@@ -14,7 +14,7 @@ USUAL_F_PX = 7000.0
 
 
 class GeometryFilm(nn.Module):
-    """Scales and shifts each channel of tokens by the geometry; at first it changes nothing."""
+    """Scales and shifts each channel of tokens by the geometry; initially the identity."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -31,7 +31,7 @@ class GeometryFilm(nn.Module):
 
 
 def view_geometry(pair: RectifiedPair, window: tuple[slice, slice] | None = None) -> Tensor:
-    """Return (8,): where both eyes look, 1/Z, log f, baseline, offset; of a pair, or of a window of it.
+    """Return (8,): gazes of both eyes, 1/Z, log f, baseline, offset; of a pair, or of a window of it.
 
     `window`: rows and columns. Angles in units of 10 degrees, 1/Z of the vergence in 1/10 m, the baseline in
     0.2 m, the offset in widths of the pair.
@@ -55,7 +55,7 @@ def view_geometry(pair: RectifiedPair, window: tuple[slice, slice] | None = None
 
 
 def mirrored_geometry(geometry: Tensor) -> Tensor:
-    """Return the geometry (8,) of pictures mirrored left to right, each then the other eye's."""
+    """Return the geometry (8,) of pictures mirrored left to right, which exchanges the eyes."""
     changed = geometry.clone()
     changed[[0, 2]] = -geometry[[2, 0]]
     return changed

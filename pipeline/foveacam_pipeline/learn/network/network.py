@@ -21,10 +21,10 @@ DIVISOR = 8
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What the network says of a pair; disparities (n, 1, h, w) in px of the picture, of the left picture."""
+    """Prediction for a pair; disparities (n, 1, h, w) of the left picture, px."""
 
     disparities: tuple[Tensor, ...]
-    """After the matching and after each refinement; the last one counts."""
+    """After the matching and after each refinement; the last one is the result."""
     log_scale: Tensor
     """Log of the scale of a Laplace error of the last disparity, px."""
     matches: RowMatches
@@ -52,12 +52,12 @@ class FoveatedStereo(nn.Module):
         self.enlargement = Enlargement(cells)
         self.sharpness = nn.Parameter(torch.tensor(2.0))
         self.reduced = False
-        """Whether features are computed in bfloat16: places of pixels need more digits than it has."""
+        """Whether features are computed in bfloat16; pixel coordinates need more digits than it has."""
 
     def forward(self, left: Tensor, right: Tensor, geometry: Tensor | None = None) -> Prediction:
         """Return the prediction for pictures (n, 3, h, w), 0 to 1, whose sides are multiples of 8.
 
-        `geometry`: (n, 8) as `view_geometry` gives it; a network that is not told leaves it out.
+        `geometry`: (n, 8) as `view_geometry` gives it; a network that is not conditioned on it ignores it.
         """
         features = self._reduced_features if self.reduced else self._features
         (cells_left, near_left), (_cells, near_right) = features(left, right, geometry)
@@ -103,11 +103,11 @@ class FoveatedStereo(nn.Module):
         )
 
     def _changes(self, geometry: Tensor | None) -> Sequence[Callable[[Tensor], Tensor]]:
-        """Return what the geometry changes of the tokens before each block."""
+        """Return the conditioning of the tokens before each block."""
         if not self.config.geometry:
             return [nn.Identity()] * len(self.blocks)
         if geometry is None:
-            raise ValueError("this network is told where the eyes look: give the geometry")
+            raise ValueError("this network is conditioned on the viewing geometry: give `geometry`")
         return [partial(film, geometry=geometry) for film in self.films]
 
     def _compared(self, cells: Tensor, tokens: Tensor) -> Tensor:

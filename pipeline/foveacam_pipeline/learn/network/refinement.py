@@ -1,4 +1,4 @@
-"""Refines disparities by what the scores say beside them; enlarges them by weights of nine neighbours."""
+"""Refinement of disparities from the scores near them; enlargement by weights of nine neighbours."""
 
 import torch
 from torch import Tensor, nn
@@ -57,7 +57,7 @@ class Enlargement(nn.Module):
 
 
 def cell_shares(weights: Tensor) -> Tensor:
-    """Return the softmax over nine cells, of each pixel of a cell, (n, 9, 16, h, w); weights: (n, 144, h, w).
+    """Return the softmax over nine cells for each pixel of a cell, (n, 9, 16, h, w); weights: (n, 144, h, w).
 
     Written out: for a softmax over any axis but the last onnxruntime transposes the whole tensor twice.
     """
@@ -68,7 +68,7 @@ def cell_shares(weights: Tensor) -> Tensor:
 
 
 def enlarged(values: Tensor, shares: Tensor) -> Tensor:
-    """Return values (n, 1, h, w) four times as large: each pixel the mean of nine cells by its own shares."""
+    """Return values (n, 1, h, w) enlarged four times: each pixel is its own weighted mean of nine cells."""
     h, w = values.shape[2:]
     padded = functional.pad(values, (1, 1, 1, 1), mode="replicate")
     cells = torch.cat([padded[:, :, y : y + h, x : x + w] for y in range(3) for x in range(3)], dim=1)

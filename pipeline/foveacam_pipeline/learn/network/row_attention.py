@@ -1,6 +1,6 @@
-"""Attention along rows: of each eye to itself, and to the other eye's rows y - 1, y and y + 1 (Sec. 5.1).
+"""Attention along rows: within each eye, and to the other eye's rows y - 1, y and y + 1 (Sec. 5.1).
 
-Rectified rows agree to a fraction of a token; the two neighbours tolerate what calibration leaves.
+Rectified rows agree to a fraction of a token; the two neighbours tolerate residual errors of calibration.
 """
 
 import math
@@ -22,7 +22,7 @@ class RowAttention(nn.Module):
         self.out = nn.Conv2d(width, width, 1)
 
     def forward(self, queries: Tensor, keys: Tensor, *, neighbours: bool) -> Tensor:
-        """Return what queries (n, c, h, w) read of keys (n, c, h, w); `neighbours`: of three rows each."""
+        """Return the attention of queries to keys, both (n, c, h, w); `neighbours`: to three rows each."""
         n, c, h, w = queries.shape
         query = self._rows(self.query(queries)) * (c // self.heads) ** -0.5
         key, value = (self._rows(part) for part in self.key_value(keys).chunk(2, dim=1))
@@ -78,7 +78,7 @@ class AttentionBlock(nn.Module):
 
 
 def column_code(width: int, columns: int) -> Tensor:
-    """Return (1, width, 1, columns): where a token is in its row, as sines and cosines of several periods."""
+    """Return (1, width, 1, columns): positional code in a row, sines and cosines of several periods."""
     position = torch.arange(columns, dtype=torch.float32)
     rates = torch.exp(torch.arange(0, width, 2, dtype=torch.float32) * (-math.log(10_000.0) / width))
     phase = rates[:, None] * position[None, :]

@@ -1,4 +1,4 @@
-"""Errors of S3-compatible storage as the contract's: what was asked, what was found, what to do."""
+"""Translation of errors of S3-compatible storage into the contract's errors."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ GO_ON = "the same request goes on where it stopped"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Known:
-    """A failure that is told by the storage's error codes, or by the names of exceptions."""
+    """A known failure, recognised by the storage's error codes or by exception names."""
 
     codes: frozenset[str]
     found: str

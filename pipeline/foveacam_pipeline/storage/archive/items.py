@@ -1,4 +1,4 @@
-"""Uploads, lists and fetches the items of an archive, file by file, and goes on after any cut."""
+"""Uploads, lists and fetches the items of an archive, file by file; an interrupted transfer is resumed."""
 
 import hashlib
 import os
@@ -30,7 +30,7 @@ from foveacam_pipeline.storage.disk import disk_errors, finish_part, part_path, 
 BytesWatcher = Callable[[int, int], None]
 """Receives the bytes done and their total; may raise Cancelled."""
 _AT_ONCE = 4
-"""Files that are sent at the same time."""
+"""Number of files sent concurrently."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +56,7 @@ class ArchiveItem:
 def upload_item(
     url: str, item: ArchiveItem, *, utc: str, watch: BytesWatcher, part_bytes: int = PART_BYTES
 ) -> ArchiveRecord:
-    """Send what the archive has not yet, then the manifest; write the local record and return it.
+    """Send the files that the archive lacks, then the manifest; write the local record and return it.
 
     A file that is there with the right hash is not sent again, nor a part of a large one. Raise Busy for a
     file that changes meanwhile.
@@ -85,7 +85,7 @@ def upload_item(
 
 
 def remove_large_files(item: ArchiveItem, record: ArchiveRecord) -> int:
-    """Remove the large files of an item that its archive holds; return their bytes."""
+    """Remove the local copies of an item's large files that its archive holds; return the bytes freed."""
     there = open_store(record.archive).sizes(record.manifest.folder)
     freed = 0
     with disk_errors(f"removing the local files of {item.name}", item.record.parent):
@@ -98,7 +98,7 @@ def remove_large_files(item: ArchiveItem, record: ArchiveRecord) -> int:
 
 
 def fetch_item(record: ArchiveRecord, files: Mapping[str, Path], *, watch: BytesWatcher) -> None:
-    """Write those of `files` that are not on the disk yet, each whole and with the right hash."""
+    """Fetch those of `files` that are not on disk, each written atomically and checked by its hash."""
     store = open_store(record.archive)
     wanted = {name: path for name, path in files.items() if not path.is_file()}
     total, done = sum(record.manifest.files[name].size_bytes for name in wanted), 0
@@ -194,7 +194,7 @@ class _Upload:
 
 
 def _check_local(item: ArchiveItem, known: ArchiveRecord) -> None:
-    """Raise InvalidInput for an item that is in another archive alone."""
+    """Raise InvalidInput for an item whose files are only in another archive."""
     if any(name in known.manifest.files and not path.exists() for name, path in item.files.items()):
         found = f"its files are in {known.archive} alone"
         raise InvalidInput(
@@ -226,7 +226,7 @@ def _fetched(store: ArchiveStore, record: ArchiveRecord, name: str, path: Path) 
 
 
 def _described(path: Path, earlier: ArchivedFile | None) -> ArchivedFile:
-    """Return size and hash of a file, of one that is in the archive alone as its record has them."""
+    """Return size and hash of a file; from the record if the file is only in the archive."""
     if earlier is not None and not path.exists():
         return earlier
     with disk_errors(f"archiving {path.name}", path.parent):

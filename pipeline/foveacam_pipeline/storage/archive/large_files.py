@@ -1,4 +1,4 @@
-"""Sends a large file in parts and, after a cut, goes on with the parts that the storage has not.
+"""Resumable upload of a large file in parts: after an interruption only missing parts are sent.
 
 One sender for S3-compatible storage (multipart uploads), one for a folder (a `.part` file). Neither ends with
 an object whose content has another hash than was asked for.
@@ -16,11 +16,11 @@ from typing import Any, Protocol
 from foveacam_pipeline.storage.disk import PART, sync_folder
 
 PART_BYTES = 16 << 20
-"""A file of twice that size or more is sent in such parts."""
+"""Size of a part; a file of twice this size or more is sent in parts."""
 _MOST_PARTS = 10_000
 """Most parts of an upload to S3 (Amazon S3 User Guide, multipart upload limits)."""
 _AT_ONCE = 2
-"""Parts of a file that are sent at the same time; a cut loses what was sent of them."""
+"""Number of parts of a file sent concurrently; an interruption loses the parts in transit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +46,7 @@ class LargeFile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Part:
-    """A part of a file; `stored_etag`: the tag of what the storage has under its number, empty for none."""
+    """A part of a file; `stored_etag`: the tag of the stored part with its number, empty for none."""
 
     number: int
     content: bytes
@@ -72,7 +72,7 @@ class MultipartSender:
         self._files = files
 
     def send(self, target: str, file: LargeFile) -> bool:
-        """Complete the newest unfinished upload of the object, or a new one."""
+        """Complete the newest unfinished upload of the object, or start a new one."""
         upload = _place(target)
         upload["UploadId"] = self._unfinished_id(upload) or self._new_id(upload)
         stored = {part["PartNumber"]: part["ETag"] for part in self._stored(upload)}
@@ -109,7 +109,7 @@ class MultipartSender:
                 )
 
     def _send_part(self, upload: Mapping[str, str], part: _Part, on_bytes: Callable[[int], None]) -> str:
-        """Send a part unless the storage has it; return its tag."""
+        """Send a part unless it is already stored; return its tag."""
         md5 = hashlib.md5(part.content, usedforsecurity=False)  # S3's checksum of a part
         etag = part.stored_etag
         if etag.strip('"') != md5.hexdigest():
@@ -153,7 +153,7 @@ class FolderSender:
     """Sends to a folder: into a file `.part` beside the object, which gets its name when it is whole."""
 
     def send(self, target: str, file: LargeFile) -> bool:
-        """Go on after what the unfinished file has of the same content."""
+        """Resume after the bytes of the unfinished file that match the content."""
         path, digest = Path(target), hashlib.sha256()
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(path.name + PART)

@@ -1,4 +1,4 @@
-"""What an archive holds of an item (`ArchiveManifest`), the note beside the local one (`ArchiveRecord`).
+"""Manifest of an archived item (`ArchiveManifest`), and the local record of it (`ArchiveRecord`).
 
 `SparseCopy` is a local copy of an archived file whose ranges are fetched when they are needed.
 """
@@ -48,9 +48,9 @@ class ArchivedFile(_Table):
 
 
 class ArchiveManifest(_Table):
-    """What an archive holds of one dataset, recording or still; `created_utc`: of the item itself.
+    """Manifest of an archived dataset, recording or still; `created_utc`: of the item itself.
 
-    `about`: what is shown of it without reading its files.
+    `about`: metadata that is shown without reading its files.
     """
 
     format: Literal["foveacam-archive"] = "foveacam-archive"
@@ -75,7 +75,7 @@ class ArchiveManifest(_Table):
         return item_folder(self.kind, self.id)
 
     def key(self, name: str) -> str:
-        """Return the object of a file; raise InvalidInput for a file that the item has not."""
+        """Return the object of a file; raise InvalidInput for a file that is not part of the item."""
         file = self.files.get(name)
         if file is None:
             raise InvalidInput(f"{self.kind} {self.id}: its archive has no file {name!r}; archive it again")
@@ -83,7 +83,7 @@ class ArchiveManifest(_Table):
 
 
 class ArchiveRecord(_Table):
-    """Where the bytes of a local dataset, recording or still are: the archive's URL and the manifest."""
+    """Local record of an archived dataset, recording or still: the archive's URL and the manifest."""
 
     format: Literal["foveacam-archived"] = "foveacam-archived"
     version: Literal[1] = 1

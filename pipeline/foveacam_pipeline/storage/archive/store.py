@@ -28,7 +28,7 @@ _log = logging.getLogger(__name__)
 ENDPOINT = "FOVEACAM_ARCHIVE_ENDPOINT"
 _URL = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,62}(/[^?#]*)?|file:///[^?#]*")
 _CLIENT = {"connect_timeout": 5, "read_timeout": 30, "retries": {"max_attempts": 2}}
-"""Seconds until a storage that is gone counts as gone; s3fs tries again by itself besides."""
+"""Timeouts, s, and retries of the client; s3fs retries by itself besides."""
 
 
 def checked_url(url: str) -> str:
@@ -92,7 +92,7 @@ class ArchiveStore:
                 self._files.pipe_file(self._path(key), content)
 
     def send(self, key: str, file: LargeFile) -> bool:
-        """Write a large file as an object, whole or not at all; go on after the parts that are there.
+        """Write a large file as an object, whole or not at all; resume after the stored parts.
 
         Return False, and leave no object, for a file whose content has another hash.
         """

@@ -66,11 +66,11 @@ def errors_drawing(rows: Rows) -> Figure:
 
 
 def pairs_picture(outcome: LearnedOutcome) -> StudyFigure:
-    """Return Fig. 12: pictures of both eyes and what the methods say, a pair a column."""
+    """Return Fig. 12: pictures of both eyes and the methods' disparities, a pair a column."""
     return StudyFigure(
         name="pairs",
         title="Held-out pairs side by side",
-        caption="Both foveae, the true residual disparity, and what the methods say; one colour scale a "
+        caption="Both foveae, the true residual disparity, and the methods' disparities; one colour scale a "
         "pair, light is near, white is unknown. The paper's fourth row is wide-angle stereo by a foundation "
         "model, whose weights are not here.",
         drawing=drawing_of(pairs_drawing(outcome.shown)),

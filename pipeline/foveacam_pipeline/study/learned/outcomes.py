@@ -1,6 +1,6 @@
-"""Values of the study of Sec. 5: its budget, the methods, what each reaches, and pictures of some pairs.
+"""Values of the study of Sec. 5: its budget, the methods, their figures, and pictures of some pairs.
 
-What computes them is in `learn.comparison`; nothing here needs torch.
+They are computed in `learn.comparison`; nothing here needs torch.
 """
 
 from collections.abc import Mapping
@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 SHIFT_PX = 24
-"""By which right pictures are moved for the shift adapter, halved pixels: few residuals are lower."""
+"""Shift of right pictures for the shift adapter, px at half size: few residuals are below minus this."""
 
 
 class Method(StrEnum):
-    """The rows of the table; the trained ones are trained once for each seed."""
+    """The rows of the table; the trained ones are trained once per seed."""
 
     ZERO = "zero disparity"
     TRUTH = "the truth itself"
@@ -33,7 +33,7 @@ class Method(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LearnedBudget:
-    """What is trained and judged; pairs are halved to 180 x 135 px, crops are (width, height) px of them."""
+    """What is trained and evaluated; pairs are halved to 180 x 135 px, crops are (width, height) in it."""
 
     pairs: int = 200
     held_out: int = 40
@@ -50,7 +50,7 @@ QUICK = LearnedBudget(pairs=32, held_out=8, steps=80, prior_steps=60, seeds=1)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowFigures:
-    """What a method reaches on all held-out pairs, for one seed."""
+    """Figures of a method on all held-out pairs, for one seed."""
 
     photometric: float
     """0.85 (1 - SSIM) / 2 + 0.15 L1 over all pixels of the windows: the paper's measure."""
@@ -76,10 +76,10 @@ class ShownPair:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LearnedOutcome:
-    """What all methods reach: one row of figures for each seed, one alone for what is not trained."""
+    """Figures of all methods: one row for each seed, a single one for methods that are not trained."""
 
     budget: LearnedBudget
     rows: Mapping[Method, tuple[RowFigures, ...]]
     shown: tuple[ShownPair, ...]
     trained_cpu_s: float
-    """Processor seconds of all trainings and judgements."""
+    """Processor seconds of all trainings and evaluations."""

@@ -1,4 +1,4 @@
-"""What the figures of methods say of each other: means, deviations, gaps, and where two measures disagree."""
+"""Statistics of the methods' figures: means, deviations, gaps, and contradictions between two measures."""
 
 import math
 import statistics
@@ -46,7 +46,7 @@ def spread(rows: Sequence[RowFigures], measure: Measure) -> Spread | None:
 
 
 def gap(worse: Sequence[RowFigures], better: Sequence[RowFigures], measure: Measure) -> Spread:
-    """Return by how much one method is worse than another, and the deviation of such a difference.
+    """Return by how much one method is worse than another, and the standard deviation of that difference.
 
     Positive where it is worse. The deviation is that of one seed's difference: both variances added, halved.
     """

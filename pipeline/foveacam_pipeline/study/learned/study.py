@@ -70,7 +70,7 @@ def _method_values(rows: Rows, method: Method) -> dict[str, Value]:
 
 
 def _order_values(rows: Rows) -> dict[str, Value]:
-    """Return whether the paper's order comes out, by its measure and by the truth, and by how much."""
+    """Return whether the paper's order is reproduced, by its measure and by the truth, and by how much."""
     values: dict[str, Value] = {}
     for suffix, key in (("", "photometric"), ("_epe", "epe_px")):
         gaps = {method: gap(rows[Method.FULL_PRIOR], rows[method], MEASURES[key]) for method in OWN}
@@ -99,7 +99,7 @@ def _row(rows: Rows, method: Method) -> PaperComparison:
     ]
     answered = spread(rows[method], MEASURES["answered"])
     if answered is not None and answered.mean < 0.999:
-        beside.append(f"answered {answered.mean:.3f}, and judged there alone")
+        beside.append(f"answered {answered.mean:.3f}, and evaluated there alone")
     return PaperComparison(
         quantity=f"photometric error, {method}",
         paper=f"{paper} ({name})" if name else paper,
@@ -110,7 +110,7 @@ def _row(rows: Rows, method: Method) -> PaperComparison:
 
 def _order_rows(rows: Rows) -> tuple[PaperComparison, ...]:
     values = _order_values(rows)
-    said = (
+    claims = (
         ("full-strength prior is worse than either of ours", "yes: 0.0856", "order_full_prior_worst"),
         ("the unsigned volume is worse than ours", "yes: 0.0415 against 0.0354", "order_unsigned_worse"),
     )
@@ -121,7 +121,7 @@ def _order_rows(rows: Rows) -> tuple[PaperComparison, ...]:
             ours=_order_text(values, key),
             note=f"by end-point error: {_order_text(values, f'{key}_epe')}",
         )
-        for what, paper, key in said
+        for what, paper, key in claims
     )
 
 
@@ -138,12 +138,12 @@ def _definitions(outcome: LearnedOutcome) -> tuple[str, ...]:
         "Photometric error: 0.85 (1 - SSIM) / 2 + 0.15 L1 between the left picture and the right one "
         "warped by the disparity, over all pixels of both windows. EPE, above 1 px, AbsRel and the share "
         "within one stated sigma (0.757 would be right for a network, 0.683 for matching) are against the "
-        "truth, where both eyes see the surface; an edge of depth within a pixel is not judged.",
+        "truth, where both eyes see the surface; an edge of depth within a pixel is left out.",
         f"Every network is nano, trained without truth by the same losses: {budget.steps} steps of "
-        f"{budget.batch} crops of {width} x {height} px, from {budget.pairs} pairs; judged by "
+        f"{budget.batch} crops of {width} x {height} px, from {budget.pairs} pairs; evaluated on "
         f"{budget.held_out} pairs of other scenes and textures. Mean ± one standard deviation of a seed.",
         "Unsigned: the correlation, and every refinement, admit no disparity below zero. Shift adapter: it "
-        f"is trained and asked with right pictures moved by {SHIFT_PX} px, which is taken out again.",
+        f"is trained and evaluated with right pictures moved by {SHIFT_PX} px, which is subtracted again.",
         "Monocular prior: a network of 0.7 million weights, trained by truth on the same pairs for "
         f"{budget.prior_steps} steps. Alone, its scale and shift are fitted for each pair to matches on "
         "which left and right agree, and on the second line to the truth, the best that they can be. As a "
@@ -154,19 +154,19 @@ def _definitions(outcome: LearnedOutcome) -> tuple[str, ...]:
 
 def _deviations(outcome: LearnedOutcome, *, quick: bool) -> tuple[str, ...]:
     rows = outcome.rows
-    said = [
+    notes = [
         "The paper's pictures, its weights and Depth-Anything-V2 are not here: pairs are rendered, halved to "
-        "180 x 135 px, and the prior is a small network, which saw the truth of the same kind of scenes. The "
+        "180 x 135 px, and the prior is a small network, trained with truth on the same kind of scenes. The "
         "paper states no formula of its error; its values are of the size of our L1 alone.",
-        "IGEV is not fine-tuned: our own network stands for it, made unsigned. So the row tells what the "
-        "sign costs, not what IGEV's weights are worth.",
+        "IGEV is not fine-tuned: an unsigned version of our own network replaces it. So the row measures the "
+        "effect of the sign, not the quality of IGEV's weights.",
         "Attention reconstruction is an addition to Eq. 15, for all networks alike.",
         *_misranking(rows),
         *_geometry(rows),
     ]
     if quick:
-        said.append("Quick: one seed and so few steps that no order of networks can be read from it.")
-    return tuple(said)
+        notes.append("Quick: one seed and so few steps that no order of networks can be read from it.")
+    return tuple(notes)
 
 
 def _misranking(rows: Rows) -> list[str]:
@@ -177,9 +177,9 @@ def _misranking(rows: Rows) -> list[str]:
     true = gap(rows[Method.MATCHING_FILLED], rows[Method.TRUTH], MEASURES["photometric"]).mean
     beats = "below" if true < 0.0 else "above"
     return [
-        "The photometric error is no judge of disparities. It ranks wrongly, by the truth: " + named + ".",
-        f"That of filled matching lies {beats} that of the truth itself, by {abs(true):.4f}: what one eye "
-        "alone sees, and noise, keep the truth's from zero.",
+        "The photometric error ranks disparities wrongly, compared with the truth: " + named + ".",
+        f"That of filled matching lies {beats} that of the truth itself, by {abs(true):.4f}: occlusion "
+        "and noise keep that of the truth from zero.",
     ]
 
 
@@ -189,9 +189,9 @@ def _geometry(rows: Rows) -> list[str]:
     size = "" if gained is None else f", {abs(gained):.1f} standard deviations"
     clear = gained is not None and abs(gained) > 2.0
     return [
-        f"Told where the eyes look, the network's EPE is {abs(found.mean):.2f} px "
+        f"With the viewing geometry as input, the network's EPE is {abs(found.mean):.2f} px "
         f"{'smaller' if found.mean > 0.0 else 'larger'}{size}"
-        + ("." if clear else ": nothing that these runs can tell from chance.")
+        + ("." if clear else ": not significant in these runs.")
     ]
 
 

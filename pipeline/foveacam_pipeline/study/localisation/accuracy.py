@@ -9,9 +9,9 @@ from foveacam_pipeline.study.localisation.rail import LOBE_DEPTH_M
 
 Floats = NDArray[np.float64]
 LEAST_CORRELATION = 0.9
-"""A trajectory shows the infinity sign where its depths correlate by this with those of the slots, ..."""
+"""A trajectory shows the infinity sign if its depths correlate at least by this with those of the slots."""
 LARGEST_RESIDUAL_M = LOBE_DEPTH_M / 2.0
-"""... and err, after alignment, by less than half of a lobe's depth (RMS)."""
+"""It shows the sign only if the RMS error of its depths, after alignment, is below half of a lobe's depth."""
 LEAST_POSITIONS = 3
 """Fewer positions of a trial show no shape."""
 REPEATS = 2000

@@ -35,9 +35,9 @@ from foveacam_pipeline.workers.progress import SILENT, ProgressWatcher
 NAME = "localisation"
 QUICK_SLOTS, QUICK_TRIALS = 8, 2
 RATIO_M, FAILING_M = 10.0, 15.0
-"""The standoffs of which the paper says that the wide pair degrades, and that it fails."""
+"""Standoffs at which, according to the paper, the wide pair degrades and fails."""
 RECOVERED_SHARE = 0.5
-"""A pair recovers the infinity sign at a standoff where more of its runs than this show it."""
+"""A pair recovers the infinity sign at a standoff if more than this share of its runs shows it."""
 
 
 def localisation_study(
@@ -57,7 +57,7 @@ def localisation_study(
 
 
 def findings(record: ExperimentRecord, calibration: Calibration) -> StudyResult:
-    """Return the study of what was measured."""
+    """Return the study of an experiment's record."""
     found = outcomes(record, calibration)
     plan = record.plan
     return StudyResult(

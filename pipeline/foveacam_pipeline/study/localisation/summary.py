@@ -1,4 +1,4 @@
-"""What the estimates of an experiment say, by pair and standoff, and the estimates as CSV."""
+"""Results of an experiment by pair and standoff, and its estimates as CSV."""
 
 import csv
 import io
@@ -51,7 +51,7 @@ class PairOutcome:
 
     @property
     def key(self) -> str:
-        """The distance as it ends the names of values."""
+        """The distance, as a suffix of the names of values."""
         return f"{self.standoff_m:g}m"
 
 

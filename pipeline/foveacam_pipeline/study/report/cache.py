@@ -27,7 +27,7 @@ class CachedStudy:
 
 
 class DamagedFile(ValueError):
-    """A cached file is not as it was written; the message says which and why."""
+    """A cached file was changed or damaged; the message names it and the reason."""
 
 
 def cache_key(name: str, settings: Mapping[str, object], *, files: Iterable[Path]) -> str:

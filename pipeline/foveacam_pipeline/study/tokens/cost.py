@@ -113,7 +113,7 @@ def exponent(tokens: Sequence[int], seconds: Sequence[float]) -> float:
 
 
 def eq5_error(times: TokenTimes, *, least_streams: int = 2) -> float:
-    """Return the largest relative error of Eq. 5 against measured attention, for so many streams or more."""
+    """Return the largest relative error of Eq. 5 against measured attention, for `least_streams` or more."""
     errors = [
         abs(split.attention_ratio / cost_ratio(times.split_total, streams=split.streams) - 1.0)
         for split in times.splits

@@ -27,7 +27,7 @@ from foveacam_pipeline.study.tokens.cost import (
 
 MODEL_TOTAL = 4096
 SAVING_STREAMS = 4
-"""`layer_saving` is reported for a backdrop and so many streams."""
+"""`layer_saving` is reported for a backdrop and this many streams."""
 NO_TORCH = "timing attention needs torch; pip install 'foveacam-duo[learn]'"
 
 
@@ -159,34 +159,34 @@ def _counts(measured: TokenTimes | None = None) -> str:
 
 
 def _definitions(measured: TokenTimes | None) -> tuple[str, ...]:
-    said = [
+    notes = [
         "Attention: scaled dot products among all tokens of a stream. Streams do not see one another.",
         f"Equal tokens: backdrop and streams have together the {_total(measured)} tokens that the uniform "
         f"image has; the backdrop has {100.0 * BACKDROP_SHARE:.0f} % of them, the streams share the "
         "rest evenly.",
     ]
     if measured is not None:
-        said.append(
+        notes.append(
             f"Layer: normalisation, projections, attention of {measured.heads} heads and a perceptron, "
             f"{measured.width} wide. Times are processor time of one thread."
         )
-    return tuple(said)
+    return tuple(notes)
 
 
 def _deviations(measured: TokenTimes | None, *, quick: bool, not_measured: str) -> tuple[str, ...]:
-    said = [
+    notes = [
         "Eq. 5 bounds attention alone. Projections and perceptron cost the same per token however the tokens "
         "are split, so a whole layer saves less: both are shown.",
     ]
     if measured is None:
-        return (*said, f"Latency was not measured: {not_measured}.")
-    said.append(
+        return (*notes, f"Latency was not measured: {not_measured}.")
+    notes.append(
         "The paper times the whole of Depth-Anything-V2; here one layer of a small vision transformer's size "
         "is timed on a processor, with weights drawn at random: time does not depend on them."
     )
     if quick:
-        said.append(f"Quick: {measured.tokens[-1]} tokens at most, fewer than a full run's.")
-    return tuple(said)
+        notes.append(f"Quick: {measured.tokens[-1]} tokens at most, fewer than a full run's.")
+    return tuple(notes)
 
 
 ATTENTION, LAYER, MODEL = "#0072B2", "#D55E00", "#333333"
@@ -236,7 +236,7 @@ def ratio_picture(measured: TokenTimes | None) -> StudyFigure:
     return StudyFigure(
         name="token-split",
         title="Cost of a backdrop and streams over that of all tokens at once",
-        caption="At equal tokens attention costs what Eq. 5 says; a whole layer saves less, "
+        caption="At equal tokens attention costs what Eq. 5 predicts; a whole layer saves less, "
         "since all but its attention costs the same however the tokens are split."
         if measured is not None
         else "Eq. 5 alone: nothing was measured.",

@@ -165,21 +165,21 @@ def _rows(errors: Sequence[MatchingError]) -> tuple[PaperComparison, ...]:
 
 
 def _deviations(measured: Sequence[MatchingError]) -> tuple[str, ...]:
-    said = [
+    notes = [
         "The paper measures the wide pair by a camera on a linear stage; here both curves are the law "
         "itself, with Table 2's resolutions. The study `localisation` measures both pairs."
     ]
     if not measured:
-        said.append(
+        notes.append(
             "No measured matching error was given: measure one with `foveacam bench verge --json` or "
             "`foveacam bench stereo --json`."
         )
-        return tuple(said)
-    said.append(
+        return tuple(notes)
+    notes.append(
         "The source of each measured error is given beside its row. Wide curves suppose that a wide pair "
         "matches to the same fraction of its own pixel."
     )
-    return tuple(said)
+    return tuple(notes)
 
 
 def _list(numbers: Sequence[float], unit: str, form: str = "g") -> str:

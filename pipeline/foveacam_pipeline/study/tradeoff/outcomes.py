@@ -180,7 +180,7 @@ def uniform_disparity(scene: StereoScene, size: PictureSize, estimator: Disparit
 def estimated_depth(found: Disparity, scene: StereoScene, native: PictureSize) -> Floats:
     """Return (h, w) depth by the backdrop's disparities, NaN where unknown or beyond `FARTHEST_M`.
 
-    What seems farther than that is taken for the sky.
+    Larger estimates are taken for the sky.
     """
     f_b = scene.f_px * scene.baseline_m
     disparity = enlarged(filled(found), native)

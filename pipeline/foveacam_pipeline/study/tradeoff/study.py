@@ -164,34 +164,34 @@ def _deviations(
     found: dict[str, BudgetSweep], rigs: Sequence[RigOutcome], *, name: str, quick: bool
 ) -> tuple[str, ...]:
     scenes = len(found[STREETS].at(HEADLINE_SHARE, PatchChoice.TRUTH).outcomes)
-    said = [
+    notes = [
         f"The paper runs FoundationStereo on Virtual KITTI 2; here {name} runs on {scenes} seeded streets of "
         "the same camera" + (", and on frames of the data set." if VKITTI in found else ".")
     ]
     if VKITTI not in found:
-        said.append(
+        notes.append(
             "Virtual KITTI 2 was not given: its licence forbids to bundle it; name the folder it lies in to "
             "have the same figures for it."
         )
-    said.append(
+    notes.append(
         "The paper states neither its budget, nor how many patches it places and by what, nor T's definition "
         "(its supplement): T is given in two readings, for two ways of placing, over a range of budgets."
     )
     point = found[STREETS].at(HEADLINE_SHARE, PatchChoice.TRUTH)
     gain, total = point.gains(DepthMetric.ABSREL), point.ratio(DepthMetric.ABSREL).total
     outweigh = "outweigh" if total > 1.0 else "do not outweigh"
-    said.append(
+    notes.append(
         f"By AbsRel {np.count_nonzero(gain > 0.0)} of {len(gain)} bins gain and "
         f"{np.count_nonzero(gain < 0.0)} lose at q = {point.share:g}: in sums far gains {outweigh} near "
         "losses. How much of the far bins the patches cover decides it."
     )
     if not rigs:
-        said.append("No images of the rig were given.")
+        notes.append("No images of the rig were given.")
     else:
-        said.append(
+        notes.append(
             "The rig's backdrop is a wide pair of the foveae's baseline: the wide camera moved to either "
             "side, as on the linear stage of Fig. 4. One wide camera alone has no depth."
         )
     if quick:
-        said.append(f"Quick: {scenes} streets and three budgets; intervals are wide.")
-    return tuple(said)
+        notes.append(f"Quick: {scenes} streets and three budgets; intervals are wide.")
+    return tuple(notes)

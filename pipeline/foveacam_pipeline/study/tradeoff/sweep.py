@@ -218,7 +218,7 @@ def _gain(point: BudgetPoint, metric: DepthMetric) -> str:
 def _crossing_row(
     found: BudgetSweep, choice: PatchChoice, metric: DepthMetric, source: str
 ) -> PaperComparison:
-    said = []
+    crossed_at = []
     for name, field in READINGS.items():
         ratios = ratios_of(found.points[choice], metric, field)
         crossed = crossings(found.shares, ratios, PAPER_RATIOS[metric])
@@ -227,14 +227,14 @@ def _crossing_row(
         most = f"largest {_number(ratios[largest])} at q = {found.shares[largest]:g}"
         least = f"smallest {_number(min(ratios))}"
         if crossed:
-            said.append(f"{name}s at q = {where}")
+            crossed_at.append(f"{name}s at q = {where}")
         else:
-            said.append(f"{name}s never ({most if max(ratios) < PAPER_RATIOS[metric] else least})")
+            crossed_at.append(f"{name}s never ({most if max(ratios) < PAPER_RATIOS[metric] else least})")
     return PaperComparison(
         quantity=f"budget at which T by {METRIC_LABELS[metric]} crosses the paper's, "
         f"{CHOICE_LABELS[choice]}, {source}",
         paper=f"{PAPER_RATIOS[metric]}",
-        ours="; ".join(said),
+        ours="; ".join(crossed_at),
         note=f"q from {found.shares[0]:g} to {found.shares[-1]:g}, between budgets by interpolation",
     )
 

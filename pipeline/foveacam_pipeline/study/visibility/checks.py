@@ -145,8 +145,8 @@ def _settings() -> Iterator[_Setting]:
             )
     for around, clutter in product(RINGS, CLUTTERS):
         exact = success_probability(around, clutter, domain_m2=DOMAIN_M2)
-        said = f"D from {around.inner_m:g} to {around.outer_m:g} m, {_clutter_text(clutter)}"
-        yield 12, said, exact, partial(sample_success, around, clutter, domain_m2=DOMAIN_M2)
+        title = f"D from {around.inner_m:g} to {around.outer_m:g} m, {_clutter_text(clutter)}"
+        yield 12, title, exact, partial(sample_success, around, clutter, domain_m2=DOMAIN_M2)
     for d_max_m, clutter in product(SLOPE_AT_M, CLUTTERS):
         thin = StandoffRing(inner_m=d_max_m - HALF_STEP_M, outer_m=d_max_m + HALF_STEP_M)
         slope = success_slope_per_m(d_max_m, clutter, domain_m2=DOMAIN_M2)

@@ -14,7 +14,7 @@ from foveacam_pipeline.study.visibility.maps import FieldMap
 from foveacam_pipeline.study.visibility.standoff import StandoffRing
 
 CHUNK = 8192
-"""Cells tested at once; so many fit into a processor's cache."""
+"""Cells tested at once; this many fit into a processor's cache."""
 
 
 def raster_regions(

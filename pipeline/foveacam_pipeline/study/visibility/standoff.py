@@ -42,7 +42,7 @@ class StandoffRing:
 
 
 def resolution_rad(px_per_deg: float, *, pixels: float = 1.0) -> float:
-    """Return the angle, rad, that a resolved feature fills: so many pixels of a camera (Table 2)."""
+    """Return the angle, rad, that a resolved feature fills: a number of a camera's pixels (Table 2)."""
     if not px_per_deg > 0.0 or not pixels > 0.0:
         raise InvalidInput(f"{px_per_deg} px per degree and {pixels} pixels were given; both must exceed 0")
     return math.radians(pixels / px_per_deg)

@@ -162,7 +162,7 @@ def definitions(found: StandoffFindings) -> tuple[str, ...]:
 
 def deviations(found: StandoffFindings) -> tuple[str, ...]:
     """Return what differs from the paper, and why."""
-    said = [
+    notes = [
         "Eq. 9 as printed subtracts the depth error from Dₘᵢₙ; the text says that the error inflates the "
         "stealth bound. Both are implemented; used is Dₘᵢₙ + error, since an observer that must keep Dₘᵢₙ "
         "stays farther away by the error of its distance. On these maps, with the wide camera's error at "
@@ -182,11 +182,11 @@ def deviations(found: StandoffFindings) -> tuple[str, ...]:
         f"{found.tight.maps} that count.",
     ]
     if found.quick:
-        said.append(
+        notes.append(
             f"Quick: {found.tight.maps} maps instead of 1000 for the tight intervals, and "
             f"{found.checks[0].drawn.trials} trials a setting instead of 200000."
         )
-    return tuple(said)
+    return tuple(notes)
 
 
 def _ratios(multi_m2: F64, single_m2: F64, ratios: Sequence[float]) -> str:

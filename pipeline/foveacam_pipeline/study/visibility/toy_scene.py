@@ -63,7 +63,7 @@ def toy_map() -> FieldMap:
 
 
 def corners_m(*, every: int = 1) -> NDArray[np.float64]:
-    """Return the tile corners off the walls, (n, 2) metres; with `every`, each so many along each axis."""
+    """Return the tile corners off the walls, (n, 2) metres; `every`: stride along each axis."""
     inner = np.arange(1, TILES)[(every - 1) // 2 :: every] * TILE_M
     x_m, y_m = np.meshgrid(inner - TILES * TILE_M / 2.0, inner)
     return np.column_stack([x_m.ravel(), y_m.ravel()])

@@ -1,1 +1,1 @@
-"""The looks of one fixation: steering within its limits, the track of the target, and passers-by."""
+"""Looks of one fixation: steering within its limits, tracking of the target, detection of passers-by."""

@@ -1,4 +1,4 @@
-"""Make the looks of one fixation and record its steps; stop at a limit, a deadline or on request."""
+"""Looks and recorded steps of one fixation, ended by its limits, its deadline or a request to cancel."""
 
 import math
 import time
@@ -19,16 +19,16 @@ from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.values import Basis, FixationState, VergePhase, VergeStep
 
 EDGE_TOLERANCE = 1.0e-3
-"""Share of a gaze by which it may lie beyond the edge of the field: half a wide px."""
+"""Tolerance of gazes beyond the edge of the field, as a share of the gaze: half a wide px."""
 FIRST_LEAD_NS = 20_000_000
-"""Time from the request of a look to the middle of its exposure, until measured (settling, exposure)."""
+"""Time from the request of a look to mid-exposure, assumed until measured (settling, exposure)."""
 
 
 class FixationEnded(Exception):
-    """The fixation is over without being verged; `state` and `reason` say how.
+    """The fixation ended without verging; `state` and `reason` say how.
 
-    `target_offset`: how far off both eyes show the target, where that is why it was not found. `missing`: the
-    eye that has no camera, where that is why.
+    `target_offset`: how far both eyes show the target from its place, if that is the cause. `missing`: the
+    eye without a camera, if that is the cause.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class FixationEnded(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Observation:
-    """One look: what was seen, and the gazes in force during the exposure."""
+    """One look: its frames, and the gazes in force during the exposure."""
 
     phase: VergePhase
     gazes: Gazes
@@ -58,19 +58,19 @@ class Observation:
     _rows: dict[float, LookRows] = field(default_factory=dict, init=False, repr=False)
 
     def shrunk(self, calibration: Calibration, *, f_px: float) -> ReducedLook:
-        """Return both foveae at survey scale, brightness and contrast as they are, worked out once a look."""
+        """Return both foveae at survey scale, not equalised; computed once a look."""
         if f_px not in self._shrunk:
             self._shrunk[f_px] = shrink_look(self.sighting, calibration, f_px=f_px)
         return self._shrunk[f_px]
 
     def reduced(self, calibration: Calibration, *, f_px: float) -> ReducedLook:
-        """Return both foveae at survey scale, evened out, worked out once a look."""
+        """Return both foveae at survey scale with contrast equalised; computed once a look."""
         if f_px not in self._reduced:
             self._reduced[f_px] = even_look(self.shrunk(calibration, f_px=f_px))
         return self._reduced[f_px]
 
     def rows(self, calibration: Calibration, *, f_px: float) -> LookRows:
-        """Return the spectra of the rows of `shrunk`, worked out once a look."""
+        """Return the spectra of the rows of `shrunk`; computed once a look."""
         if f_px not in self._rows:
             self._rows[f_px] = LookRows.of(self.shrunk(calibration, f_px=f_px))
         return self._rows[f_px]
@@ -78,7 +78,7 @@ class Observation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepResult:
-    """What a step found: left minus right place, fovea px (None: not matched), and the correlation."""
+    """Result of a step: left minus right place, fovea px (None if not matched), and the correlation."""
 
     score: float
     residual_x_px: float | None = None
@@ -121,7 +121,7 @@ class FixationHead:
 
     @property
     def missing(self) -> Role | None:
-        """The eye without a camera, as far as the last look tells."""
+        """The eye without a camera in the last look, if any."""
         return None if self.last is None else self.last.sighting.missing
 
     @property
@@ -131,7 +131,7 @@ class FixationHead:
 
     @property
     def next_ns(self) -> int:
-        """When the next look will be exposed, judged by the last one."""
+        """Predicted exposure time of the next look, from the delay of the last one."""
         return self._clock.now_ns() + self._lead_ns
 
     def wide(self) -> Frame:
@@ -146,11 +146,11 @@ class FixationHead:
             wait_until_still(around, self.wide, self._clock)
 
     def look_clamped(self, gazes: Gazes, phase: VergePhase) -> Observation:
-        """Steer each eye, or as near as it can turn, and look; raise FixationEnded at the limits."""
+        """Look with each gaze clamped to its eye's field; raise FixationEnded at the limits."""
         return self.look(clamp_gazes(self._calibration, gazes), phase)
 
     def grant(self, *, looks: int, seconds: float) -> None:
-        """Allow so many further looks and seconds, counted from now."""
+        """Allow this many further looks and seconds, counted from now."""
         self._max_looks = len(self._steps) + looks
         self._deadline_ms = self.elapsed_ms + 1e3 * seconds
 
@@ -173,7 +173,7 @@ class FixationHead:
         return self.last
 
     def record(self, observation: Observation, measured: StepResult) -> None:
-        """Add the step of a look, with the time of our own work since the step before."""
+        """Record the step of a look, with the computing time since the previous step."""
         left, right = observation.gazes.left, observation.gazes.right
         step = VergeStep(
             index=len(self._steps),
@@ -192,8 +192,8 @@ class FixationHead:
             with self._own.paused():
                 self._on_step(step)
 
-    def tell(self, basis: Basis, point: LocatedPoint | None) -> None:
-        """Report where the target is as far as the looks tell, once a look at most; None: they do not."""
+    def report_estimate(self, basis: Basis, point: LocatedPoint | None) -> None:
+        """Report an estimate of the target's point, at most once a look; ignore None."""
         if self._on_estimate is None or point is None or len(self._steps) == self._estimated_looks:
             return
         self._estimated_looks = len(self._steps)
@@ -201,7 +201,7 @@ class FixationHead:
             self._on_estimate(DistanceEstimate(looks=len(self._steps), basis=basis, point=point))
 
     def _volts(self, gazes: Gazes) -> StereoVolts:
-        """Return the drive for both gazes; gazes barely beyond the field count as its edge."""
+        """Return the volts for both gazes; gazes just beyond the field are moved to its edge."""
         nearer = Gazes(left=gazes.left * (1.0 - EDGE_TOLERANCE), right=gazes.right * (1.0 - EDGE_TOLERANCE))
         with suppress(OutOfRange):
             return volts_for(self._calibration, gazes)
@@ -221,7 +221,7 @@ class FixationHead:
 
 
 class _Stopwatch:
-    """Wall time of the own computation; pauses while devices or callbacks work."""
+    """Wall time of the fixation's computation; paused while devices or callbacks work."""
 
     def __init__(self) -> None:
         self._since = time.perf_counter()

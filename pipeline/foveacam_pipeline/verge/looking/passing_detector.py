@@ -1,7 +1,7 @@
-"""Detect movement near a target: people cross a line of sight for about a second.
+"""Detection of movement near a target: people cross a line of sight for about a second.
 
-An eye's view may be crossed beside the target as the wide view has it: by half the baseline over the depth
-of who passes. So a strip along the row is watched, as far as somebody at 1.3 m may appear.
+In the wide view somebody who crosses an eye's line of sight appears beside the target, by half the baseline
+over their depth. So a strip along the row is watched, long enough for somebody at 1.3 m.
 """
 
 import math
@@ -21,17 +21,17 @@ STRIP_PX = (160, 32)
 """Half sides of the strip, wide px: half a baseline of 0.12 m at 1.2 m."""
 BLUR_SIGMA_PX = 2.0
 LEAST_CHANGE = 6.0
-"""Brightness that changes by less may be the wide camera's noise, its standard deviations after the blur."""
+"""Least change of brightness that counts, standard deviations of the wide camera's noise after the blur."""
 MOVED_SHARE = 0.01
-"""At least such a share of the strip has changed when something moves in it."""
+"""Least share of the strip's pixels that changes when something moves in it."""
 LONGEST_S = 2.0
 STILL_S = 0.2
-"""Nothing has moved for so long: it is over."""
+"""The view counts as still when nothing has moved for this long."""
 POLL_NS = 50_000_000
 
 
 class PassingDetector:
-    """The strip of the wide view about a target."""
+    """Detects movement in the strip of the wide view about a target."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class PassingDetector:
         self._wide, self._target, self._half_px = wide, target, half_px
 
     def differ(self, one: Frame, other: Frame) -> bool:
-        """Return whether something moved there between two wide frames; False for unlike binnings."""
+        """Return whether something moved there between two wide frames; False if their binnings differ."""
         if one.binning != other.binning:
             return False
         images = [gray(to_uint8(frame)) for frame in (one, other)]
@@ -69,7 +69,7 @@ def _strip(
 
 
 def wait_until_still(around: PassingDetector, wide: Callable[[], Frame], clock: Clock) -> None:
-    """Return when nothing has moved there for a moment, or after two seconds all the same."""
+    """Return when nothing has moved there for `STILL_S`, or after `LONGEST_S` in any case."""
     last = wide()
     began_ns = still_ns = clock.now_ns()
     while clock.now_ns() < began_ns + round(1e9 * LONGEST_S):

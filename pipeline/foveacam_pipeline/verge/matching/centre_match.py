@@ -20,21 +20,21 @@ from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, cut
 HALF_PX = 4
 """Half side of the middle that is compared, survey px: two wide px."""
 SLACK_PX = 3
-"""How far the middles may be displaced, survey px."""
+"""Largest displacement of the middles, survey px."""
 DIFFERS_RMS = 0.55
-"""Root mean square difference of evened out pictures from which on an eye shows something else: right matches
-stay below 0.45 in the better eye, wrong ones exceed 0.6."""
+"""RMS difference of equalised pictures above which an eye shows something else: true matches stay below 0.45
+in the better eye, false ones exceed 0.6."""
 REACH_PX = 140
-"""How far along the row a neighbour is looked for, survey px: the shift between infinity and 3 m."""
+"""Search range for a look-alike along the row, survey px: the shift between infinity and 3 m."""
 ROWS_PX = 8
-"""How far above or below, survey px."""
+"""Search range above and below the row, survey px."""
 HERE_PX = 12
-"""So near to the target a place is the target's own, survey px: the eyes see a relief from the side."""
+"""Places within this distance of the target are its own, survey px: the eyes see a relief from the side."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CentreMatch:
-    """Where one eye's centre fits the wide view: at the target (`here`), or best elsewhere (`best`).
+    """Correlation of one eye's centre with the wide view: at the target (`here`), and at its best (`best`).
 
     `aside_wide_px`: how far along the row the best place is from the target, wide px.
     """
@@ -53,10 +53,10 @@ def match_centres(
     *,
     slope: tuple[float, float],
 ) -> tuple[CentreMatch, CentreMatch]:
-    """Return where the left and the right eye's centre is in the wide image.
+    """Find the left and the right eye's centre in the wide image.
 
     `gray`: (h, w) wide image of the look. `target`: (2,) tangents from the rig's origin. `slope`: of the
-    surface, as `FineMatch.slope`; each eye sees it leaning by half of it.
+    surface, as `FineMatch.slope`; half of it is removed from each eye's picture.
     """
     half_y, half_x = ((side - 1) // 2 for side in template.patch.shape)
     strip = cut_view(gray, wide, target, f_px=look.f_px, half=(half_x + REACH_PX, half_y + ROWS_PX))
@@ -102,7 +102,7 @@ def shows_another(
 
 
 def _difference_rms(eye: ReducedEye, offset_px: NDArray[np.float64], view: NDArray[np.float32]) -> float:
-    """Return by how much an eye's picture about a place differs from the view where it fits best."""
+    """Return the RMS difference of an eye's picture about a place from the view, where it fits best."""
     height, width = eye.image.shape
     place = ((width - 1) / 2 + float(offset_px[0]), (height - 1) / 2 + float(offset_px[1]))
     side = 2 * HALF_PX + 1

@@ -5,16 +5,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 COARSE_SIGMA = 2.5
-"""Slow parts are taken on a grid so coarse that their surroundings have this standard deviation there."""
+"""Blurs are computed on a grid so coarse that their standard deviation is this many of its pixels."""
 
 
 def even(
     image: NDArray[np.float32], *, shading_px: float, contrast_px: float, least: float
 ) -> NDArray[np.float32]:
-    """Return the image less its slow part, over its local contrast, (h, w) float32.
+    """Return the image minus its blur, divided by its local contrast, (h, w) float32.
 
-    `shading_px`, `contrast_px`: standard deviations of the two surroundings. `least`: contrast below this is
-    not brought up, for it may be noise; grey levels.
+    `shading_px`, `contrast_px`: standard deviations of the blur and of the local contrast's window. `least`:
+    contrast below this is not amplified, as it may be noise; grey levels.
     """
     detail = cv2.subtract(image, _slow(image, shading_px))
     energy = _slow(np.asarray(cv2.multiply(detail, detail), dtype=np.float32), contrast_px)
@@ -22,7 +22,7 @@ def even(
 
 
 def _slow(image: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
-    """Return the image blurred by `sigma_px`, worked out on a coarser grid."""
+    """Return the image blurred by `sigma_px`, computed on a coarser grid."""
     height, width = image.shape
     step = max(1, round(sigma_px / COARSE_SIGMA))
     size = (max(1, round(width / step)), max(1, round(height / step)))

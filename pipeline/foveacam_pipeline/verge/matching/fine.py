@@ -1,6 +1,6 @@
-"""Left against right at the point itself: correlation for the whole pixel, least squares for the rest.
+"""Match of left against right at the point itself: correlation to the whole pixel, then least squares.
 
-Sizes and results are in pixels of the sensor; binned pictures are compared in windows of as many degrees.
+Sizes and results are in sensor px; binned pictures are compared in windows of the same angle.
 """
 
 import math
@@ -24,40 +24,42 @@ from foveacam_pipeline.verge.matching.contrast import even
 from foveacam_pipeline.verge.matching.match_in_rows import SubpixelPosition, match_in_rows
 
 WIDER = MatchWindow(half_px=64, weight_sigma_px=28.0)
-"""Its weights are three wide px wide: as well as anybody can click. Sensor px, as all sizes here."""
+"""Its weights are three wide px wide, the accuracy of a click. Sensor px, as all sizes here."""
 NARROWER = MatchWindow(half_px=34, weight_sigma_px=14.0)
 BETWEEN = MatchWindow(half_px=48, weight_sigma_px=20.0)
-"""Where grain runs along the rows and the narrower window holds too little that crosses it."""
+"""For grain along the rows, where the narrower window holds too little texture across it."""
 LEANS = (0.0, -0.4, -0.8, -1.2, 0.4)
-"""Disparity may grow from row to row, px a px, and the place in the right eye then goes left: by baseline
-over height above the surface, 1 on a table 0.2 m below the eyes. Tried in this order where the wider window
-does not fit."""
+"""Slopes of disparity from row to row, px a px, tried in this order where the wider window does not fit. With
+growing disparity the place in the right eye moves left. On a level surface the slope is the baseline over the
+height above it: 1 on a table 0.2 m below the eyes."""
 GOOD_SCORE = 0.8
 GOOD_SIGMA_PX = 0.4
-"""A match whose own noise misplaces it by more may have the wrong lean."""
+"""A match whose standard error by noise is larger may have the wrong slope."""
 SURE_SCORE = 0.9
-"""So well a narrower or leaning window must fit where the first that fitted did not tell."""
+"""Least correlation at which a narrower or sloped window replaces a first match that is inaccurate."""
 REACH_PX = (20, 12)
-"""How far from the place that the wide view tells, along and across the epipolar line, fovea px."""
+"""Search range about the place found in the wide view, along and across the epipolar line, fovea px."""
 FAR_REACH_PX = (72, 12)
-"""The same where the wide view tells badly: a grain along the rows, a near edge."""
+"""The same where the wide view locates the point badly: grain along the rows, a near edge."""
 MARGIN_PX = 20
+SUPPORTED_PX = WIDER.half_px + MARGIN_PX
+"""Half side of the part of each picture that a match compares."""
 SPARE_PX = 8
-"""Beyond what a window shows, px of the frame: blur and interpolation reach so far."""
+"""Margin read beyond a window for blur and interpolation, px of the frame."""
 QUIET_SIGMA_PX = 1.5
-"""As much as the optics blur anyway: takes the noise down to a fifth, the texture hardly. What then still
-differs between the eyes is structure: two surfaces in the window, or the wrong place."""
+"""Blur against noise, as strong as the optics': cuts the noise to a fifth, the texture hardly. Remaining
+differences between the eyes are structure: two surfaces in the window, or the wrong place."""
 LEAST_CONTRAST = 1.0
 """Contrast below this is noise, grey levels."""
 SHADING_PX = 12.0
 CONTRAST_PX = 8.0
 ROW_PENALTY = 0.05
-"""What a match at the end of the reach across the epipolar line loses of its correlation."""
+"""Penalty on the correlation of a match at the end of the search range across the epipolar line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FineMatch:
-    """Left minus right place of the point relative to the gazes, fovea px; correlation; errors by noise."""
+    """Left minus right place of the point relative to the gazes, fovea px; correlation; noise errors."""
 
     residual_x_px: float
     residual_y_px: float
@@ -65,19 +67,19 @@ class FineMatch:
     sigma_x_px: float
     sigma_y_px: float
     contrast: float
-    """How much of the weaker eye's window is above the noise, 0 (bare noise: below 0.3) to 1."""
+    """Contrast of the weaker eye's window: 0 to 1, bare noise below 0.3."""
     slope: tuple[float, float]
-    """How much further right the place is in the right eye per px along x and along y: the slope of it."""
+    """Gradient of the place in the right eye along x and y of the left, px a px: the slope of the surface."""
 
     @property
     def residual_px(self) -> NDArray[np.float64]:
-        """(2,) the residual along x and y."""
+        """The residual along x and y, (2,) fovea px."""
         return np.array([self.residual_x_px, self.residual_y_px])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MatchGuess:
-    """Where the wide view says that the point is: (2,) tangents from each eye's gaze; how far to look, px."""
+    """Place of the point in each eye by the wide view, (2,) tangents from the gaze; search range, px."""
 
     left: NDArray[np.float64]
     right: NDArray[np.float64]
@@ -88,7 +90,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: MatchGuess) 
     """Match the foveae about a guess.
 
     The wider window is tried first; where it does not fit (a near edge, a thin thing, a surface seen at a
-    grazing angle) or does not tell, narrower ones, upright and leaning.
+    grazing angle) or is inaccurate, narrower ones follow, with and without slope.
     """
     z_m = guessed_depth_m(calibration, sighting, guess)
     binning = common_binning(sighting.left, sighting.right)
@@ -118,7 +120,7 @@ def match_fine(sighting: Sighting, calibration: Calibration, guess: MatchGuess) 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Pair:
-    """Both eyes' pictures, how far to look, and the place at which the rows match; picture px."""
+    """Both eyes' pictures, the search range, and the place at which the rows match; picture px."""
 
     left: InterpolatedPicture
     right: InterpolatedPicture
@@ -128,7 +130,7 @@ class _Pair:
 
 
 def _best_placed(pair: _Pair) -> SubpixelPosition:
-    """Return the first match that fits and tells; else the first that fits; else the best of all."""
+    """Return the first match that fits and is accurate; else the first that fits; else the best of all."""
     best, good_sigma_px = _placed(pair, WIDER), GOOD_SIGMA_PX / pair.binning
     for across in LEANS:
         if best.score >= GOOD_SCORE:
@@ -147,13 +149,13 @@ def _best_placed(pair: _Pair) -> SubpixelPosition:
 
 
 def _contrast(picture: InterpolatedPicture, binning: Binning) -> float:
-    """Return the standard deviation of an evened-out patch close to the point."""
+    """Return the standard deviation of an equalised patch close to the point."""
     half = NARROWER.half_px // binning
     return float(picture.cut((half, half)).std())
 
 
 def guessed_depth_m(calibration: Calibration, sighting: Sighting, guess: MatchGuess) -> float:
-    """Return the depth along z that the guess means, m, for the parallax of pivots and pupils."""
+    """Return the depth along z of a guess, m, at which the parallax of pivots and pupils is corrected."""
     gazes = gazes_under(calibration, sighting.volts)
     apart = float(gazes.left[0] + guess.left[0] - gazes.right[0] - guess.right[0])
     return calibration.baseline_m / apart if apart > 0.0 else math.inf
@@ -167,7 +169,7 @@ def eye_patch(
     offset_px: NDArray[np.float64],
     half_px: tuple[int, int],
 ) -> InterpolatedPicture:
-    """Return one eye's surroundings of the point on its virtual plane, evened out, with the frame's pixels.
+    """Return one eye's view around the point on its virtual plane, equalised, at the frame's resolution.
 
     `offset_px`: (2,) of the point from the gaze, sensor px. `half_px`: half sides, px of the frame.
     """
@@ -197,7 +199,7 @@ def _read_plane(
     *,
     quiet_sigma_px: float,
 ) -> NDArray[np.float32]:
-    """Return the window of (width, height), blurred a little; only what it shows is converted and blurred."""
+    """Return the window of (width, height), slightly blurred; only the part it shows is processed."""
     rim = np.array([[0.0, 0.0], [size[0], 0.0], [size[0], size[1]], [0.0, size[1]]])
     seen = np.column_stack([rim, np.ones(4)]) @ np.linalg.inv(window_from_raw).T
     seen = seen[:, :2] / seen[:, 2:]
@@ -218,7 +220,7 @@ def _read_plane(
 
 
 def _placed(pair: _Pair, of_sensor: MatchWindow, *, across: float = 0.0) -> SubpixelPosition:
-    """Find the left window in the right eye, leaning by `across`; the place is right minus left, frame px."""
+    """Find the left window in the right eye, sheared by `across`; the place is right minus left, frame px."""
     window, reach_px = of_sensor.binned(pair.binning), pair.reach_px
     half = window.half_px
     patch = pair.left.cut((half, half))

@@ -1,6 +1,6 @@
-"""The sub-pixel place of a point in one fovea against the other: `match_point`, and whether it tells.
+"""Sub-pixel match of a point in one fovea against the other by `match_point`, checked for ambiguity.
 
-Disparity may slope across the window. Rows are known to match: where the texture cannot tell, they do.
+Disparity may slope across the window. A prior keeps the rows matched where texture cannot determine them.
 """
 
 import math
@@ -15,16 +15,16 @@ from foveacam_pipeline.matching.point import PositionPrior, match_point
 from foveacam_pipeline.matching.windows import MatchWindow, bell
 
 ROW_SIGMA_PX = 4.0
-"""How well the calibration knows that rows match, sensor px; weighs nothing where there is texture."""
+"""Prior error of the row offset by the calibration, sensor px; negligible where there is texture."""
 SLOPE_SIGMA = 0.5
-"""Slopes of disparity to be expected, px a px; across the rows it is the baseline over the height above a
-level surface."""
+"""Prior standard deviation of slopes of disparity, px a px; across the rows the slope of a level surface is
+the baseline over the height above it."""
 ELSEWHERE_PX = 10.0
-"""How far along the line a match is compared with others, sensor px."""
+"""Distance along the line at which a match is compared with alternatives, sensor px."""
 LEAST_LEAD = 0.004
-"""By so much, and by twice what noise took from it, a match must beat those so far along the line."""
+"""Least lead in correlation over the alternatives; it must also be twice what noise took from the match."""
 FLOOR_SIGMA_PX = 0.03
-"""Interpolation and evening out leave this much (deduced from rendered pairs), sensor px; painted planes show
+"""Error left by interpolation and equalisation (deduced from rendered pairs), sensor px; painted planes show
 errors of the same size at both binnings."""
 
 
@@ -32,7 +32,7 @@ errors of the same size at both binnings."""
 class SubpixelPosition:
     """Right minus left place, (2,) picture px; its error along x and y; weighted correlation there.
 
-    `slope`: (2,) how much further right the place is per px along x and along y.
+    `slope`: (2,) gradient of the place along x and along y, px a px.
     """
 
     position_px: NDArray[np.float64]
@@ -50,9 +50,10 @@ def match_in_rows(
     expected_px: NDArray[np.float64],
     binning: Binning = 1,
 ) -> SubpixelPosition:
-    """Refine a start: right minus left place. `expected_px`: (2,) the place at which the rows match.
+    """Refine a start, right minus left place, to a fraction of a pixel.
 
-    `binning`: of the pictures; all places are in their pixels.
+    `expected_px`: (2,) the place at which the rows match. `binning`: of the pictures; all places are in their
+    pixels.
     """
     prior = PositionPrior(
         y_px=float(expected_px[1]), y_sigma_px=ROW_SIGMA_PX / binning, slope_sigma=SLOPE_SIGMA
@@ -86,7 +87,7 @@ def _elsewhere(
     window: MatchWindow,
     apart_px: float,
 ) -> float:
-    """Return the better score at either side along the line: an edge along the line fits there as well."""
+    """Return the better correlation at either side along the line: an edge along the line also fits there."""
     lens = bell(window)
     reference = lens.normalised(left.cut(lens.half))
     best = -1.0

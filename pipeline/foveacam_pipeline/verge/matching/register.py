@@ -1,8 +1,8 @@
 """Find the candidate positions of a patch of the wide image in both foveae, along the epipolar line.
 
-Seen from the eyes, a target at depth Z lies B f / 2Z to the right in the left eye and as much to the left in
-the right one. So three correlations are added at equal and opposite shifts: the patch with either fovea, and
-the foveae with each other. A peak of the sum is a surface on the target's line of sight.
+A target at depth Z is shifted by B f / 2Z, to the right in the left eye and to the left in the right one. So
+three correlations are added at equal and opposite shifts: the patch with either fovea, and the foveae with
+each other. A peak of the sum is a surface on the target's line of sight.
 """
 
 from collections.abc import Iterator
@@ -18,15 +18,15 @@ from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 
 BAND_PX = 14
-"""How far above or below its row a target may appear: calibration drift, survey px."""
+"""Largest distance of a target from its row, survey px: calibration drift."""
 SLACK_PX = 3
-"""How far the two eyes' shifts may differ from equal and opposite, survey px."""
+"""Largest deviation of the two eyes' shifts from equal and opposite, survey px."""
 MOVING_SLACK_PX = 10
-"""The same for a target that moves."""
+"""The same for a moving target."""
 ROW_PENALTY = 0.04
-"""What a place at the edge of the band loses of its correlation: where texture cannot tell, rows match."""
+"""Penalty on the correlation at the edge of the band: keeps the row where texture cannot determine it."""
 GUARD_PX = 6
-"""Candidates lie at least so far apart, survey px."""
+"""Least distance between candidates, survey px."""
 CANDIDATES = 3
 LEAST_NORM = 1e-3
 
@@ -35,10 +35,10 @@ Scores: TypeAlias = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MatchCandidate:
-    """A place where both foveae may see the patch.
+    """A place where both foveae may show the patch.
 
     `left`, `right`: (2,) tangents from each eye's gaze. `score`: the weaker correlation with the patch.
-    `joint`: mean of all three correlations. `rows_apart_px`: how much the two rows differ, survey px.
+    `joint`: mean of all three correlations. `rows_apart_px`: difference of the two rows, survey px.
     """
 
     left: NDArray[np.float64]
@@ -51,7 +51,7 @@ class MatchCandidate:
 def candidates(
     look: ReducedLook, template: WidePatch, target: NDArray[np.float64], *, slack_px: int = SLACK_PX
 ) -> tuple[MatchCandidate, ...]:
-    """Return the best places, best first; none when the patch fits into neither eye.
+    """Return the best candidates, best first; none unless the patch fits into both eyes.
 
     `target`: (2,) tangents from the rig's origin at the time of the look.
     """
@@ -91,7 +91,7 @@ def _candidate(
     joint: float,
     near_px: int,
 ) -> MatchCandidate:
-    """Refine each eye's place by itself."""
+    """Refine each eye's place separately."""
     at_left = left.refined(target_u_px + shift_px, near_px)
     at_right = right.refined(target_u_px - shift_px, near_px)
     return MatchCandidate(
@@ -105,7 +105,7 @@ def _candidate(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Band:
-    """The rows of a correlation map in which the target may lie; its first entry at (u0, v0) plane px."""
+    """Rows of a correlation map in which the target may lie; its first entry is at (u0, v0) plane px."""
 
     scores: Scores
     u0_px: float
@@ -124,7 +124,7 @@ class _Band:
 
 
 def _band(eye: ReducedEye, template: WidePatch, target_v_px: float) -> _Band | None:
-    """Correlate the patch with one fovea; None when it does not fit in."""
+    """Correlate the patch with one fovea; return None when it does not fit into the image."""
     height, width = template.patch.shape
     half_x, half_y = (width - 1) // 2, (height - 1) // 2
     row = round(target_v_px - eye.v0_px) - half_y
@@ -144,7 +144,7 @@ def _between(
 ) -> Scores:
     """Return the correlation of the foveae with each other at opposite shifts, windows of the patch's size.
 
-    It does not depend on where along the row the target really is, only on its depth.
+    It depends only on the target's depth, not on its exact place along the row.
     """
     u_px, v_px = target_px.tolist()
     left = _Windows.about(look.left, shape, u_px=u_px, v_px=v_px, shifts=shifts)
@@ -161,7 +161,7 @@ def _between(
 class _Windows:
     """Windows of one eye along a row: (n) starts within `flat`, their means and norms.
 
-    `flat`: the strip of the image column after column, so that a window is `size` numbers in a row.
+    `flat`: the strip of the image column by column, so that a window is `size` consecutive numbers.
     """
 
     flat: Scores

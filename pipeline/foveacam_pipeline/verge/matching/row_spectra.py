@@ -1,7 +1,7 @@
-"""Correlate many weighted patches with few rows of one picture.
+"""Correlation of many weighted patches with few rows of one picture.
 
-The spectra of a picture's rows are worked out once and shared by all patches, those of a patch once and
-shared by all pictures: a few rows of a correlation map need no two-dimensional transform.
+Row spectra are computed once: those of a picture are shared by all patches, those of a patch by all pictures.
+A few rows of a correlation map need no two-dimensional transform.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.verge.matching.survey import LEAST_SEEN, ReducedEye, ReducedLook
 
 LEAST_SHARE = 1.0e-4
-"""Variance of a window below this share of its mean square is rounding."""
+"""A window's variance below this share of its mean square is rounding error."""
 LEAST_VARIANCE = 1.0e-3
 """Summed weighted variance of a window without any contrast, grey levels squared."""
 
@@ -28,7 +28,7 @@ class PictureRows:
         self.u0_px, self.v0_px = eye.u0_px, eye.v0_px
         self.height, self.width = eye.image.shape
         self.length = cv2.getOptimalDFTSize(self.width)
-        image = eye.image - np.float32(eye.image.mean())  # squares of small numbers round less
+        image = eye.image - np.float32(eye.image.mean())  # centred values lose less precision when squared
         self.plain: Spectrum = np.fft.rfft(image, self.length, axis=1).astype(np.complex64, copy=False)
         squares = np.fft.rfft(image * image, self.length, axis=1)
         self.squared: Spectrum = squares.astype(np.complex64, copy=False)
@@ -36,7 +36,7 @@ class PictureRows:
         self._covers: dict[int, NDArray[np.float32]] = {}
 
     def hidden(self, rows: slice, side: int) -> NDArray[np.bool_]:
-        """Return (columns,) bool: which windows of a width look past the frame in some of the rows."""
+        """Return (columns,) bool: which windows of width `side` reach past the frame in some of the rows."""
         if side not in self._covers:
             cover = cv2.blur(self._seen, (side, 1), borderType=cv2.BORDER_REPLICATE)
             self._covers[side] = np.asarray(cover, dtype=np.float32)
@@ -47,19 +47,19 @@ class PictureRows:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LookRows:
-    """The rows of both foveae of one look."""
+    """Row spectra of both foveae of one look."""
 
     left: PictureRows
     right: PictureRows
 
     @classmethod
     def of(cls, look: ReducedLook) -> "LookRows":
-        """Transform both foveae."""
+        """Compute the row spectra of both foveae."""
         return cls(left=PictureRows(look.left), right=PictureRows(look.right))
 
 
 class WeightedPatch:
-    """A patch, (h, w) float32, whose pixels count by weights (h, w): weighted normalised correlation."""
+    """A patch, (h, w) float32, with a weight a pixel (h, w), for weighted normalised correlation."""
 
     def __init__(self, patch: NDArray[np.float32], weights: NDArray[np.float32]) -> None:
         self.height, self.width = patch.shape
@@ -96,7 +96,7 @@ class WeightedPatch:
         return np.asarray(found.max(axis=0), dtype=np.float64)
 
     def _spectrum(self, length: int) -> Spectrum:
-        """Return (3, h, length // 2 + 1) conjugated: of the pattern, the squared weights, the weights."""
+        """Return (3, h, length // 2 + 1) conjugate spectra: pattern, squared weights, weights."""
         if length not in self._spectra:
             spectra = np.fft.rfft(self._parts, length, axis=2)
             self._spectra[length] = np.conj(spectra).astype(np.complex64, copy=False)

@@ -1,8 +1,8 @@
 """Decide whether a match is of the point itself or of another surface in its window.
 
-A match of two pictures is dominated by what has texture in its window. Here both pictures are laid on each
-other as matched and compared in windows of a wide pixel: where the point itself differs it belongs to another
-surface; where it is blank it belongs to the matched one only when that one surrounds it.
+A match of two pictures is dominated by what has texture in its window. Here both pictures are aligned by the
+match and compared in windows of a wide pixel: a point that differs belongs to another surface; a blank one
+belongs to the matched surface only when that surrounds it.
 """
 
 from dataclasses import dataclass, replace
@@ -15,26 +15,26 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Binning
 
 ALIKE = 0.6
-"""Local correlation from which on both pictures show the same."""
+"""Least local correlation at which both pictures show the same."""
 DIFFERENT = 0.3
 """Local correlation below which they show different things."""
 SECTORS = 8
-"""A blank point with matched texture in all of them lies within the matched surface."""
+"""Sectors around the point; with matched texture in all of them a blank point lies within the surface."""
 MIXED_SHARE = 0.1
-"""A point of which more differs lies on the edge of another surface."""
+"""A point of which a larger share differs lies on the edge of another surface."""
 
 
 class MatchSupport(Enum):
-    """What a match says of the point in the middle of its window."""
+    """Whether a match is of the point in the middle of its window."""
 
     MATCHED = "matched"
-    """The point itself has texture, and it is the same in both."""
+    """The point itself has texture, the same in both pictures."""
     ENCLOSED = "enclosed"
     """The point is blank, with matched texture all around it."""
     BESIDE = "beside"
     """The point is blank, with matched texture on some sides only: it may be of another surface."""
     DIFFERENT = "different"
-    """The point itself differs: it is of another surface."""
+    """The point itself differs between the pictures: it is of another surface."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +66,7 @@ SURVEY_SCALE = SupportScale(window_sigma_px=2.5, point_px=3.0, around_px=24.0, t
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SupportReport:
-    """The verdict, and the number of sectors around the point with matched texture.
+    """Support of a match, and the number of sectors around the point with matched texture.
 
     `alike_offset_px`: (x, y) from the point to the middle of the matched texture around it.
     """
@@ -77,7 +77,7 @@ class SupportReport:
 
 
 def support_of(one: NDArray[np.float32], other: NDArray[np.float32], *, scale: SupportScale) -> SupportReport:
-    """Return what two pictures, evened out and laid on each other, say of the point in their middle."""
+    """Return the support of the point in the middle of two pictures, equalised and aligned by the match."""
     correlation, texture = _local(one, other, scale)
     radius_px, angle_rad = _polar(one.shape)
     alike = (texture >= scale.texture_std) & (correlation >= ALIKE)
@@ -103,7 +103,7 @@ def _verdict(alike_share: float, different_share: float, sectors: int) -> MatchS
 
 
 def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return the mean place of the pixels of a mask from its middle, px; (0, 0) when there are none."""
+    """Return the centroid of a mask from its middle, px; (0, 0) when the mask is empty."""
     ys, xs = np.nonzero(mask)
     if len(xs) == 0:
         return 0.0, 0.0
@@ -113,7 +113,7 @@ def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:
 def _local(
     one: NDArray[np.float32], other: NDArray[np.float32], scale: SupportScale
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the local correlation and the local standard deviation of the weaker picture, (h, w) each."""
+    """Return the local correlation and the lower local standard deviation of two pictures, (h, w) each."""
     size, sigma = (0, 0), scale.window_sigma_px
     mean_one, mean_other = cv2.GaussianBlur(one, size, sigma), cv2.GaussianBlur(other, size, sigma)
     variance_one = cv2.GaussianBlur(one * one, size, sigma) - mean_one * mean_one

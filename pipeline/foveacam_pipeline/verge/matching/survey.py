@@ -1,4 +1,4 @@
-"""Both foveae reduced by the zoom (about 9 times) to the scale at which the wide view is compared."""
+"""Both foveae reduced by the zoom (about 9 times) to survey scale, for comparison with the wide view."""
 
 import math
 from collections.abc import Iterator
@@ -16,20 +16,20 @@ from foveacam_pipeline.verge.aim import EYES
 from foveacam_pipeline.verge.matching.wide_patch import ENLARGED, WidePatch, evened
 
 REDUCTION = 4
-"""Whole-number part of the zoom, averaged away before the warp, sensor px."""
+"""Integer part of the zoom, averaged before the warp, sensor px."""
 BLUR_SIGMA_PX = 1.0
-"""The reduced foveae are sharper than the enlarged wide image; this brings them closer, survey px."""
+"""Blur of the reduced foveae, which are sharper than the enlarged wide image, survey px."""
 LEAST_SEEN = 0.97
 """Least share of a window that must lie in the fovea's frame."""
 ROLLED_AWAY_PX = 12
-"""What the image's rotation (up to 10 degrees) takes from the field at the patch's height, survey px."""
+"""Field lost at the patch's height to the image's rotation (up to 10 degrees), survey px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReducedEye:
     """One fovea at survey scale: a window of its virtual plane from (u0, v0) px on.
 
-    `image`: (h, w) float32, odd sides. `seen`: (h, w) float32, 0 where it looks past the frame.
+    `image`: (h, w) float32, odd sides. `seen`: (h, w) float32, 0 beyond the frame.
     """
 
     image: NDArray[np.float32]
@@ -44,9 +44,9 @@ class ReducedEye:
         return np.array([self.u0_px + (width - 1) / 2, self.v0_px + (height - 1) / 2])
 
     def hidden(self, shape: tuple[int, ...], rows: slice = slice(None)) -> NDArray[np.bool_]:
-        """Return which windows of an odd (h, w) look past the frame, (H - h + 1, W - w + 1) bool.
+        """Return which windows of an odd (h, w) reach past the frame, (H - h + 1, W - w + 1) bool.
 
-        `rows`: of these, the ones to return.
+        `rows`: the rows to return.
         """
         height, width = shape
         cover = cv2.blur(self.seen, (width, height), borderType=cv2.BORDER_REPLICATE)
@@ -65,9 +65,9 @@ class ReducedLook:
 
 
 def epipolar_looks(calibration: Calibration, template: WidePatch, nearest_m: float) -> Iterator[float]:
-    """Yield 1/Z, 1/m, of the looks that together see every depth from infinity to `nearest_m`.
+    """Yield 1/Z, 1/m, of the looks that together cover every depth from infinity to `nearest_m`.
 
-    A look finds what lies within its field less half the patch; the first is parallel (Sec. 3.4).
+    A look covers its field less half the patch; the first is parallel (Sec. 3.4).
     """
     half_field = (calibration.fovea_width - 1) / 2 / calibration.fovea_f_px
     half_patch = (template.patch.shape[1] - 1) / 2 + ROLLED_AWAY_PX
@@ -80,12 +80,12 @@ def epipolar_looks(calibration: Calibration, template: WidePatch, nearest_m: flo
 
 
 def reduce_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
-    """Bring both foveae to survey scale."""
+    """Reduce both foveae to survey scale, equalised."""
     return even_look(shrink_look(sighting, calibration, f_px=f_px))
 
 
 def even_look(look: ReducedLook) -> ReducedLook:
-    """Return a look at survey scale with brightness and contrast evened out."""
+    """Return a look at survey scale with brightness and contrast equalised."""
     left, right = (replace(eye, image=evened(eye.image)) for eye in (look.left, look.right))
     return ReducedLook(left=left, right=right, f_px=look.f_px)
 
@@ -93,7 +93,7 @@ def even_look(look: ReducedLook) -> ReducedLook:
 def reduce_eye(
     sighting: Sighting, calibration: Calibration, role: Role, *, f_px: float, depth_m: float
 ) -> ReducedEye:
-    """Bring one fovea to survey scale, free of the parallax of pupil and pivot for what is at `depth_m`."""
+    """Reduce one fovea to survey scale, equalised; parallax of pupil and pivot is corrected at `depth_m`."""
     shown = shrink_eye(sighting, calibration, role, f_px=f_px, depth_m=depth_m)
     return replace(shown, image=evened(shown.image))
 
@@ -101,7 +101,7 @@ def reduce_eye(
 def shrink_eye(
     sighting: Sighting, calibration: Calibration, role: Role, *, f_px: float, depth_m: float
 ) -> ReducedEye:
-    """Like `reduce_eye`, with brightness and contrast as they are."""
+    """Like `reduce_eye`, not equalised."""
     frame = sighting.left if role is Role.LEFT else sighting.right
     own = calibration.binned(frame.binning)
     plane = plane_from_raw(own, role, sighting.volts, depth_m=depth_m)
@@ -115,16 +115,16 @@ def shrink_eye(
 
 
 def shrink_look(sighting: Sighting, calibration: Calibration, *, f_px: float) -> ReducedLook:
-    """Like `reduce_look`, with brightness and contrast as they are."""
+    """Like `reduce_look`, not equalised."""
     z_m = crossing_z_m(calibration, sighting.volts)
     left, right = (shrink_eye(sighting, calibration, role, f_px=f_px, depth_m=z_m) for role in EYES)
     return ReducedLook(left=left, right=right, f_px=f_px)
 
 
 def blur_sigma_px(wide: Binning) -> float:
-    """Return the blur that makes a reduced fovea as dull as the enlarged wide image, survey px.
+    """Return the blur that makes a reduced fovea as soft as the enlarged wide image, survey px.
 
-    The pixel of a binned wide image blurs by itself: a square of n wide px has the variance n² / 12.
+    A pixel of a binned wide image blurs too: a square of n wide px has the variance n² / 12.
     """
     return math.sqrt(BLUR_SIGMA_PX**2 + (wide**2 - 1) * ENLARGED**2 / 12.0)
 

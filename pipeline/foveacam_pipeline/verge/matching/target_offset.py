@@ -1,9 +1,9 @@
-"""A target that both foveae show, but not where the calibration says: what a knocked mount looks like.
+"""Detection of a knocked mount: both foveae show a target, but not where the calibration predicts it.
 
-The search keeps to the place that the calibration allows, so that no look-alike is taken for the target. When
-it finds nothing, the whole of both foveae is looked through: a patch that fits in one place of each, the same
-in both, and nothing else in the wide view, tells how far the eyes are off. It is no place to verge on:
-distances would be wrong as well.
+The search is limited to places that the calibration allows, so that no look-alike is taken for the target.
+When it finds nothing, both foveae are searched entirely: a patch that fits one place in each, the same in
+both, and nothing else in the wide view, gives the offset of the eyes. It is no place to verge on: distances
+would be wrong as well.
 """
 
 from dataclasses import dataclass
@@ -20,23 +20,24 @@ from foveacam_pipeline.verge.matching.wide_patch import WidePatch, cut_view
 SURE_SCORE = 0.75
 """Least correlation of each fovea with the patch."""
 ALIKE_SCORE = 0.6
-"""Least correlation of both with each other: what lies aslant they show differently."""
+"""Least correlation of both with each other: oblique surfaces look different to them."""
 LEAD = 0.15
-"""By how much the patch must fit better there than anywhere else in the fovea."""
+"""Least lead of the best place over any other in the fovea."""
 ALONE_SCORE = 0.6
-"""The patch fits nothing else so well in the wide view: a look-alike beside a hidden target is no knock."""
+"""Largest correlation with anything else in the wide view: a look-alike beside a hidden target is no
+knock."""
 REACH_PX = (160, 120)
-"""How far around the target that is asked, survey px: what a fovea shows."""
+"""Range about the target in which look-alikes are searched for, survey px: what a fovea shows."""
 HERE_PX = 12
-"""So near to the target a place is the target's own, survey px."""
+"""Places within this distance of the target are its own, survey px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetOffset:
-    """How far from their place both eyes show a target, fovea px.
+    """Offset of a target from its calibrated place, as both eyes show it, fovea px.
 
     `across_px`, `down_px`: to the right and down, the mean of both eyes. `rows_px`: how much lower the right
-    eye shows it than the left. `sigma_px`: of each.
+    eye shows it than the left. `sigma_px`: standard error of each.
     """
 
     across_px: float
@@ -48,10 +49,10 @@ class TargetOffset:
 def find_target_offset(
     look: ReducedLook, template: WidePatch, target: NDArray[np.float64], *, f_px: float, rows_apart_px: float
 ) -> TargetOffset | None:
-    """Return how far off a target is; None where it is not seen for sure, or where a search would find it.
+    """Return a target's offset; None when it is not certain, or so small that a search would find the target.
 
-    `target`: (2,) tangents from the rig's origin. `f_px`: the foveae's. `rows_apart_px`: how much the search
-    lets both rows differ, survey px.
+    `target`: (2,) tangents from the rig's origin. `f_px`: the foveae's. `rows_apart_px`: the row difference
+    that the search accepts, survey px.
     """
     places = [_only_place(eye, template) for eye in (look.left, look.right)]
     left, right = places
@@ -79,7 +80,7 @@ def stands_alone(
 
 
 def _only_place(eye: ReducedEye, template: WidePatch) -> NDArray[np.float64] | None:
-    """Return the (2,) plane px where the patch fits one fovea; None where nowhere, or in several places."""
+    """Return the (2,) plane px where the patch fits one fovea; None if nowhere or in several places."""
     height, width = template.patch.shape
     if eye.image.shape[0] < height or eye.image.shape[1] < width:
         return None

@@ -1,4 +1,4 @@
-"""Estimate the brightness noise of an image and the matching error that it causes."""
+"""Brightness noise of an image, and the matching error that it causes."""
 
 import cv2
 import numpy as np
@@ -6,12 +6,12 @@ from numpy.typing import NDArray
 
 BLOCK = 16
 QUIET_SHARE = 0.1
-"""The quietest tenth of the blocks shows the noise; the others hold texture as well."""
+"""Quantile of the blocks that shows the noise; blocks above it hold texture as well."""
 LAPLACIAN = np.array([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]], dtype=np.float32)
 LAPLACIAN_GAIN = 36.0
-"""Sum of the squares of its weights: variance of its answer to white noise of variance 1."""
+"""Sum of its squared weights: variance of its response to white noise of variance 1."""
 LEAST_VARIANCE = 1.0 / 12.0
-"""Quantisation to whole grey levels."""
+"""Variance of rounding to whole grey levels."""
 
 
 def noise_level(gray: NDArray[np.uint8], *, at_px: NDArray[np.float64]) -> float:
@@ -22,7 +22,7 @@ def noise_level(gray: NDArray[np.uint8], *, at_px: NDArray[np.float64]) -> float
 def noise_slope(gray: NDArray[np.uint8]) -> float:
     """Return the variance of an image's noise per grey level of brightness.
 
-    Shot noise grows with brightness, so that every block votes with its variance over its mean; the quietest
+    Shot noise grows with brightness, so every block contributes its variance over its mean; the quietest
     blocks are those without texture.
     """
     small = gray[::2] if gray.size > 500_000 else gray
@@ -39,7 +39,7 @@ def noise_slope(gray: NDArray[np.uint8]) -> float:
 
 
 def noise_about(gray: NDArray[np.uint8], slope: float, *, at_px: NDArray[np.float64]) -> float:
-    """Return `noise_level` of an image whose `noise_slope` is known."""
+    """Return `noise_level` for a known `noise_slope`."""
     x, y = (
         int(np.clip(round(float(v)), 0, side - 1)) for v, side in zip(at_px, gray.shape[::-1], strict=True)
     )
@@ -48,11 +48,10 @@ def noise_about(gray: NDArray[np.uint8], slope: float, *, at_px: NDArray[np.floa
 
 
 def shift_sigma(patch: NDArray[np.float32], *, noise: float, enlarged: float) -> float:
-    """Return the standard error of a patch's place along x by noise alone, px of the image it was cut from.
+    """Return the standard error of a patch's place along x due to noise, px of the image it was cut from.
 
     `noise`: grey levels in that image. `enlarged`: samples of the patch per px. The patch is smoothed by one
-    px first; the gradient energy that noise makes by itself, half as much again, is taken off: bare noise
-    comes out as infinity.
+    px first; 1.5 times the gradient energy of noise is subtracted: bare noise gives infinity.
     """
     smooth = cv2.GaussianBlur(patch, (0, 0), enlarged)
     slope = (smooth[:, 2:] - smooth[:, :-2]) / 2.0

@@ -1,7 +1,7 @@
-"""Parts of the wide image, undistorted and enlarged.
+"""Parts of the wide image, undistorted and enlarged: a target's patch, the view where the foveae look.
 
-The patch of a target that is looked for, slow shading taken out, and the view where both foveae look, at
-their scale: what the wide camera alone would tell.
+The patch has slow shading removed. The view has the foveae's scale, and shows what the wide camera alone
+resolves.
 """
 
 import math
@@ -22,38 +22,38 @@ from foveacam_pipeline.verge.matching.contrast import even
 from foveacam_pipeline.verge.matching.texture import shift_sigma
 
 ENLARGED = 2.0
-"""Survey px per wide px of the sensor: enough for a smooth peak, little enough to be quick."""
+"""Survey px per wide px of the sensor: enough for a smooth peak, few enough to be fast."""
 SHADING_SIGMA_PX = 12.0
-"""Brightness that varies more slowly than this says nothing of where things are, survey px."""
+"""Standard deviation of the blur that is subtracted to remove shading, survey px."""
 CONTRAST_SIGMA_PX = 6.0
-"""Contrast is evened out over such a distance, survey px."""
+"""Standard deviation of the window in which contrast is equalised, survey px."""
 LEAST_CONTRAST = 4.0
 """Contrast below this may be the wide camera's noise, grey levels."""
 MARGIN_PX = 24
 BELL_SHARE = 0.6
 """Standard deviation of the weights, as a share of the patch's half side (they enter squared)."""
 TRACK_REACH_PX = 8
-"""How far a patch is looked for in a frame of the same moment, survey px."""
+"""Search radius of a patch in a frame of the same moment, survey px."""
 TRACK_REACH_MAX_PX = 160
 FASTEST_RAD_PER_S = 0.2
-"""The fastest target to be followed: 2 m/s at 10 m."""
+"""Angular speed of the fastest target that is tracked: 2 m/s at 10 m."""
 TURN_RAD_PER_S = 0.1
-"""By how much a moving target's speed may be misjudged."""
+"""Largest error of a moving target's predicted speed."""
 TRACK_SCORE = 0.5
 MOVED_SCORE = 0.75
-"""A patch found elsewhere must fit so well: walkers reach 0.8 from frame to frame, look-alikes beside a
-target that got hidden up to 0.7."""
+"""Least correlation of a patch found elsewhere: walkers reach 0.8 from frame to frame, look-alikes beside a
+hidden target up to 0.7."""
 FIT_REACH_PX = 4
 TRACK_LEAD = 0.1
-"""By how much another place must fit better than the old one."""
+"""Least lead in correlation of another place over the old one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WidePatch:
     """A patch about a target, on the virtual pinhole at the rig's origin whose focal length is `f_px`.
 
-    `patch`: (h, w) float32, odd sides, evened out; its middle is the target. `target`: (2,) tangents.
-    `sigma_px`: error of its place in another picture by its own noise alone, along x, wide px.
+    `patch`: (h, w) float32, odd sides, equalised; its middle is the target. `target`: (2,) tangents.
+    `sigma_px`: error of its place in another picture due to its own noise, along x, wide px.
     """
 
     patch: NDArray[np.float32]
@@ -95,7 +95,7 @@ def cut_template(
 
 
 def room_px(wide: Intrinsics, target: NDArray[np.float64]) -> int:
-    """Return how far the target is from the edge of the wide image, whole wide px; negative outside."""
+    """Return the distance of the target from the edge of the wide image, whole wide px; negative outside."""
     x, y = wide.pixels(np.arctan(target)[None])[0].tolist()
     return math.floor(min(float(x), float(y), wide.width - 1 - float(x), wide.height - 1 - float(y)))
 
@@ -103,12 +103,12 @@ def room_px(wide: Intrinsics, target: NDArray[np.float64]) -> int:
 def follow(
     template: WidePatch, gray: NDArray[np.uint8], wide: Intrinsics, *, elapsed_s: float
 ) -> NDArray[np.float64] | None:
-    """Return where the patch is in a wide frame exposed later, (2,) tangents, or None when it is not seen.
+    """Return the patch's direction in a later wide frame, (2,) tangents, or None when it is not found.
 
-    It counts as moved only when it fits well elsewhere, and clearly better than where it was.
+    It counts as moved only when it fits well elsewhere, and clearly better than at its old place.
     """
     if float(_fits(template, gray, wide, reach_px=1).max()) > 1.0 - TRACK_LEAD:
-        return template.target  # no other place can fit better by the lead
+        return template.target  # no other place can lead by `TRACK_LEAD`
     fastest_px = FASTEST_RAD_PER_S * template.f_px * abs(elapsed_s)
     reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + fastest_px))
     scores = _fits(template, gray, wide, reach_px=reach)
@@ -131,10 +131,10 @@ def follow_on(
     expected: NDArray[np.float64],
     unseen_s: float,
 ) -> NDArray[np.float64] | None:
-    """Return where the patch of a target that moves is, (2,) tangents, or None when it is not seen.
+    """Return the direction of a moving target's patch, (2,) tangents, or None when it is not found.
 
-    `expected`: where its track leads, (2,) tangents; it is looked for about there, farther the longer it was
-    not seen, s.
+    `expected`: direction that its track predicts, (2,) tangents. `unseen_s`: time since it was last found;
+    the search widens with it.
     """
     reach = round(min(TRACK_REACH_MAX_PX, TRACK_REACH_PX + TURN_RAD_PER_S * template.f_px * abs(unseen_s)))
     scores = _fits(replace(template, target=expected), gray, wide, reach_px=reach)
@@ -147,14 +147,14 @@ def follow_on(
 def fit_at(
     template: WidePatch, gray: NDArray[np.uint8], wide: Intrinsics, target: NDArray[np.float64]
 ) -> float:
-    """Return how well a patch fits a wide image at a direction, (2,) tangents: correlation, -1 to 1."""
+    """Return the correlation of a patch with a wide image at a direction, (2,) tangents; -1 to 1."""
     return float(_fits(replace(template, target=target), gray, wide, reach_px=FIT_REACH_PX).max())
 
 
 def _fits(
     template: WidePatch, gray: NDArray[np.uint8], wide: Intrinsics, *, reach_px: int
 ) -> NDArray[np.float32]:
-    """Return how well the patch fits within `reach_px` survey px of its place, (2 reach + 1, 2 reach + 1)."""
+    """Return correlations of the patch within `reach_px` survey px, (2 reach + 1, 2 reach + 1)."""
     height, width = template.patch.shape
     half = ((width - 1) // 2 + reach_px + MARGIN_PX, (height - 1) // 2 + reach_px + MARGIN_PX)
     view = evened(wide_window(gray, wide, template.target, f_px=template.f_px, half=half))
@@ -170,19 +170,19 @@ def cut_view(
     f_px: float,
     half: tuple[int, int],
 ) -> NDArray[np.float32]:
-    """Return the wide image about `target`, evened out, (2 half_y + 1, 2 half_x + 1) float32 survey px."""
+    """Return the wide image about `target`, equalised, (2 half_y + 1, 2 half_x + 1) float32 survey px."""
     wider = (half[0] + MARGIN_PX, half[1] + MARGIN_PX)
     view = evened(wide_window(gray, wide, target, f_px=f_px, half=wider))
     return np.ascontiguousarray(view[MARGIN_PX:-MARGIN_PX, MARGIN_PX:-MARGIN_PX])
 
 
 def evened(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an image at survey scale with brightness and contrast evened out."""
+    """Return an image at survey scale with brightness and contrast equalised."""
     return even(image, shading_px=SHADING_SIGMA_PX, contrast_px=CONTRAST_SIGMA_PX, least=LEAST_CONTRAST)
 
 
 def leaning(patch: NDArray[np.float32], along: float, across: float) -> NDArray[np.float32]:
-    """Return the patch as an eye sees it whose rows are stretched by `along` and slide by `across` a row."""
+    """Return the patch as a sloped surface shows it: rows stretched by `along`, shifted by `across` a row."""
     height, width = patch.shape
     middle_x, middle_y = (width - 1) / 2, (height - 1) / 2
     matrix = np.array([[1.0 + along, across, -along * middle_x - across * middle_y], [0.0, 1.0, 0.0]])
@@ -215,7 +215,7 @@ def wide_window(
 ) -> NDArray[np.float32]:
     """Return the wide image on the virtual pinhole about `target`, (2 half_y + 1, 2 half_x + 1) float32.
 
-    `gray` may be binned. The lens is looked up on a coarse mesh and interpolated: distortion is smooth.
+    `gray` may be binned. Distortion is smooth: it is computed on a coarse mesh and interpolated.
     """
     knots = 9
     xs, ys = (np.linspace(-h, h, knots) for h in half)
@@ -234,9 +234,9 @@ def wide_window(
 def wide_zoom(
     frame: Frame, calibration: Calibration, volts: StereoVolts, *, scale: float = 0.5
 ) -> NDArray[np.uint8]:
-    """Return the wide frame about the point on which the foveae meet, (h, w[, 3]) uint8, odd sides.
+    """Return the wide image about the point where both gazes meet, (h, w[, 3]) uint8, odd sides.
 
-    `scale`: of the foveae's own. Where the gazes do not meet, the middle between them is shown.
+    `scale`: relative to the foveae's. Where the gazes do not meet, the middle between them is shown.
     """
     meeting = calibration.meeting(volts)
     if meeting.in_front:

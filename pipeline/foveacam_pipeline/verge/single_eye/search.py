@@ -1,4 +1,4 @@
-"""Search a target in single foveae: looks along the epipolar line, then at the matches found."""
+"""Search for a target in single foveae: looks along the epipolar line, then at the matches found."""
 
 import math
 from dataclasses import dataclass
@@ -43,21 +43,21 @@ STEP_PX = 0.5
 ROW_PX = 4.0
 """Largest offset from the expected row, survey px."""
 CENTRED_PX = 0.4
-"""A look whose target lies nearer to the centre needs no further one, survey px."""
+"""Displacement below which a look needs no further one to centre the target, survey px."""
 THERE_STEPS = 3
-"""A target is shown at a depth when it is found within so many steps of it."""
+"""Steps about a depth within which the target must be matched to count as shown there."""
 ROUNDS = 3
 HALF_SHOWN_SCORE = 0.6
-"""Correlation of the foveae with each other from which on they show something in common."""
+"""Least correlation of the foveae with each other at which they show something in common."""
 SIDE_DEEPER_SHARE = 0.97
-"""What lies beside an edge is farther than the edge: 1/Z at most so many times the edge's."""
+"""Largest 1/Z of what lies beside an edge, as a share of the edge's: it is farther than the edge."""
 SAME_GAZE = 0.006
-"""A look whose gazes differ by less shows the same, tangents."""
+"""Looks whose gazes differ by less show the same, tangents."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EyeSighting:
-    """A target in one fovea, looked at: the match, the look, and whether it speaks for the point itself.
+    """A target that one fovea has looked at: the match, and whether it is of the point itself.
 
     `between_score`: correlation of the foveae with each other there; None where the other cannot turn.
     """
@@ -68,14 +68,14 @@ class EyeSighting:
 
     @property
     def supported(self) -> bool:
-        """Return whether the match speaks for the point itself."""
+        """Return whether the match is of the point itself."""
         return self.support in {MatchSupport.MATCHED, MatchSupport.ENCLOSED}
 
     @property
     def at_edge(self) -> bool:
-        """Return whether the other eye shows it half: then it is the edge of something beside the target.
+        """Return whether the other eye shows part of it: then it is the edge of something beside the target.
 
-        What is hidden from an eye is not there at all.
+        What is hidden from an eye does not appear in it at all.
         """
         return self.between_score is not None and self.between_score >= HALF_SHOWN_SCORE
 
@@ -89,11 +89,11 @@ class OwnSide:
     sigma_per_m: float
 
     def shares(self, inverse_z_per_m: float) -> bool:
-        """Return whether it is as deep as that, in 1/Z."""
+        """Return whether the surface has this 1/Z, within its error."""
         return abs(self.inverse_z_per_m - inverse_z_per_m) <= AGREE_SIGMAS * self.sigma_per_m
 
     def agrees(self, match: EyeMatch) -> bool:
-        """Return whether what one eye shows of the target is as deep."""
+        """Return whether the match of one eye has this surface's depth, within both errors."""
         apart = abs(self.inverse_z_per_m - match.inverse_z_per_m)
         return apart <= AGREE_SIGMAS * math.hypot(self.sigma_per_m, match.sigma_per_m)
 
@@ -109,7 +109,7 @@ class SingleEyeSearch:
 
     @property
     def looks(self) -> tuple[Observation, ...]:
-        """The looks of the last search, and those that it was given."""
+        """Looks of the last search, earlier ones included."""
         return tuple(self._looks)
 
     def matches(
@@ -120,9 +120,9 @@ class SingleEyeSearch:
         *,
         span_per_m: tuple[float, float],
     ) -> list[EyeMatch]:
-        """Return what either fovea shows of the target, best first: at most one place an eye.
+        """Return the matches of the target in either fovea, best first: at most one an eye.
 
-        `earlier`: looks that were made already. `span_per_m`: least and largest 1/Z to consider.
+        `earlier`: looks already made. `span_per_m`: least and largest 1/Z to consider.
         """
         looks = self._looks = self._survey(templates[-1], motion, earlier)
         f_px = templates[0].f_px
@@ -142,7 +142,7 @@ class SingleEyeSearch:
         return sorted(found, key=lambda match: -match.score)
 
     def look_at(self, match: EyeMatch, motion: TargetMotion, f_px: float) -> EyeSighting | None:
-        """Look at a target with both eyes, one of which shows it; None when it is not there after all."""
+        """Look at a target that one eye shows with both; return None when it is not confirmed there."""
         calibration, role = self._calibration, match.role
         inverse_z = match.inverse_z_per_m
         for _ in range(ROUNDS):
@@ -172,7 +172,7 @@ class SingleEyeSearch:
         target: NDArray[np.float64],
         inverse_z_per_m: float,
     ) -> float:
-        """Return how well a look shows a target at one depth: the best correlation, of any patch, either eye.
+        """Return a look's best correlation with the target at one depth, of any patch in either eye.
 
         `target`: (2,) tangents at the time of the look.
         """
@@ -191,7 +191,7 @@ class SingleEyeSearch:
         return max(scores)
 
     def beside_edge(self, edge: EyeSighting, target: NDArray[np.float64], frame: Frame) -> BorderDepth | None:
-        """Return the depth of what lies behind an edge on the target's side of it; None where none is seen.
+        """Return the depth behind an edge on the target's side of it; None where nothing is matched.
 
         Only the part of the wide view on the target's side is compared. `target`: (2,) tangents.
         """
@@ -202,10 +202,10 @@ class SingleEyeSearch:
     def on_own_side(
         self, target: NDArray[np.float64], frame: Frame, *, nearest_per_m: float
     ) -> OwnSide | None:
-        """Return the depth of a target's own side of the edge beside it; None where that is not sure.
+        """Return the depth on the target's own side of the edge beside it; None where that is not certain.
 
-        Each eye is compared with that side alone, and not with what lies beyond the edge. A target on the
-        edge itself may be on either side. `target`: (2,) tangents.
+        Each eye is compared with that side alone, not with what lies beyond the edge. A target on the edge
+        itself may be on either side. `target`: (2,) tangents.
         """
         image, at_px, side = self._side(target, frame)
         if on_edge(side, at_px, binning=frame.binning):
@@ -227,9 +227,9 @@ class SingleEyeSearch:
         self, target: NDArray[np.float64], frame: Frame
     ) -> tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.uint8]]:
         """Return the wide image, the target's pixel (2,) of it, and the mask of its side of an edge."""
-        image, wide = gray(to_uint8(frame)), self._calibration.wide.binned(frame.binning)
+        picture, wide = to_uint8(frame), self._calibration.wide.binned(frame.binning)
         at_px = wide.pixels(np.arctan(target)[None])[0]
-        return image, at_px, side_of_edge(image, at_px, binning=frame.binning)
+        return gray(picture), at_px, side_of_edge(picture, at_px, binning=frame.binning)
 
     def _place_on(
         self,
@@ -239,7 +239,7 @@ class SingleEyeSearch:
         at_px: NDArray[np.float64],
         nearest_per_m: float,
     ) -> BorderPlace:
-        """Return how well the looks fit the part of the wide view on the target's side of an edge."""
+        """Return the fit of the looks to the part of the wide view on the target's side of an edge."""
         wide, f_px = self._calibration.wide, survey_f_px(self._calibration.wide)
         noise = noise_level(image, at_px=at_px)
         patch = border_patch(image, side, wide, target, f_px=f_px, rim_px=0, noise=noise)
@@ -251,7 +251,7 @@ class SingleEyeSearch:
         return place
 
     def _between(self, observation: Observation, wanted: Gazes) -> float | None:
-        """Return how well the foveae correlate where both are meant to look."""
+        """Return the foveae's correlation where both are meant to look; None if one cannot."""
         if self._fixation_head.missing is not None or not reaches(self._calibration, wanted):
             return None
         offsets = MatchGuess(
@@ -262,7 +262,7 @@ class SingleEyeSearch:
     def _survey(
         self, template: WidePatch, motion: TargetMotion, earlier: tuple[Observation, ...]
     ) -> list[Observation]:
-        """Return looks that together show every depth, those made earlier among them."""
+        """Return looks that together cover every depth, those made earlier included."""
         looks = list(earlier)
         for inverse_z in epipolar_looks(self._calibration, template, self._limits.nearest_m):
             gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), inverse_z)
@@ -285,7 +285,7 @@ class SingleEyeSearch:
         motion: TargetMotion,
         grid: NDArray[np.float64],
     ) -> list[EyeMatch]:
-        """Return the sound registrations of all peaks in all looks of one eye."""
+        """Return the registrations of all peaks in all looks of one eye, except those in another row."""
         f_px = templates[0].f_px
         views: dict[int, NDArray[np.float32]] = {}
         found: list[EyeMatch] = []
@@ -339,7 +339,7 @@ class SingleEyeSearch:
         match: EyeMatch,
         f_px: float,
     ) -> MatchSupport:
-        """Return whether wide view and fovea agree at the point itself."""
+        """Return whether wide view and fovea match at the point itself."""
         half = int(SURVEY_SCALE.around_px) + 4
         offset = side_of(match.role) * 0.5 * self._calibration.baseline_m * match.inverse_z_per_m
         shift_x = f_px * (float(target[0]) + offset) - float(eye.centre_px[0])

@@ -1,1 +1,1 @@
-"""The depth of a target without matches of its own, inferred from measured points around it."""
+"""Depth of a target without matches of its own, inferred from measured points around it."""

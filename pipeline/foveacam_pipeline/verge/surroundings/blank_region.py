@@ -1,6 +1,6 @@
 """The blank region of the wide image about a point, and places on its border whose depth can be measured.
 
-An edge between two surfaces moves with the nearer one: a place on the border is of the region's own surface
+An edge between two surfaces belongs to the nearer one: a place on the border is of the region's own surface
 or of one in front of it.
 """
 
@@ -13,34 +13,35 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Binning
 
 REDUCED = 2
-"""The wide image is searched at half its sensor's size, which is a binned one's own."""
+"""Reduction of the wide image for the search, from the sensor's size: binned images already have that
+size."""
 SMOOTH_SIGMA_PX = 1.0
-"""Of the search, reduced px."""
+"""Standard deviation of the blur before the search, reduced px."""
 NOISE_GAIN = 0.28
-"""Noise left by smoothing and halving, times this for the Sobel slope / 8 (measured on bare noise)."""
+"""Factor from the image's noise to that of Sobel slope / 8 after the reduction (measured on bare noise)."""
 FLAT_NOISES = 4.0
-"""A slope below so many times its noise is flat."""
+"""A slope below this multiple of its noise counts as flat."""
 LEAST_SLOPE = 0.5
 """Slope that shading alone may have, grey levels a reduced px."""
 RING_PX = 4
-"""The border's edge lies within so many reduced px of the flat pixels."""
+"""Width of the ring around the flat pixels that contains the border's edge, reduced px."""
 SECTORS = 8
 LEAST_ACROSS = 0.5
-"""Least share of the slope along the row: edges along the row tell no distance."""
+"""Least share of the slope along the row: edges along the row do not determine a distance."""
 SIDE_REACH_PX = 24
-"""How far the side of an edge is followed, wide px."""
+"""Range about a point within which the side of an edge is traced, wide px."""
 EDGE_PX = 4
-"""An edge beside a point lies within so many wide px."""
+"""Largest distance of an edge from a point beside it, wide px."""
 ON_EDGE_PX = 1.2
-"""A point farther than this from what is level on its side lies on the edge itself, wide px."""
+"""A point farther than this from the flat part of its side lies on the edge itself, wide px."""
 EDGE_SHARE = 0.5
 """Slopes below this share of the edge's do not belong to it."""
 LEAST_UPRIGHT = 0.6
-"""Least share of the border's own normal along the row: what is seen behind a level edge is not the edge."""
+"""Least share of the border's normal along the row: on a level border the edge behind it may be matched."""
 APART_PX = 12.0
-"""Places lie at least so far apart, wide px."""
+"""Least distance between places, wide px."""
 RIM_PX = 30
-"""Nothing is measured so near to the rim of the wide image, wide px."""
+"""Margin to the rim of the wide image within which no place is measured, wide px."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,10 +49,9 @@ class BlankRegion:
     """A connected region without texture.
 
     `mask`: (h, w) bool at half the wide image's size. `area_share`: of the whole image. `border_px`: (n, 2)
-    places on its border where the brightness changes along the row, wide px, nearest first.
-    `touches_rim`: whether it reaches the rim of the image. `at_px`: (2,) the point, wide px. `inward_px`:
-    (h, w) as `mask`, how deep each of its pixels lies within the region, negative outside, wide px.
-    `binning`: of the image.
+    places on its border where the brightness changes along the row, wide px, nearest first. `touches_rim`:
+    whether it reaches the rim of the image. `at_px`: (2,) the point, wide px. `inward_px`: (h, w) as `mask`,
+    each pixel's depth within the region, negative outside, wide px. `binning`: of the image.
     """
 
     mask: NDArray[np.bool_]
@@ -63,7 +63,7 @@ class BlankRegion:
     binning: Binning = 1
 
     def depth_px(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (n,) how deep wide pixels, (n, 2), lie within the region; negative outside, wide px."""
+        """Return (n,) the distance from wide pixels, (n, 2), to the border, wide px; negative outside."""
         cells = np.rint(pixels / REDUCED).astype(int)
         cells = np.clip(cells, 0, np.array(self.mask.shape[::-1]) - 1)
         return np.asarray(self.inward_px[cells[:, 1], cells[:, 0]])
@@ -106,28 +106,30 @@ def _inward_px(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 
 def side_of_edge(
-    gray: NDArray[np.uint8], at_px: NDArray[np.float64], *, binning: Binning = 1
+    picture: NDArray[np.uint8], at_px: NDArray[np.float64], *, binning: Binning = 1
 ) -> NDArray[np.uint8]:
     """Return (h, w), 255 where an image continues from a point without crossing the edge beside it.
 
-    `at_px`: (2,) the point, px of the image, which is binned by `binning`.
+    `picture`: (h, w) or (h, w, 3); an edge of any channel counts. `at_px`: (2,) the point, px of the picture,
+    which is binned by `binning`.
     """
-    height, width = gray.shape
+    height, width = picture.shape[:2]
     reach, edge = SIDE_REACH_PX // binning, EDGE_PX // binning
     x, y = np.clip(np.rint(at_px).astype(int), 0, (width - 1, height - 1)).tolist()
     rows = slice(max(0, y - reach), y + reach + 1)
     columns = slice(max(0, x - reach), x + reach + 1)
-    part = gray[rows, columns].astype(np.float32)
+    part = picture[rows, columns].astype(np.float32)
     smooth = cv2.GaussianBlur(part, (0, 0), SMOOTH_SIGMA_PX / binning)
     slope = cv2.magnitude(
         *(cv2.Sobel(smooth, cv2.CV_32F, dx, dy, scale=1 / 8) for dx, dy in ((1, 0), (0, 1)))
     )
+    slope = slope.max(axis=2) if slope.ndim == 3 else slope
     own_x, own_y = x - columns.start, y - rows.start
     near = slope[max(0, own_y - edge) : own_y + edge + 1, max(0, own_x - edge) : own_x + edge + 1]
     level = np.asarray(slope < EDGE_SHARE * float(near.max()), dtype=np.uint8)
     _, labels = cv2.connectedComponents(level, connectivity=4)
     ys, xs = np.nonzero(labels > 0)
-    mask = np.zeros(gray.shape, dtype=np.uint8)
+    mask = np.zeros((height, width), dtype=np.uint8)
     if len(xs):
         nearest = int(np.argmin((xs - own_x) ** 2 + (ys - own_y) ** 2))
         mask[rows, columns] = 255 * (labels == labels[ys[nearest], xs[nearest]])
@@ -135,13 +137,13 @@ def side_of_edge(
 
 
 def on_edge(side: NDArray[np.uint8], at_px: NDArray[np.float64], *, binning: Binning = 1) -> bool:
-    """Return whether a point lies on an edge itself, too far from its side, the answer of `side_of_edge`."""
+    """Return whether a point lies on an edge itself: too far from its side, as `side_of_edge` returns it."""
     ys, xs = np.nonzero(side)
     return len(xs) == 0 or binning * float(np.hypot(xs - at_px[0], ys - at_px[1]).min()) > ON_EDGE_PX
 
 
 def _component(flat: NDArray[np.uint8], middle: NDArray[np.int_]) -> NDArray[np.bool_]:
-    """Return the connected flat pixels about a place; about a textured one, the place itself."""
+    """Return the connected flat pixels about a place; in texture, the place alone."""
     _, labels = cv2.connectedComponents(flat, connectivity=4)
     x, y = middle.tolist()
     around = labels[max(0, y - 2) : y + 3, max(0, x - 2) : x + 3]
@@ -161,7 +163,7 @@ def _border(
     *,
     places: int,
 ) -> NDArray[np.float64]:
-    """Return the nearest steep place on the border in each sector about a point, then further ones."""
+    """Return the nearest steep place on the border in each sector about a point, then more distant ones."""
     kernel = np.ones((2 * RING_PX + 1, 2 * RING_PX + 1), dtype=np.uint8)
     ring = (cv2.dilate(mask.astype(np.uint8), kernel) > 0) & ~mask
     steepness = np.abs(slope_x)
@@ -184,7 +186,7 @@ def _upright(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _spread(edge_px: NDArray[np.float64], at_px: NDArray[np.float64], places: int) -> NDArray[np.float64]:
-    """Return places far from each other: in turns the nearest ones of each sector about a point."""
+    """Return places that are apart: the nearest one of each sector about a point in turn."""
     offsets = edge_px - at_px
     distance_px = np.hypot(*offsets.T)
     turn = (np.arctan2(offsets[:, 1], offsets[:, 0]) + np.pi) / (2 * np.pi)

@@ -20,44 +20,45 @@ from foveacam_pipeline.verge.matching.wide_patch import bell, wide_window
 HALF_PX = 22
 """Half side of the part of the wide view that is compared, survey px: 11 wide px."""
 RIM_PX = 12
-"""So much beyond the flat pixels of the region is compared too, survey px: its edge and little more."""
+"""Width of the rim beyond the region's flat pixels that is compared too, survey px: its edge and little
+more."""
 NEAR_PX, FAR_PX = 10, 24
-"""What lies beyond an edge is compared so far from the flat pixels, survey px."""
+"""Distances from the flat pixels between which what lies beyond an edge is compared, survey px."""
 LEAST_CONTRAST = 3.0
-"""Least contrast of what lies beyond, times the noise of the image."""
+"""Least contrast of what lies beyond, as a multiple of the image's noise."""
 LEAST_WEIGHT = 20.0
-"""Least weight of it, px."""
+"""Least sum of weights of what lies beyond, px."""
 SAME_STEPS = 4
-"""What lies beyond is at the edge's depth within so many steps."""
+"""Steps about the edge's depth within which what lies beyond is compared."""
 ROWS_PX = 3
 STEP_PX = 0.5
 """Step of the depths tried, survey px of either eye."""
 LEAST_SCORE = 0.85
 """Least correlation of each fovea with the wide view."""
 LEAD = 0.04
-"""By how much the best depth must fit better than any other."""
+"""Least lead in correlation of the best depth over any other."""
 ONE_EYED_PENALTY = 0.08
-"""A place that fits one eye alone counts as one that fits both so much worse."""
+"""Penalty on the correlation of a place that fits one eye alone."""
 GUARD_PX = 5.0
-"""Depths nearer to each other than this are one, survey px."""
+"""Depths closer to each other than this count as one, survey px."""
 SURE_SCORE, SURE_LEAD = 0.9, 0.12
-"""Least correlation of one fovea by itself; depths that fit worse than the best one by more are ruled out."""
+"""Least correlation of one fovea by itself, and the lead that rules other depths out."""
 MOST_SPREAD = 0.06
-"""One fovea tells by itself when the depths that remain spread by less, relative to 1/Z."""
+"""Largest spread of the remaining depths, relative to 1/Z, at which one fovea suffices."""
 LEAST_WEIGHTED = 0.1
-"""Least share of a patch that must count for one fovea to tell by itself."""
+"""Least share of a patch's pixels that must count for one fovea to suffice."""
 COUNTING_WEIGHT = 0.3
-"""A pixel of a patch counts from this weight on."""
+"""Least weight at which a pixel of a patch counts."""
 SIGMA_PX = 0.45
-"""Error of the shift of an edge in either fovea, survey px (measured on rendered clicks)."""
+"""Standard error of the shift of an edge in either fovea, survey px (measured on rendered clicks)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BorderDepth:
-    """1/Z of one place on a border, how well the foveae fit there, and (tx, ty) of the place.
+    """1/Z of one place on a border, its correlation in the foveae, and (tx, ty) of the place.
 
-    `by_both`: whether both foveae fit. `beyond`: correlation at that depth of what lies beyond the edge, the
-    better fovea's; None where it has no texture, or is not seen.
+    `by_both`: whether both foveae fit. `beyond`: the better fovea's correlation at that depth of what lies
+    beyond the edge; None where it has no texture, or is not seen.
     """
 
     tangents: tuple[float, float]
@@ -95,8 +96,9 @@ def border_patch(
 ) -> BorderPatch:
     """Cut a patch about a place.
 
-    `gray`: (h, w) wide image. `region`: (h, w) 255 in the region, else 0. `rim_px`: so much beyond it is
-    compared too, survey px. `noise`: of the image, grey levels; without it what lies beyond is left alone.
+    `gray`: (h, w) wide image. `region`: (h, w) 255 in the region, else 0. `rim_px`: width of the rim beyond
+    it that is compared too, survey px. `noise`: of the image, grey levels; without it what lies beyond is not
+    compared.
     """
     half = (HALF_PX, HALF_PX)
     image = wide_window(gray, wide, tangents, f_px=f_px, half=half)
@@ -115,7 +117,7 @@ def border_patch(
 
 
 class BorderPlace:
-    """One place on a border: how well each fovea fits there at each depth, over all looks."""
+    """One place on a border: the correlation of each fovea at each depth, over all looks."""
 
     def __init__(
         self, patch: BorderPatch, *, inverse_z_per_m: NDArray[np.float64], baseline_m: float, f_px: float
@@ -131,10 +133,10 @@ class BorderPlace:
         self._weighted = WeightedPatch(patch.image, patch.weights)
         self._weighted_beyond = None if patch.beyond is None else WeightedPatch(patch.image, patch.beyond)
         self._not_compared: list[tuple[int, PictureRows]] = []
-        """The eyes, and what they showed, in which what lies beyond the edge was not looked for yet."""
+        """Eyes, with their pictures, in which what lies beyond the edge is yet to be compared."""
 
     def add(self, look: LookRows) -> bool:
-        """Take a further look into account; return whether it shows the place at any depth."""
+        """Add a further look; return whether it shows the place at any depth."""
         shown = False
         for k, eye in enumerate((look.left, look.right)):
             edge = self._profile(eye, k, self._weighted)
@@ -145,7 +147,7 @@ class BorderPlace:
         return shown
 
     def sure_of_each(self) -> dict[Role, tuple[float, float]]:
-        """Return 1/Z and its error as each fovea shows them by itself; none that is vague or fits badly."""
+        """Return 1/Z and its error from each fovea by itself, unless it is ambiguous or fits badly."""
         counting = float((self.patch.weights >= COUNTING_WEIGHT).mean())
         if counting < LEAST_WEIGHTED or not self.patch.textured:
             return {}
@@ -162,17 +164,17 @@ class BorderPlace:
 
     @property
     def sigma_per_m(self) -> float:
-        """Standard error of 1/Z of an edge as one fovea shows it."""
+        """Standard error of 1/Z of an edge in one fovea."""
         return SIGMA_PX / (self._f_px * self._half_baseline_m)
 
     def _about(self, best: int) -> slice:
-        """Return the depths that are not told from one of them."""
+        """Return the range of depths that are not resolved from a given one."""
         step_px = self._f_px * self._half_baseline_m * float(self._grid[1] - self._grid[0])
         guard = max(1, round(GUARD_PX / step_px))
         return slice(max(0, best - guard), best + guard + 1)
 
     def depth(self) -> BorderDepth | None:
-        """Return the depth of the place as the foveae show it; None where they do not."""
+        """Return the depth of the place by the foveae; None where it does not fit or is ambiguous."""
         weaker = _weaker(*self._edge)
         best = int(np.argmax(weaker))
         if weaker[best] < LEAST_SCORE or best in (0, len(weaker) - 1):
@@ -193,7 +195,7 @@ class BorderPlace:
         )
 
     def _compared(self) -> NDArray[np.float64]:
-        """Return (2, n) how well what lies beyond the edge fits either fovea at each depth."""
+        """Return (2, n) the correlation of what lies beyond the edge with either fovea at each depth."""
         patch = self._weighted_beyond
         for k, eye in self._not_compared:
             beyond = None if patch is None else self._profile(eye, k, patch)
@@ -203,9 +205,9 @@ class BorderPlace:
         return self._beyond
 
     def _profile(self, eye: PictureRows, k: int, patch: WeightedPatch) -> NDArray[np.float64] | None:
-        """Return (n,) how well some pixels of the patch fit the left (0) or right fovea at each depth.
+        """Return (n,) the correlation of a weighted patch with the left (0) or right fovea at each depth.
 
-        None where the fovea shows the place at none.
+        None where the fovea shows the place at no depth.
         """
         tx, ty = self.patch.tangents
         first = round(float(ty) * self._f_px - eye.v0_px) - HALF_PX - ROWS_PX
@@ -243,7 +245,7 @@ def _weaker(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np
 
 
 def _top(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
-    """Return the place of the maximum, to a fraction of a step by a parabola."""
+    """Return the abscissa of the maximum, interpolated by a parabola."""
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(x[k])

@@ -54,7 +54,7 @@ class DepthSamples:
 
 
 class DepthContext(Protocol):
-    """What is known of the depth of the whole wide view."""
+    """Source of measured depths over the whole wide view."""
 
     def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
         """Return the samples within `reach_tan` (tangent units) of a direction: (2,) tangents."""

@@ -1,4 +1,4 @@
-"""Weigh every division of a few samples into those of the target's surface and those of others, all at once.
+"""Weights of every division of a few samples into those of the target's surface and those of others.
 
 The weight of a division is the marginal likelihood of a plane through the own samples, of planes through the
 others, and the chance of each surface to be the target's or not.
@@ -13,27 +13,27 @@ from numpy.typing import NDArray
 from foveacam_pipeline.verge.surroundings.planes import PlaneHypotheses, planes_through, subset_of
 
 BULGE_SIGMA = 0.35
-"""A surface may leave its plane by so much, relative to 1/Z and per tangent from the nearest sample: three
-times that is a half sphere."""
+"""Standard deviation of a surface from its plane, relative to 1/Z and per tangent from the nearest sample:
+three times that is a half sphere."""
 FRONT_SHARE = 0.87
-"""So many of the edges about a blank region that are not its own are in front of it: an edge moves with the
-nearer surface, so one behind it is a mismatch."""
+"""Share of the foreign edges about a blank region that lie in front of it: an edge belongs to the nearer
+surface, so one behind it is a mismatch."""
 EVEN_SHARE = 0.5
-"""What lies about a point with texture is as often in front of it as behind it."""
+"""The same about a point with texture: as often in front of it as behind it."""
 ENCLOSING_CHANCE, ENCLOSING_SAMPLES = 0.92, 4
-"""Chance of a surface that surrounds the target with so many samples to be its own."""
+"""Chance that a surface is the target's if it surrounds it, and the number of samples needed for that."""
 HOLDING_SAMPLES = 3
-"""A surface that is measured in so many directions is not one place's error."""
+"""Least number of directions in which a surface is measured, so that it is not one place's error."""
 NEAR_CHANCE = 0.3
-"""A point of a smaller chance lies beyond the target's region, and surrounds nothing."""
+"""A point with a smaller chance lies beyond the target's region, and surrounds nothing."""
 NEXT_TAN = 1.0e-3
-"""A point so near to the target is next to it: three wide px."""
+"""Distance within which a point counts as next to the target: three wide px."""
 SURE_CHANCE = 0.9
-"""A point of such a chance is sure to be of the target's surface."""
+"""Chance from which a point counts as certain to be of the target's surface."""
 NOTHING_CHANCE = 0.08
-"""Chance that nothing that was measured about a target is of its surface."""
+"""Chance that no measured sample is of the target's surface."""
 SAME_SHARE = 0.02
-"""Samples that are not the target's but lie on one surface differ by less, relative to 1/Z."""
+"""Foreign samples whose 1/Z differ by less, relative to 1/Z, lie on one surface."""
 
 Mask = NDArray[np.bool_]
 
@@ -56,7 +56,7 @@ class NearSamples:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Divisions:
-    """What (m,) divisions say of the target.
+    """Hypotheses on the target from (m,) divisions.
 
     `samples`: number of own samples; `owned`, `held`: as in `InferredDepth`.
     """
@@ -70,7 +70,7 @@ class Divisions:
 
 
 def weigh_divisions(near: NearSamples) -> Divisions:
-    """Return all divisions under each prior of the slope; the last one is that nothing is of the target's."""
+    """Return all divisions under each prior of the slope; in the last one no sample is the target's."""
     planes = planes_through(near.offsets, near.q, near.sigma, level=near.level)
     count = len(near.q)
     own = np.asarray((np.arange(1, 2**count)[:, None] >> np.arange(count)) & 1, dtype=np.bool_)
@@ -113,7 +113,7 @@ def enclose(offsets: NDArray[np.float64], subsets: Mask) -> Mask:
 
 
 def _surfaces(near: NearSamples, others: Mask) -> list[Mask]:
-    """Sort the samples of each of (m, n) subsets by depth into surfaces: the farthest of each, and so on."""
+    """Group the samples of each of (m, n) subsets by depth into surfaces, the farthest first."""
     found, left = [], others.copy()
     while left.any():
         farthest = np.where(left, near.q, np.inf).min(axis=1, keepdims=True)
@@ -124,14 +124,14 @@ def _surfaces(near: NearSamples, others: Mask) -> list[Mask]:
 
 
 def _own_log_chance(near: NearSamples, own: Mask) -> NDArray[np.float64]:
-    """Return (m,) log chance that a surface is the target's; one that encloses it has a large one."""
+    """Return (m,) log chance that a surface is the target's; it is large for one that encloses it."""
     chance = np.where(own, near.own_chance, 0.0).max(axis=1)
     encloses = enclose(near.offsets, own & (near.own_chance >= NEAR_CHANCE))
     return np.asarray(np.log(np.where(encloses, np.maximum(chance, ENCLOSING_CHANCE), chance)))
 
 
 def _surrounded(near: NearSamples, own: Mask) -> Mask:
-    """Return (m,) whether own samples surround the target with what lies in front, which hides their end."""
+    """Return (m,) whether own samples surround the target, with nearer ones that may hide the rest."""
     nearest = np.where(own, near.q, -np.inf).max(axis=1, keepdims=True)
     several = np.asarray(own.sum(axis=1) >= HOLDING_SAMPLES)
     return several & enclose(near.offsets, own | (near.q > nearest))
@@ -142,8 +142,8 @@ def _other_log_weight(
 ) -> NDArray[np.float64]:
     """Return the log weight of a surface, (m, n), that is not the target's; 0 where it is empty.
 
-    `in_front`: (..., m) whether it lies in front of the target's. Surfaces behind an edge are mismatches, and
-    those seldom agree.
+    `in_front`: (..., m) whether it lies in front of the target's. Surfaces behind an edge are mismatches,
+    which seldom agree.
     """
     count = surface.sum(axis=1)
     front = FRONT_SHARE if near.blank else EVEN_SHARE
@@ -155,7 +155,7 @@ def _other_log_weight(
 
 
 def _nothing_log_weight(near: NearSamples, planes: PlaneHypotheses) -> float:
-    """Return the log weight of the division that has no own sample: the target lies behind all of them."""
+    """Return the log weight of the division without own samples: the target lies behind all of them."""
     every = np.ones((1, len(near.q)), dtype=np.bool_)
     weights = [
         float(_other_log_weight(near, planes, surface, in_front=np.ones(1, dtype=np.bool_))[0])
@@ -165,7 +165,7 @@ def _nothing_log_weight(near: NearSamples, planes: PlaneHypotheses) -> float:
 
 
 def _middle(values: NDArray[np.float64], kept: Mask) -> NDArray[np.float64]:
-    """Return (s, m) the median of the kept, (m, n), of (s, m, n) values; infinite where none is kept."""
+    """Return (s, m) the median of (s, m, n) values over the kept, (m, n); infinite where none is kept."""
     ordered = np.sort(np.where(kept, values, np.inf), axis=2)
     count = np.maximum(kept.sum(axis=1), 1)
     rows = np.arange(len(kept))

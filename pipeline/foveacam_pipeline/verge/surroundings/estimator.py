@@ -25,7 +25,9 @@ from foveacam_pipeline.verge.surroundings.border_depth import (
     border_patch,
 )
 from foveacam_pipeline.verge.surroundings.border_sectors import middles_by_sector
+from foveacam_pipeline.verge.surroundings.colour import TargetColour
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
+from foveacam_pipeline.verge.surroundings.fine_edges import FineEdges
 from foveacam_pipeline.verge.surroundings.infer import (
     OWN_CHANCE,
     InferredDepth,
@@ -33,7 +35,7 @@ from foveacam_pipeline.verge.surroundings.infer import (
     encloses,
     infer_depth,
 )
-from foveacam_pipeline.verge.surroundings.look_plan import LookPlan
+from foveacam_pipeline.verge.surroundings.look_plan import LookPlan, apart
 from foveacam_pipeline.verge.surroundings.neighbours import (
     INSIDE_CHANCE,
     REACH_TAN,
@@ -55,23 +57,27 @@ LOOKS, SECONDS = 20, 4.0
 PLACES = 24
 ENOUGH_SAMPLES = 3
 ENOUGH_SHARE = 8.0e-3
-"""No further direction is looked at when the inference is so sure: sigma relative to 1/Z."""
+"""Relative error of 1/Z at which the inference is good enough to stop looking."""
 ENOUGH_PROBABILITY = 0.9
+FINE_LOOKS = 2
+"""Number of further looks at edges of the inferred surface, so that both eyes show them."""
+OWN_SHARE = 0.03
+"""Largest difference of 1/Z between an edge and the surface that it is of, relative to 1/Z."""
 NEIGHBOUR_PX = 20.0
 LEAST_NEIGHBOURS = 3
-"""So many surfaces within so many wide px of a target say what it may be."""
+"""Number of surfaces, within this many wide px of a target, from which its depth is inferred."""
 MISMATCHED_SHARE = 0.1
 BESIDE_SIGMA_SHARE = 2.0e-3
-"""Error of a match beside the target, relative to 1/Z."""
+"""Error of 1/Z of a match beside the target, relative to 1/Z."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SurroundingDepth:
-    """What the surroundings of a point say of its depth.
+    """Depth of a point as its surroundings suggest it.
 
     `samples`: what was measured. `inferred`: most probable first. `region`: the blank region about the point.
     `open`: whether that reaches the rim of the image and hides nothing along its border, as the sky does.
-    `farthest_per_m`: 1/Z of the farthest that was measured about the point, 0 where nothing was.
+    `farthest_per_m`: 1/Z of the farthest measured sample about the point, 0 where there is none.
     """
 
     samples: DepthSamples
@@ -87,7 +93,7 @@ class SurroundingDepth:
 
     @property
     def stated(self) -> tuple[float, float] | None:
-        """1/Z and its error as they are stated, 1/m; None where nothing is inferred, or too vaguely."""
+        """1/Z and its error to be stated, 1/m; None where nothing is inferred, or too uncertain."""
         return stated_depth(self.inferred, farthest_per_m=self.farthest_per_m, blank=self.blank)
 
 
@@ -110,6 +116,8 @@ class SurroundingsEstimator:
         self._matched = True
         self._points = LookPoints(calibration)
         self._divisions = LastInference()
+        self._fine_edges = FineEdges(calibration)
+        self._colour: TargetColour | None = None
         self._grid = np.arange(span_per_m[0], span_per_m[1] + step, step)
 
     def estimate(
@@ -121,10 +129,10 @@ class SurroundingsEstimator:
         *,
         template: WidePatch | None,
     ) -> SurroundingDepth:
-        """Look at places on the border of the blank region about a target until its depth is sure.
+        """Look at places on the border of the blank region about a target until its depth is certain.
 
-        `target`: (2,) tangents. `frame`: a wide frame. `earlier`: looks that were made already. `beside`:
-        tangents and place of a match that spoke for something beside the target. `template`: its patch.
+        `target`: (2,) tangents. `frame`: a wide frame. `earlier`: looks already made. `beside`: tangents and
+        point of a match of something beside the target. `template`: the target's patch.
         """
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
@@ -136,12 +144,13 @@ class SurroundingsEstimator:
         places = np.tan(wide.angles_rad(region.border_px)) if len(region.border_px) else np.empty((0, 2))
         border = [self._place(image, np.asarray(mask, dtype=np.uint8), place, slope) for place in places]
         self._matched = template is None or not repeats_in_row(image, wide, template, target)
+        self._colour = TargetColour(frame, wide, target)
         return self._measured(target, region, border, earlier, _beside(beside))
 
     def _place(
         self, image: NDArray[np.uint8], mask: NDArray[np.uint8], tangents: NDArray[np.float64], slope: float
     ) -> BorderPlace:
-        """Return a place on the border; `slope`: of the image's noise."""
+        """Return a place on the border, ready for matching; `slope`: of the image's noise."""
         wide = self._calibration.wide
         at_px = wide.of_picture(image.shape).pixels(np.arctan(tangents)[None])[0]
         noise = noise_about(image, slope, at_px=at_px)
@@ -178,19 +187,38 @@ class SurroundingsEstimator:
                 before, outcome = outcome, self._inferred(target, region, found.values(), points, known)
                 plan.note_gain(before.inferred, outcome.inferred)
                 if not _sure(outcome, target):
-                    self._tell(outcome, target)
+                    self._report_distance(outcome, target)
+            if region.area_share >= TEXTURED_SHARE and not outcome.open:
+                for edge in self._coarse_edges(target, found.values(), outcome):
+                    self._look(aim_at(self._calibration, np.array(edge.tangents), edge.inverse_z_per_m))
         except FixationEnded:
-            pass  # what was measured until then counts
-        return outcome
+            pass  # what was measured before it ended counts
+        return self._inferred(target, region, found.values(), points, known)
 
-    def _tell(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
-        """Report the distance as far as it can be inferred until now, from a part of the border."""
+    def _coarse_edges(
+        self, target: NDArray[np.float64], border: Collection[BorderDepth], depth: SurroundingDepth
+    ) -> list[BorderDepth]:
+        """Return the nearest edges of the inferred surface that no look shows to both eyes yet."""
+        if not depth.inferred:
+            return []
+        best = depth.inferred[0]
+        own = [
+            edge
+            for edge in middles_by_sector(border, target)
+            if abs(edge.inverse_z_per_m - best.inverse_z_per_m) <= OWN_SHARE * best.inverse_z_per_m
+            and not self._fine_edges.shown(edge)
+        ]
+        own.sort(key=lambda edge: apart(np.array(edge.tangents), target))
+        return own[:FINE_LOOKS]
+
+    def _report_distance(self, depth: SurroundingDepth, target: NDArray[np.float64]) -> None:
+        """Report the distance as far as the measured part of the border determines it."""
         stated = None if depth.open else depth.stated
         if stated is None:
             return
         inverse_z, sigma = stated
         sigma = error_per_m(inverse_z, sigma, sure=_enclosed(depth, target))
-        self._fixation_head.tell(Basis.SURROUNDINGS, place_on_ray(target, inverse_z, sigma))
+        self._fixation_head.report_estimate(Basis.SURROUNDINGS, place_on_ray(target, inverse_z, sigma))
 
     def _inferred(
         self,
@@ -200,17 +228,20 @@ class SurroundingsEstimator:
         points: DepthSamples,
         known: DepthSamples,
     ) -> SurroundingDepth:
-        """Return what the border of a region, the points about a target and what is known else suggest."""
+        """Return the depth inferred from a region's border, the points about a target and known samples."""
         wide = self._calibration.wide
         blank = region.area_share >= TEXTURED_SHARE
-        middles = middles_by_sector(border, target) if blank else []
+        middles = self._fine_edges.measured(middles_by_sector(border, target)) if blank else []
         edges = known.joined(_samples_of(middles))
         owners = edge_owners(middles, points, region, wide)
         edge_chances = np.append(np.full(len(edges) - len(middles), OWN_CHANCE), owners)
         few = few_around(points, target, px_tan=1.0 / wide.fx_px)
         chances = own_chances(wide.pixels(np.arctan(few.tangents)), region)
+        inward = chances == INSIDE_CHANCE
+        if self._colour is not None:
+            chances = self._colour.weighed(chances, few.tangents, blank=blank)
         if blank and len(edges):
-            inside = (chances == INSIDE_CHANCE) & (not region.touches_rim)  # the sky shows ghosts of roofs
+            inside = inward & (not region.touches_rim)  # the sky has mismatches
             inside &= ~beside_edges(few, border, reach_tan=WINDOW_PX * region.binning / wide.fx_px)
             few, chances = few.only(inside), chances[inside]
         samples = edges.joined(few)
@@ -226,7 +257,7 @@ class SurroundingsEstimator:
     def peek(
         self, target: NDArray[np.float64], frame: Frame, looks: tuple[Observation, ...], template: WidePatch
     ) -> tuple[InferredDepth, ...]:
-        """Return what looks that were made already tell of a target with texture; nothing of a blank one."""
+        """Return the depths inferred for a textured target from looks already made; none if too few."""
         wide = self._calibration.wide
         image = gray(to_uint8(frame))
         if repeats_in_row(image, wide, template, target):
@@ -238,30 +269,33 @@ class SurroundingsEstimator:
         few, off_px = few.only(off_px <= NEIGHBOUR_PX), off_px[off_px <= NEIGHBOUR_PX]
         if len(few) < LEAST_NEIGHBOURS:
             return ()
-        return infer_depth(few, target, own_chance=textured_chances(off_px), blank=False)
+        colour = TargetColour(frame, wide, target)
+        chances = colour.weighed(textured_chances(off_px), few.tangents, blank=False)
+        return infer_depth(few, target, own_chance=chances, blank=False)
 
     def _shown(self, looks: tuple[Observation, ...]) -> DepthSamples:
-        """Return the points about a target that looks show; none where the wide view repeats itself."""
+        """Return the points that looks show; none where the target's patch repeats in its row."""
         if not self._matched:
             return DepthSamples.none()
         return self._points.of(looks)
 
     def _around(self, target: NDArray[np.float64]) -> DepthSamples:
-        """Return what was measured about a target before."""
+        """Return the earlier measurements about a target."""
         if self._context is None or not self._matched:
             return DepthSamples.none()
         return self._context.around(target, reach_tan=REACH_TAN)
 
     def _look(self, gazes: Gazes) -> Observation:
-        """Look at a stretch of the border, each eye as near as it can turn."""
+        """Look at a part of the border, each eye as near as it can turn."""
         observation = self._fixation_head.look_clamped(gazes, VergePhase.SURROUNDINGS)
+        self._fine_edges.add(observation)
         self._fixation_head.record(observation, StepResult(score=0.0))
         return observation
 
     def _examine(
         self, observation: Observation, border: list[BorderPlace], found: dict[int, BorderDepth]
     ) -> None:
-        """Measure the places of a border anew with a further look, those that it shows."""
+        """Measure those places of a border anew that a further look shows."""
         look = observation.rows(self._calibration, f_px=self._f_px)
         for index, place in enumerate(border):
             if not place.add(look):
@@ -274,7 +308,7 @@ class SurroundingsEstimator:
 
 
 def _farthest_per_m(points: DepthSamples, border: Collection[BorderDepth]) -> float:
-    """Return 1/Z of the farthest of all that was measured, a tenth of the points left out as mismatches."""
+    """Return 1/Z of the farthest sample, leaving out the farthest tenth of the points as mismatches."""
     edges = [depth.inverse_z_per_m for depth in border]
     far = [float(np.quantile(points.inverse_z_per_m, MISMATCHED_SHARE))] if len(points) else []
     return max(0.0, min([*edges, *far], default=0.0))
@@ -311,6 +345,6 @@ def _sure(depth: SurroundingDepth, target: NDArray[np.float64]) -> bool:
 
 
 def _enclosed(depth: SurroundingDepth, target: NDArray[np.float64]) -> bool:
-    """Return whether what was measured lies all about a target, and enough of it is of its surface."""
+    """Return whether the samples surround a target, and enough of them are of its surface."""
     enough = depth.inferred[0].samples >= ENOUGH_SAMPLES
     return enough and encloses(depth.samples.tangents - target)

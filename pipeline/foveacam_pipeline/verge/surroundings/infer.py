@@ -1,8 +1,8 @@
 """The depth of a point without texture, inferred from measured points around it.
 
 A plane is linear in inverse depth over the tangents. Every sample is of the target's surface or of another
-one, mostly in front of it; each division of the samples is a hypothesis with a weight (`divisions.py`),
-and hypotheses that agree are put together. That all samples are in front is one more.
+one, mostly in front of it; each division of the samples is a hypothesis with a weight (`divisions.py`), and
+hypotheses that agree are merged. One more hypothesis has all samples in front.
 """
 
 import math
@@ -15,22 +15,22 @@ from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.surroundings.divisions import Divisions, NearSamples, enclose, weigh_divisions
 
 MAX_SAMPLES = 8
-"""The nearest ones; 2 to the power of it divisions are weighed."""
+"""Number of nearest samples that are used: 2 to the power of it divisions are weighed."""
 UNEVEN_SIGMA = 2.0e-3
-"""What keeps real surfaces from being planes, relative to 1/Z."""
+"""Standard deviation of real surfaces from planes, relative to 1/Z."""
 OWN_CHANCE = 0.55
-"""Chance of a sample to be of the target's surface, where nothing else is known."""
+"""Prior chance that a sample is of the target's surface."""
 LEAST_PROBABILITY = 0.08
-"""Less probable hypotheses are not told."""
+"""Less probable hypotheses are left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InferredDepth:
     """One depth that the surroundings suggest: 1/Z, its standard error, and the hypothesis' probability.
 
-    `samples`: so many of the measured points lie on the target's surface. `owned`: whether one of them is
-    next to the target or sure to be of its surface. `held`: whether one is, or they surround the target, if
-    need be with what lies in front of them.
+    `samples`: number of measured points on the target's surface. `owned`: whether one of them is next to the
+    target or certain to be of its surface. `held`: whether one is, or they surround the target, if need be
+    together with nearer points.
     """
 
     inverse_z_per_m: float
@@ -48,10 +48,10 @@ def infer_depth(
     own_chance: NDArray[np.float64] | None = None,
     blank: bool = True,
 ) -> tuple[InferredDepth, ...]:
-    """Return what the samples suggest for a direction, (2,) tangents, the most probable first.
+    """Return the inferred depths in a direction, (2,) tangents, the most probable first.
 
-    `own_chance`: (n,) chance of each sample to be of the target's surface, `OWN_CHANCE` by default.
-    `blank`: whether the target is within a blank region, on whose border the samples lie.
+    `own_chance`: (n,) chance of each sample to be of the target's surface, `OWN_CHANCE` by default. `blank`:
+    whether the target is within a blank region, on whose border the samples lie.
     """
     if len(samples) == 0:
         return ()
@@ -68,7 +68,7 @@ def infer_depth(
 
 
 class LastInference:
-    """Keeps the last inference: most looks add no sample, and then it is still valid."""
+    """Caches the last inference, which remains valid when a look adds no sample, as most do."""
 
     def __init__(self) -> None:
         self._given: tuple[NDArray[np.float64], bool] | None = None
@@ -82,7 +82,7 @@ class LastInference:
         *,
         blank: bool,
     ) -> tuple[InferredDepth, ...]:
-        """Return `infer_depth` of the samples."""
+        """Return `infer_depth` of the samples, from the cache when they are the same."""
         offsets = samples.tangents - target
         table = np.column_stack([offsets, samples.inverse_z_per_m, samples.sigma_per_m, own_chance])
         if self._given is None or self._given[1] != blank or not np.array_equal(self._given[0], table):
@@ -92,12 +92,12 @@ class LastInference:
 
 
 def encloses(offsets: NDArray[np.float64]) -> bool:
-    """Return whether points at (n, 2) offsets from a target lie about it with no gap of half a turn."""
+    """Return whether points at (n, 2) offsets surround a target without a gap of half a turn."""
     return bool(enclose(offsets, np.ones((1, len(offsets)), dtype=np.bool_))[0])
 
 
 def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
-    """Return the root mean square distance of all depths from the most probable, errors included."""
+    """Return the RMS difference of all depths from the most probable, errors included."""
     best, total = inferred[0].inverse_z_per_m, sum(one.probability for one in inferred)
     variance = sum(
         one.probability / total * (one.sigma_per_m**2 + (one.inverse_z_per_m - best) ** 2) for one in inferred
@@ -106,7 +106,7 @@ def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
 
 
 def _merged(divisions: Divisions) -> tuple[InferredDepth, ...]:
-    """Put hypotheses together that agree within their errors; return the probable ones, best first."""
+    """Merge hypotheses that agree within their errors; return the probable ones, best first."""
     order = np.argsort(-divisions.log_weight, kind="stable")
     weights = np.exp(divisions.log_weight[order] - divisions.log_weight[order[0]])
     values, variances = divisions.inverse_z_per_m[order], divisions.variance[order]

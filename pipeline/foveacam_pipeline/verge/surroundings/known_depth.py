@@ -1,8 +1,8 @@
-"""The distance of a target before any look at it: from what was measured about it earlier.
+"""The distance of a target before any look at it, from earlier measurements around it.
 
-The depths about a target are averaged, the near ones above all. The error that is stated grows with how much
-they differ, with how far away the nearest one is, and with the depths of all else in view, because something
-else may stand there. The shares are fitted on clicks of the bench and street scenes.
+It is an average weighted towards near samples. The stated error grows with their spread, with the distance of
+the nearest one, and with the depths of everything else in view, because another object may be there. The
+factors were fitted on clicks of the bench and street scenes.
 """
 
 import math
@@ -21,31 +21,32 @@ from foveacam_pipeline.verge.surroundings.infer import encloses
 
 EVERYWHERE_TAN = 10.0
 WEIGHT_PX, WEIGHT_SHARE = 3.0, 0.5
-"""Beyond the nearest sample weights fall to 1/e over so many wide px, and so much of its distance more."""
+"""Range over which weights fall to 1/e beyond the nearest sample: wide px, plus a share of its distance."""
 FARTHEST_PX = 190.0
-"""Where the nearest sample is farther away, wide px, nothing is stated."""
+"""Largest distance of the nearest sample at which a depth is stated, wide px."""
 SPREAD_SHARE = 0.5
-"""Share of the spread of the weighted depths that counts as error."""
+"""Factor from the spread of the weighted depths to their error."""
 UNSEEN_PER_PX = 0.0015
-"""Error for each wide px to the nearest sample, relative to the depth."""
+"""Relative error of the depth per wide px to the nearest sample."""
 LEAST_SHARE = 0.005
-"""Least error, relative to the depth: what else is in the cell that was measured."""
+"""Least relative error of the depth: a measured cell may hold something else too."""
 MEASURED_PX = 6.0
-"""So near to a sample a target lies in the cell that was measured, wide px."""
+"""Distance from a sample within which a target lies in the measured cell, wide px."""
 OTHER_CHANCE = 0.1
-"""Chance that a target elsewhere is of another surface, as deep as anything else in the view."""
+"""Chance that a target outside the cell is of another surface, as deep as anything else in the view."""
 VAGUE_SHARE = 0.6
 """A distance with a larger relative error is not stated."""
 BLANK_HALF_PX, BLANK_LEVELS = 4, 2.5
-"""A patch of this half side that varies by less, grey levels, is blank: it may be the sky."""
+"""Half side of a patch, and the contrast, grey levels, below which it is blank: it may be the sky."""
 ENCLOSING_SHARE, ENCLOSING_PX = 3.0, 24.0
-"""Samples so many times as far as the nearest one, or so many wide px away, tell whether they enclose it."""
+"""Reach of the samples that must enclose a blank target: a multiple of the nearest one's distance, or wide px
+if that is more."""
 
 
 def known_distance(
     context: DepthContext, target: NDArray[np.float64], wide: Intrinsics, *, frame: Frame | None
 ) -> LocatedPoint | None:
-    """Return where a target is as far as earlier looks tell, None where they do not.
+    """Return a target's point by earlier measurements; None where they do not determine it.
 
     `target`: (2,) tangents. `frame`: a wide frame that shows it; without one it counts as blank.
     """
@@ -74,7 +75,7 @@ def known_distance(
 def _weighted_depth(
     samples: DepthSamples, apart_px: NDArray[np.float64], *, nearest_px: float
 ) -> tuple[float, float]:
-    """Return the mean depth of samples weighted by how near they are, and its error, m."""
+    """Return the mean depth of samples weighted by proximity, and its error, m."""
     weights = np.exp(-(apart_px - nearest_px) / (WEIGHT_PX + WEIGHT_SHARE * nearest_px))
     weights /= weights.sum()
     depths_m = 1.0 / samples.inverse_z_per_m
@@ -88,7 +89,7 @@ def _weighted_depth(
 
 
 def is_blank(frame: Frame, target: NDArray[np.float64], wide: Intrinsics) -> bool:
-    """Return whether a wide frame shows nothing about (2,) tangents but a shade and noise."""
+    """Return whether a wide frame shows nothing about (2,) tangents but shading and noise."""
     x_px, y_px = wide.pixels(np.arctan(target)[None])[0].tolist()
     height, width = frame.image.shape[:2]
     x, y = int(x_px * width / wide.width), int(y_px * height / wide.height)

@@ -1,7 +1,7 @@
-"""Plan the looks at the border of a blank region by what they can still change.
+"""Plan of the looks at the border of a blank region by what they can still improve.
 
-A look costs about a tenth of a second. What the next one is expected to gain, as a share of the stated error,
-is judged by what the looks before it gained; when that is too little, the plan ends.
+A look costs about a tenth of a second. The gain of the next one, as a share of the stated error, is predicted
+from the gains before it; when it is too small, the plan ends.
 """
 
 import math
@@ -14,22 +14,24 @@ from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
 
 DIRECTIONS = 6
-"""So many directions are looked at for the border, at most."""
+"""Largest number of directions in which the border is looked at."""
 IN_VIEW_TAN = 0.014
-"""A place so near to a look's direction is within both foveae's fields: 0.8 degrees."""
+"""Distance from a look's direction within which both foveae show a place: 0.8 degrees."""
 LEVELS_PER_M = (0.2, 0.55)
-"""1/Z of the looks that together show every depth, the first all beyond 2 m. What is believed until then does
-not matter: looks at its depth alone would confirm what lies behind or before the target's own border."""
+"""1/Z of the looks that together cover every depth, the first all beyond 2 m. They do not depend on the
+current estimate: looks at its depth alone would confirm what lies behind or before the target's own
+border."""
 SIDE_RAD = math.pi / 4.0
-"""Places seen from a target in directions that differ by more are on different sides of it."""
+"""Places whose directions from a target differ by more are on different sides of it."""
 FIRST_GAIN = 0.3
-"""What the first look is expected to gain."""
+"""Expected gain of the first look."""
 LEAST_GAIN = 0.1
-"""A look that is expected to gain less is not made."""
+"""Least expected gain of a look that is made."""
 KEPT_SURE, KEPT_DOUBTFUL = 0.6, 0.8
-"""Weight of the expectation against what a look really gained, where the answer is sure, and where not."""
+"""Weight of the former expectation against a look's actual gain, for a certain answer and for a doubtful
+one."""
 SURE_SHARE = 0.03
-"""An answer is sure when its error, rival answers included, is a smaller share of 1/Z."""
+"""Largest error of a certain answer, alternatives included, as a share of 1/Z."""
 
 
 class LookPlan:
@@ -46,7 +48,7 @@ class LookPlan:
     def next_look(self, found: Mapping[int, BorderDepth]) -> tuple[NDArray[np.float64], float] | None:
         """Return (2,) tangents and 1/Z of the next look; None when none is worth it.
 
-        `found`: the places measured until now, by index.
+        `found`: the places measured so far, by index.
         """
         if self._expected_gain < LEAST_GAIN:
             return None
@@ -60,20 +62,20 @@ class LookPlan:
         return direction, self._levels.pop(0)
 
     def note_gain(self, before: tuple[InferredDepth, ...], after: tuple[InferredDepth, ...]) -> None:
-        """Take into account what a look changed of the answer."""
+        """Update the expected gain by how a look changed the answer."""
         sure = bool(after) and spread_per_m(after) <= SURE_SHARE * after[0].inverse_z_per_m
         kept = KEPT_SURE if sure else KEPT_DOUBTFUL
         self._expected_gain = kept * self._expected_gain + (1.0 - kept) * gain_of(before, after)
 
     def _half_found(self, found: Mapping[int, BorderDepth]) -> bool:
-        """Return whether both eyes measured half of the border about the last direction."""
+        """Return whether both eyes measured half of the border near the last direction."""
         there = [k for k, place in enumerate(self._places) if apart(place, self._tried[-1]) <= IN_VIEW_TAN]
         return sum(k in found and found[k].by_both for k in there) >= 0.5 * len(there)
 
     def _next_direction(self, found: Mapping[int, BorderDepth]) -> NDArray[np.float64] | None:
-        """Return the direction to the nearest stretch of the border that was not looked at.
+        """Return the direction of the nearest part of the border that was not looked at yet.
 
-        A side of the target on which nothing was looked at or measured comes before all others.
+        Sides of the target on which nothing was looked at or measured come first.
         """
         left = [
             place
@@ -96,7 +98,7 @@ class LookPlan:
 
 
 def gain_of(before: tuple[InferredDepth, ...], after: tuple[InferredDepth, ...]) -> float:
-    """Return what a look changed: by how much the error fell or the answer moved, in errors; 0 to 1."""
+    """Return the gain of a look: relative fall of the error, or move of the answer in errors; 0 to 1."""
     if not after or not before:
         return float(bool(after) and not before)
     error, later = spread_per_m(before), spread_per_m(after)
@@ -111,7 +113,7 @@ def turn_rad(place: NDArray[np.float64], target: NDArray[np.float64]) -> float:
 
 
 def apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Return the distance of two directions, tangents."""
+    """Return the distance between two directions, tangents."""
     return float(np.hypot(*(one - other)))
 
 

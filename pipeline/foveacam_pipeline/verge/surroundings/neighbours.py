@@ -1,7 +1,7 @@
 """Collect measured points around a target and the chance that each is of the target's surface.
 
-Each look tells the depth of its whole field, coarsely: both foveae against the wide view. Of the hundreds of
-points about a target the nearest surfaces in each direction from it matter.
+Each look measures the depth of its whole field, coarsely: both foveae against the wide view. Of the hundreds
+of points about a target only the nearest surfaces in each direction are used.
 """
 
 import math
@@ -25,42 +25,42 @@ from foveacam_pipeline.wide_depth.surfaces import cell_surfaces
 from foveacam_pipeline.wide_depth.wide_matches import eye_matches
 
 REACH_TAN = 0.06
-"""So far about a target earlier measurements count: 3.4 degrees."""
+"""Radius about a target in which earlier measurements are used: 3.4 degrees."""
 SECTORS = 8
 BAND_PX = 4.0
-"""Points of one direction that lie farther than the nearest by so much count with it, wide px."""
+"""Points of one direction that are at most this much farther than the nearest are used with it, wide px."""
 WINDOW_PX, SAME_SIGMAS = 16.0, 3.0
-"""The matcher shows the depth of an edge so far into a blank region at most, px of the picture; depths that
-differ by so many standard errors are one."""
+"""Largest reach of an edge's depth into a blank region by the matcher's window, px of the picture; standard
+errors within which depths are the same."""
 INSIDE_CHANCE, BORDER_CHANCE, BEYOND_CHANCE = 0.9, 0.4, 0.25
-"""Chance of a point being of the surface of a blank region: well within it, near its border, beyond."""
+"""Chance that a point is of a blank region's surface: well within it, near its border, beyond it."""
 BORDER_PX = 8.0
-"""A nearer surface reaches so far into a blank one by the matcher's windows, wide px."""
+"""Reach of a nearer surface into a blank one by the matcher's windows, wide px."""
 NEAR_CHANCE, FAR_CHANCE = 0.93, 0.55
-"""The same of a point about a target with texture: at the target, and far from it."""
+"""Chance that a point is of a textured target's surface: at the target, and far from it."""
 NEAR_PX = 5.0
-"""How fast the chance falls with the distance, wide px."""
+"""Distance in which that chance falls by 1/e, wide px."""
 OWN_EDGE_CHANCE, SHARED_EDGE_CHANCE = 0.98, 0.4
-"""Chance of an edge to be of the region that it borders: with what lies beyond farther than it, and not."""
+"""Chance that an edge is of the region that it borders: with farther things beyond it, and without."""
 STAYS_SCORE, ALONG_SCORE = 0.85, 0.96
-"""What lies beyond an edge correlates worse at its depth when it is farther away, and better when it moves
-along with it (of 1 400 rendered edges 2 and 7 % do otherwise)."""
+"""Correlations at an edge's depth of what lies beyond it: below the first it is farther away, above the
+second as deep as the edge (of 1 400 rendered edges 2 and 7 % do otherwise)."""
 SKYLINE_M = 15.0
-"""What the sky is seen above is farther away; the walls and ceilings of a room are nearer."""
+"""Least distance of the skyline; the walls and ceilings of a room are nearer."""
 OPEN_EDGES = 3
-"""A region that reaches the rim of the image is a surface when so many of its edges hide what is behind."""
+"""Number of own edges from which a region at the rim of the image counts as a surface, not as the sky."""
 BEYOND_COUNT, BEYOND_REACH_PX = 8, 28.0
-"""So many points within so many wide px of an edge tell what lies beyond it."""
+"""Number of points, and their distance from an edge, wide px, that determine what lies beyond it."""
 REPEAT_REACH_PX, REPEAT_ROWS_PX = 90, 2
-"""A patch is looked for in its own row so far to either side, survey px."""
+"""Range to either side of a patch, and rows, in which its repetition is searched for, survey px."""
 REPEAT_SCORE, REPEAT_DIP = 0.9, 0.75
-"""It fits elsewhere as well, and worse in between."""
+"""Least correlation of a repetition, and the largest in between."""
 TEXTURED_SHARE = 1e-4
-"""A region that is a smaller share of the wide image is none: the target has texture."""
+"""Least share of the wide image of a blank region; below it the target has texture."""
 
 
 class LookPoints:
-    """The points that either fovea shows in each look, worked out once."""
+    """Points that either fovea shows in each look, computed once a look."""
 
     def __init__(self, calibration: Calibration) -> None:
         self._calibration = calibration
@@ -84,7 +84,7 @@ class LookPoints:
 def repeats_in_row(
     gray: NDArray[np.uint8], wide: Intrinsics, template: WidePatch, target: NDArray[np.float64]
 ) -> bool:
-    """Return whether the patch of a target fits its own row elsewhere as well: then no match can be trusted.
+    """Return whether the patch of a target repeats in its own row: then no match can be trusted.
 
     A patch that fits all the way, as an edge along the row does, does not repeat. `gray`: (h, w) wide image.
     `target`: (2,) tangents.
@@ -124,7 +124,7 @@ def few_around(samples: DepthSamples, target: NDArray[np.float64], *, px_tan: fl
 
 
 def own_chances(pixels: NDArray[np.float64], region: BlankRegion) -> NDArray[np.float64]:
-    """Return (n,) the chance of points at wide pixels, (n, 2), to be of the surface of a region's target."""
+    """Return (n,) the chance that points at wide pixels, (n, 2), are of the surface of a region's target."""
     if region.area_share >= TEXTURED_SHARE:
         depth_px = region.depth_px(pixels)
         return np.where(
@@ -138,7 +138,7 @@ def own_chances(pixels: NDArray[np.float64], region: BlankRegion) -> NDArray[np.
 def beside_edges(
     points: DepthSamples, edges: Collection[BorderDepth], *, reach_tan: float
 ) -> NDArray[np.bool_]:
-    """Return (n,) bool: whether a point has the depth of an edge within reach, which may be all it shows."""
+    """Return (n,) bool: whether a point has the depth of an edge within reach and may be that edge."""
     found = np.zeros(len(points), dtype=np.bool_)
     for edge in edges:
         near = np.hypot(*(points.tangents - np.array(edge.tangents)).T) <= reach_tan
@@ -151,10 +151,10 @@ def beside_edges(
 def edge_owners(
     edges: Sequence[BorderDepth], points: DepthSamples, region: BlankRegion, wide: Intrinsics
 ) -> NDArray[np.float64]:
-    """Return (n,) the chance of edges on a region's border to be of the region's surface.
+    """Return (n,) the chance that edges on a region's border are of the region's surface.
 
-    An edge moves with the nearer of the two surfaces that meet there. What lies beyond it moves along unless
-    it is farther away: then the edge is the region's own. Where pictures do not decide, measured points do.
+    An edge has the depth of the nearer of the two surfaces that meet there. If what lies beyond is farther
+    away, the edge is the region's own. Where pictures do not decide, measured points do.
     """
     pixels = wide.pixels(np.arctan(points.tangents)) if len(points) else np.empty((0, 2))
     beyond = region.depth_px(pixels) <= -BORDER_PX
@@ -185,7 +185,7 @@ def _own_chance(
 def is_open(region: BlankRegion, samples: DepthSamples, chances: NDArray[np.float64]) -> bool:
     """Return whether a region may be the sky: it reaches the rim, hides hardly anything, and ends far away.
 
-    `samples`: what was measured on its border. `chances`: (n,) of these to be of its surface.
+    `samples`: measured on its border. `chances`: (n,) that these are of its surface.
     """
     if not region.touches_rim or int((chances >= OWN_EDGE_CHANCE).sum()) >= OPEN_EDGES:
         return False
@@ -193,6 +193,6 @@ def is_open(region: BlankRegion, samples: DepthSamples, chances: NDArray[np.floa
 
 
 def textured_chances(off_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n,) the chance of points so many wide px from a target with texture to be of its surface."""
+    """Return (n,) the chance that points this many wide px from a textured target are of its surface."""
     near = np.exp(-off_px / NEAR_PX)
     return np.asarray(FAR_CHANCE + (NEAR_CHANCE - FAR_CHANCE) * near, dtype=np.float64)

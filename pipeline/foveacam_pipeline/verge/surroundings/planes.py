@@ -1,7 +1,7 @@
 """Planes of 1/Z through every subset of a few samples, all at once: Bayesian linear regression.
 
 A plane is linear in 1/Z over the tangents. The priors of its level and slopes are normal about a common
-level; a mixture of priors of the slope says that most surfaces about face the rig and many do not.
+level; the slope has a mixture of priors, for surfaces that roughly face the rig and for the others.
 """
 
 import math
@@ -11,29 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEVEL_SIGMA_PER_M = 0.3
-"""Prior of 1/Z itself, about the level."""
+"""Prior standard deviation of 1/Z about the common level."""
 SLOPE_SIGMAS = (0.15, 1.0)
-"""Priors of the slope of 1/Z, relative to 1/Z and per unit of tangent, each for half of all surfaces: those
-that about face the rig, and the others, of which those at 45 degrees are common."""
+"""Prior standard deviations of the slope of 1/Z, relative to 1/Z and per unit of tangent, each for half of
+all surfaces: those that roughly face the rig, and the others, of which those at 45 degrees are common."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneHypotheses:
-    """What each of the 2**n subsets of n samples says, under each of s priors of the slope.
+    """Planes through each of the 2**n subsets of n samples, under each of s priors of the slope.
 
-    `log_evidence`: (s, 2**n) log marginal likelihood of the subset, the prior's share included. `plane`:
-    (s, 2**n, 3) level above the common one and slopes. `variance`: (s, 2**n) of 1/Z at the target.
+    `log_evidence`: (s, 2**n) log marginal likelihood of the subset, the prior's share included. `plane`: (s,
+    2**n, 3) level above the common one and slopes. `variance`: (s, 2**n) of 1/Z at the target.
     """
 
     log_evidence: NDArray[np.float64]
     plane: NDArray[np.float64]
     variance: NDArray[np.float64]
     log_any: NDArray[np.float64]
-    """(2**n,) log marginal likelihood whatever the slope."""
+    """(2**n,) log marginal likelihood, marginalised over the slope's priors."""
 
 
 def subset_of(member: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the indices, (...), of subsets, given (..., n) which samples are in them."""
+    """Return the indices, (...), of subsets, given (..., n) membership of their samples."""
     return np.asarray(member @ (1 << np.arange(member.shape[-1])), dtype=np.int64)
 
 

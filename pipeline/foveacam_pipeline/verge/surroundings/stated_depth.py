@@ -1,35 +1,35 @@
-"""What an inference from the surroundings states: one depth and its error, or nothing."""
+"""The depth and error stated from an inference, or nothing if that is too uncertain."""
 
 import math
 
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth, spread_per_m
 
 SURE_PROBABILITY = 0.8
-"""A less probable inference states the spread of all as its error."""
+"""Less probable inferences state the spread of all depths as their error."""
 LEAST_SAMPLES = 3
-"""An inference from fewer points is doubtful too."""
+"""Inferences from fewer points are doubtful too."""
 DOUBT_SHARE = 0.38
-"""Least error, as a share of 1/Z, of what is known from one side alone: an edge in front looks the same."""
+"""Least error, as a share of 1/Z, of a depth known from one side alone: an edge in front looks the same."""
 GAP_CHANCE = 0.08
-"""Chance that a target lies behind what surrounds it and is seen through a gap, where no measured point is
-sure to be of its own surface. It is then anywhere from there to the farthest thing measured about it."""
+"""Chance that a target lies behind its surroundings and is seen through a gap, where no measured point is
+certain to be of its own surface. It may then be at any depth from there to the farthest measured one."""
 BLANK_SHARE = 5.0e-4
-"""A blank region that is a smaller share of the wide image is a speck among textures, 28 wide px square.
-Without a point sure to be of their own surface, 10 of 21 specks were not as deep as what surrounds them, and
-2 of 46 larger regions."""
+"""Least share of the wide image of a blank region that is not a speck among textures, 28 wide px square.
+Without a point certain to be of their own surface, 10 of 21 specks were not as deep as what surrounds them,
+and 2 of 46 larger regions."""
 VAGUE_SHARE = 0.6
-"""A distance whose error is a larger share of 1/Z is no distance: limits are stated."""
+"""Largest error of a stated distance, as a share of 1/Z; beyond it only limits are stated."""
 
 
 def stated_depth(
     inferred: tuple[InferredDepth, ...], *, farthest_per_m: float, blank: bool
 ) -> tuple[float, float] | None:
-    """Return 1/Z and its error, 1/m, of depths that come into question, most probable first.
+    """Return the 1/Z and error, 1/m, to be stated for inferred depths, the most probable first.
 
-    A doubtful inference states an error that covers all of them, one without a point sure to be of the
-    target's surface the chance of a gap. `farthest_per_m`: 1/Z of the farthest that was measured about it.
-    `blank`: whether the target lies in a blank region of at least `BLANK_SHARE`, not among textures.
-    None: nothing is inferred, or too vaguely.
+    For a doubtful inference the error covers all of them; without a point certain to be of the target's
+    surface it includes the chance of a gap. `farthest_per_m`: 1/Z of the farthest measured one about it.
+    `blank`: whether the target lies in a blank region of at least `BLANK_SHARE`, not among textures. None:
+    nothing is inferred, or too uncertain.
     """
     if not inferred:
         return None
@@ -44,5 +44,5 @@ def stated_depth(
 
 
 def error_per_m(inverse_z_per_m: float, sigma_per_m: float, *, sure: bool) -> float:
-    """Return the error of 1/Z that is stated: much larger where the depth may be that of something else."""
+    """Return the error of 1/Z to be stated: much larger where the depth may be that of something else."""
     return sigma_per_m if sure else max(sigma_per_m, DOUBT_SHARE * inverse_z_per_m)

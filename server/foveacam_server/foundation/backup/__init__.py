@@ -1,1 +1,1 @@
-"""Backups of a data directory: made while a server uses it, restored whole or not at all."""
+"""Backups of a data directory: made while a server uses it, restored completely or not at all."""

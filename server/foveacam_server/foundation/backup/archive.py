@@ -1,9 +1,9 @@
 """Backups of a data directory in one tar file, made while a server may be using it.
 
-The database is copied first by SQLite's own backup, then documents and journals, then all other files. What a
-document names was on the disk before it, and is therefore in the backup too. Of a file that grows there is
-what it had then. The manifest with the SHA-256 of every file is the last member: a backup without one was cut
-short.
+The database is copied first by SQLite's own backup, then documents and journals, then all other files. Files
+are written before the documents that name them, and are therefore in the backup too. A growing file is copied
+at its present length. The manifest with the SHA-256 of every file is the last member: a backup without one
+was cut short.
 """
 
 import hashlib
@@ -46,23 +46,23 @@ class BackedUpFile(_Table):
 
 
 class BackupManifest(_Table):
-    """What a backup holds."""
+    """The manifest: the content of a backup."""
 
     format: Literal["foveacam-backup"] = "foveacam-backup"
     version: Literal[1] = 1
     program: str
-    """Version of the program that wrote it."""
+    """Version of the program that wrote the backup."""
     revision: str | None
-    """Of the database."""
+    """Revision of the database."""
     created_utc: str
     files: tuple[BackedUpFile, ...]
 
 
 def back_up(folder: Path, archive: Path, *, created_utc: str, watch: ProgressWatcher) -> BackupManifest:
-    """Write a backup of a data directory to a new file, which its owner alone can read.
+    """Write a backup of a data directory to a new file that only its owner can read.
 
-    Raise InvalidInput for what is no data directory and for an archive that exists, StorageFull for a full
-    disk, Cancelled: nothing is left of it then.
+    Raise InvalidInput for another folder and for an existing archive, StorageFull for a full disk, Cancelled;
+    the unfinished archive is then deleted.
     """
     if not (folder / DATABASE).is_file():
         raise InvalidInput(
@@ -75,7 +75,7 @@ def back_up(folder: Path, archive: Path, *, created_utc: str, watch: ProgressWat
     with database_errors(folder / DATABASE), disk_errors(f"the backup {archive.name}", archive.parent):
         archive.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with part.open("wb") as file:  # over one that was cut short
+            with part.open("wb") as file:  # replaces an unfinished one
                 os.fchmod(file.fileno(), PRIVATE)
                 manifest = _write(folder, file, beside=archive.parent, created_utc=created_utc, watch=watch)
                 file.flush()
@@ -112,7 +112,7 @@ def _write(
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    """Yield what is kept of a data directory: regular files, finished, of no running server alone."""
+    """Yield the files to back up: regular, finished, and not specific to a running server."""
     for parent, _, names in os.walk(folder):
         for name in names:
             path = Path(parent) / name
@@ -150,7 +150,7 @@ class _Copying:
         self.files.append(BackedUpFile(path=name, size=member.size, sha256=hashing.digest.hexdigest()))
 
     def add_bytes(self, name: str, content: bytes) -> None:
-        """Add a member that is no file."""
+        """Add a member from memory."""
         member = tarfile.TarInfo(name)
         member.size = len(content)
         self._tar.addfile(member, io.BytesIO(content))
@@ -163,12 +163,12 @@ class _Copying:
 
 
 def report_bytes(watch: ProgressWatcher, done: int, total: int) -> None:
-    """Report copied bytes as megabytes; a file that grew meanwhile makes no more of them than the total."""
+    """Report copied bytes as megabytes, at most the total although a file may have grown meanwhile."""
     watch.progress(min(done, total) // _MB, total=max(1, total // _MB), note="MB")
 
 
 class _HashingReader:
-    """Reads a file for `tarfile`, and hashes what was read."""
+    """Reads a file for `tarfile`, and hashes it on the way."""
 
     def __init__(self, file: BinaryIO, *, on_bytes: Callable[[int], None]) -> None:
         self._file, self._on_bytes = file, on_bytes

@@ -1,7 +1,7 @@
-"""Restores a backup into a new data directory: whole, with every hash right, or not at all.
+"""Restores a backup into a new data directory: completely, with all hashes correct, or not at all.
 
-All headers are read and checked before anything is written: a backup holds regular files only, each once,
-with a plain path and the size that its manifest says.
+All headers are checked before anything is written: a backup holds regular files only, each once, with a plain
+path and the size in its manifest.
 """
 
 import hashlib
@@ -25,18 +25,18 @@ from foveacam_server.foundation.private_files import make_private_folder
 
 _CHUNK_BYTES = 1 << 20
 _MANIFEST_BYTES = 1 << 28
-"""Largest manifest; that of a million files has half as much."""
+"""Largest manifest, bytes; that of a million files has half as many."""
 _LAST_MTIME_S = 1 << 40
 _BAD_HEADER = (tarfile.TarError, EOFError, ValueError, KeyError, OverflowError, RecursionError)
-"""What `tarfile` raises while it reads headers that are damaged or made to confuse it."""
+"""Errors that `tarfile` raises for damaged or malicious headers."""
 
 
 def restore(archive: Path, folder: Path, *, watch: ProgressWatcher) -> BackupManifest:
-    """Unpack a backup into a directory that is new or empty.
+    """Unpack a backup into a new or empty directory.
 
-    Raise InvalidInput for a directory with something in it and for a backup that is none, was cut short,
-    damaged, holds anything but plain files, or was made by a newer version; StorageFull for a full disk;
-    Cancelled. The directory is then as before.
+    Raise InvalidInput for a directory that is not empty and for an archive that is no backup, cut short,
+    damaged, of a newer version, or holds anything but plain files; StorageFull for a full disk; Cancelled.
+    The directory is then as before.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InvalidInput(
@@ -49,7 +49,7 @@ def restore(archive: Path, folder: Path, *, watch: ProgressWatcher) -> BackupMan
         members, manifest = _listed(archive)
     _check_version(archive, manifest)
     with disk_errors(f"the backup {archive.name}", folder.absolute().parent):
-        shutil.rmtree(part, ignore_errors=True)  # of one that was cut short
+        shutil.rmtree(part, ignore_errors=True)  # of an interrupted restoration
         try:
             make_private_folder(part)
             _check_room(archive, part, manifest)
@@ -105,7 +105,7 @@ def _listed(archive: Path) -> tuple[list[tarfile.TarInfo], BackupManifest]:
 def _fault_of(
     member: tarfile.TarInfo, before: Mapping[str, tarfile.TarInfo], *, left_bytes: int
 ) -> str | None:
-    """Return why a member cannot be of a backup; `left_bytes`: of the archive, without its content."""
+    """Return why a member cannot belong to a backup; `left_bytes`: of the archive, beyond its header."""
     path = PurePosixPath(member.name)
     if member.type not in (tarfile.REGTYPE, tarfile.AREGTYPE):
         return "it is no regular file"
@@ -120,7 +120,7 @@ def _fault_of(
     if member.size < 0 or left_bytes < 0:
         return "it is larger than the backup"
     if not math.isfinite(member.mtime) or not 0 <= member.mtime < _LAST_MTIME_S:
-        return "its time is none"
+        return "its time is invalid"
     return None
 
 
@@ -144,7 +144,7 @@ def _check_version(archive: Path, manifest: BackupManifest) -> None:
 
 
 def _check_room(archive: Path, part: Path, manifest: BackupManifest) -> None:
-    """Raise `StorageFull` where the files of a backup do not fit."""
+    """Raise `StorageFull` when the files of a backup do not fit on the disk."""
     needed, free = sum(file.size for file in manifest.files), shutil.disk_usage(part).free
     if needed > free:
         raise StorageFull(

@@ -1,1 +1,1 @@
-"""Computations that a request waits for: their turns, and processes with limits."""
+"""Computations of requests: a fair queue, and child processes with limits."""

@@ -1,8 +1,8 @@
-"""Runs computations that a request waits for, within limits, each person in turn.
+"""Runs computations for which a request waits, within limits, persons taking turns.
 
-Those whose work grows with the request run in processes, which are ended beyond their limits; those that are
-bounded by what the server holds run one at a time on a thread. Several at once would slow down the live views
-and all requests, as threads share the interpreter.
+Those whose cost depends on the request run in child processes, which are killed beyond their limits; those
+bounded by the server's own state run one at a time on a thread. Several at once would slow down the live
+views and all requests, as threads share the interpreter.
 """
 
 import asyncio
@@ -22,18 +22,18 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 MOST_OPEN, MOST_OPEN_EACH = 64, 16
-"""Computations that wait or run: of all persons, and of one."""
+"""Largest number of queued and running computations, of all persons and of one."""
 PROCESSES = 2
-"""One person has one of them at a time, so that the other is free for the next person."""
+"""Number of processes; one person uses only one at a time, so that the other is free for the next person."""
 PART = "foveacam-compute"
 """Name of the threads."""
 
 
 class ComputeQueue:
-    """Used on the event loop alone."""
+    """Queue of computations; to be used on the event loop only."""
 
     def __init__(self, modules: Sequence[str] = (), *, limits: ComputeLimits | None = None) -> None:
-        """`modules`: those whose functions are computed in processes, which import them at their start."""
+        """`modules`: modules of functions that run in processes, which import them at their start."""
         self.places = Places(
             "computations",
             most=MOST_OPEN,
@@ -50,7 +50,7 @@ class ComputeQueue:
         self._threads = ThreadPoolExecutor(PROCESSES + 1, thread_name_prefix=PART)
 
     async def run(self, work: Callable[[], R]) -> R:
-        """Return the result of `work`, which the server's own state bounds, from a thread.
+        """Return the result of `work`, computed on a thread; its cost is bounded by the server's own state.
 
         Raise `PersonLimit` or `AllTaken` when too many wait.
         """
@@ -59,7 +59,7 @@ class ComputeQueue:
                 return await self._on_thread(work)
 
     async def run_apart(self, function: Callable[[T], R], argument: T) -> R:
-        """Return the result of a module's function from a process; raise its error.
+        """Return the result of a module's function, computed in a process; raise its error.
 
         Raise `PersonLimit` or `AllTaken` when too many wait, InvalidInput beyond the limits of one.
         """
@@ -68,16 +68,16 @@ class ComputeQueue:
                 return await self._on_thread(lambda: self._compute(function, argument))
 
     async def prepare(self) -> None:
-        """Start the process that the next computation uses, which takes half a second, unless it runs."""
+        """Start the process of the next computation in advance, unless it runs: that takes half a second."""
         await self._on_thread(self._prepare)
 
     def end(self) -> None:
-        """End the processes, so that all who wait for one are refused; called when the server shuts down."""
+        """End the processes, which fails all waiting requests; called when the server shuts down."""
         for process in self._processes:
             process.kill()
 
     def close(self) -> None:
-        """End the computations in processes at once; finish the one that runs here, drop those that wait."""
+        """Kill the computations in processes, finish the one on the thread, drop queued ones."""
         self.end()
         self._threads.shutdown(cancel_futures=True)
         for process in self._processes:
@@ -99,7 +99,7 @@ class ComputeQueue:
 
     async def _on_thread(self, work: Callable[[], R]) -> R:
         count_flow(this_part(), PART, "computations")
-        context = copy_context()  # with ids and trace of the request
+        context = copy_context()  # keeps ids and trace of the request
         return await asyncio.get_running_loop().run_in_executor(self._threads, context.run, _traced, work)
 
 

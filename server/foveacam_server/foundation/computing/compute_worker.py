@@ -1,4 +1,4 @@
-"""A process that computes for requests, one function at a time, within limits of CPU time and memory.
+"""A child process that computes for requests, one function at a time, within limits of CPU time and memory.
 
 `python -m` of this module with FD CPU_S MEMORY_BYTES MODULE... imports the modules, then reads pickled
 functions with their argument from the socket FD and answers each, for a `ComputeProcess`.
@@ -33,11 +33,11 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComputeLimits:
-    """What one computation may take.
+    """Limits of one computation.
 
-    `memory_bytes`: address space beside what the process has once its modules are imported, so that all
-    counts that GEOS, OpenCV and numpy allocate, and nothing that they only reserve at their start.
-    `longest_s`: by the clock, for a machine with more to do.
+    `memory_bytes`: address space beyond that of the process after its imports, so that all allocations of
+    GEOS, OpenCV and numpy count, but not what they reserve at their start. `longest_s`: wall-clock time, for
+    a machine under load.
     """
 
     cpu_s: int = 10
@@ -48,11 +48,11 @@ class ComputeLimits:
 _ADDRESS_SPACE = Path("/proc/self/statm")
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 _OUT_OF_MEMORY = ("bad_alloc", "Insufficient memory", "OutOfMemory")
-"""What GEOS and OpenCV say."""
+"""Messages of GEOS and OpenCV when they lack memory."""
 
 
 class ComputeProcess:
-    """Owns one such process, which is started at its first use and again after it was ended.
+    """Owns a worker process, started at its first use and again after it was ended.
 
     For one thread at a time; `kill` may be called from any other.
     """
@@ -78,10 +78,10 @@ class ComputeProcess:
                 stdin=subprocess.PIPE,
                 env={**os.environ, **_ONE_THREAD},
                 pass_fds=[theirs.fileno()],
-                start_new_session=True,  # Ctrl-C goes to the server, which ends the child
+                start_new_session=True,  # Ctrl-C must reach only the server, which ends the child
             )
         self._connection = Connection(ours.detach())
-        if self._closed.is_set():  # meanwhile, by another thread
+        if self._closed.is_set():  # killed meanwhile by another thread
             self.end()
             raise Cancelled("the server is ending, and with it what it computes")
         return self._connection
@@ -115,7 +115,7 @@ class ComputeProcess:
         return result
 
     def kill(self) -> None:
-        """End the process at once, whatever it computes, and for good."""
+        """Kill the process at once, and start no further one."""
         self._closed.set()
         if self._process is not None:
             self._process.kill()
@@ -132,7 +132,7 @@ class ComputeProcess:
         self._process = self._connection = None
 
     def _lost(self) -> Exception:
-        """Return why the process has ended by itself."""
+        """Return the error for a process that has ended by itself."""
         if self._closed.is_set():
             return Cancelled("the server is ending, and with it what it computes")
         status = None if self._process is None else self._process.wait()
@@ -162,14 +162,14 @@ def _pickled(asked: object) -> bytes:
 
 
 def main() -> None:
-    """Answer until the socket is closed."""
+    """Serve requests until the socket is closed."""
     channel, cpu_s, memory_bytes = map(int, sys.argv[1:4])
     connection = Connection(channel)
     become_child()
     for module in sys.argv[4:]:
         importlib.import_module(module)
-    _limit(resource.RLIMIT_CORE, 0)  # the end by SIGXCPU would write the memory to the disk
-    if _ADDRESS_SPACE.exists():  # elsewhere the system does not keep this limit
+    _limit(resource.RLIMIT_CORE, 0)  # no core dump: SIGXCPU would write the memory to the disk
+    if _ADDRESS_SPACE.exists():  # other systems do not enforce this limit
         _limit(resource.RLIMIT_AS, _address_space_bytes() + memory_bytes)
     while True:
         try:
@@ -180,8 +180,8 @@ def main() -> None:
         connection.send_bytes(_answer(function, argument))
 
 
-def _answer(function: Callable[[Any], object], argument: object) -> bytes:  # Any: whatever it takes
-    """Return the pickled result of a function, or its error as the owner reads it."""
+def _answer(function: Callable[[Any], object], argument: object) -> bytes:  # Any: the argument
+    """Return the pickled result of a function, or its error, in the form that `ComputeProcess` reads."""
     try:
         return pickle.dumps(function(argument))
     except Exception as error:  # noqa: BLE001 - the outermost frame of a computation
@@ -194,9 +194,9 @@ def _answer(function: Callable[[Any], object], argument: object) -> bytes:  # An
 
 
 def _out_of_memory(error: BaseException | None) -> bool:
-    """Return whether an error, or one that led to it, is a lack of memory."""
+    """Return whether an error, or one of its causes, is a lack of memory."""
     while error is not None:
-        if isinstance(error, MemoryError) or any(said in str(error) for said in _OUT_OF_MEMORY):
+        if isinstance(error, MemoryError) or any(phrase in str(error) for phrase in _OUT_OF_MEMORY):
             return True
         error = error.__cause__ or error.__context__
     return False

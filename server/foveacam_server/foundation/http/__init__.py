@@ -1,1 +1,1 @@
-"""Requests and answers by HTTP: what they may hold, how they are made, where they go."""
+"""HTTP: limits of requests, parts shared by routes, addresses."""

@@ -1,4 +1,4 @@
-"""Addresses of servers: checks one that somebody gave, and joins a path to it.
+"""Addresses of servers: checks a given one, and joins a path to it.
 
 A server may live below a path of a site (`--root-path`), so nothing else joins an address and a path.
 """
@@ -11,14 +11,14 @@ EXAMPLE = "http://127.0.0.1:8000"
 
 
 def server_address(given: str) -> str:
-    """Return the address of a server, `http[s]://HOST[:PORT][/PATH]`, without a slash at its end.
+    """Return the address of a server, `http[s]://HOST[:PORT][/PATH]`, without a trailing slash.
 
     Raise `InvalidInput` for anything else.
     """
     try:
         parts = urlsplit(given.strip())
         named = parts.hostname and parts.port != 0
-    except ValueError as error:  # a port that is no number, brackets without an end
+    except ValueError as error:  # port not a number, unclosed brackets
         raise _no_address(given, str(error)) from error
     if parts.scheme not in ("http", "https") or not named:
         raise _no_address(given, "it names no host by http:// or https://")

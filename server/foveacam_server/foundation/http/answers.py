@@ -1,4 +1,4 @@
-"""What routes share: services, headers, limits of a body, the answer with a job, problems in OpenAPI."""
+"""Parts shared by routes: headers, limits of a body, the answer with a job, problems in OpenAPI."""
 
 from collections.abc import AsyncIterator, Callable
 from typing import Annotated, Any
@@ -22,9 +22,9 @@ MIB = 2**20
 BODY_BYTES = MIB
 """Largest body of a route that does not name its own limit."""
 FILE_BYTES = 4 * MIB
-"""Of a route that takes a calibration file or a GeoJSON map: 100 times a calibration of 81 nodes."""
+"""Largest body with a calibration file or a GeoJSON map: 100 times a calibration of 81 nodes."""
 PICTURE_BYTES = 24 * MIB
-"""Of a route that takes a picture in base64."""
+"""Largest body with a picture in base64."""
 
 LeaseHeader = Annotated[str | None, Header(alias="X-Lease", description="token of the control lease")]
 PreferHeader = Annotated[
@@ -42,31 +42,31 @@ IdempotencyHeader = Annotated[
 Limit = Annotated[int, Query(ge=1, le=500)]
 
 _TITLES = {
-    400: "the body cannot be read; as plain text: the request is no HTTP",
-    401: "sign in first, or send a token; as HTML, for whoever asks for a page: where to do it",
-    403: "a right is missing, or a foreign page, or a foreign name of this server",
-    404: "there is nothing here",
+    400: "the body cannot be read; as plain text: the request is not HTTP",
+    401: "sign in first, or send a token; as HTML, for a request of a page: where to sign in",
+    403: "a right is missing, or the page or the name of this server is not allowed",
+    404: "not found",
     409: "busy, stopped or not calibrated",
     413: "the body is too large",
-    416: "the file has no such part",
-    422: "the request cannot be used, or the rig cannot do it",
-    429: "too many wrong tokens or passwords came from this address, or you hold too many of these",
+    416: "the requested range is outside the file",
+    422: "the request is invalid or out of range",
+    429: "too many wrong tokens or passwords from this address, or the limit per person is reached",
     431: "line and headers are too large",
     502: "a device failed",
-    503: "a device is missing, or all places are taken",
+    503: "a device is not connected, or the server's limit is reached",
     504: "a device did not answer",
-    507: "the disk takes no more",
+    507: "the disk is full",
 }
 
 
 async def server_places(connection: HTTPConnection) -> ServerPlaces:
-    """Return the places of connections and of long answers; for requests and for WebSockets."""
+    """Return the limits of connections and of long answers, for requests and for WebSockets."""
     found: ServerPlaces = connection.app.state.places
     return found
 
 
 async def _hold_long_read(connection: HTTPConnection) -> AsyncIterator[None]:
-    """Hold a place for a download or a check until its answer is sent."""
+    """Count a download or a check on its person's limit until its answer is sent."""
     with (await server_places(connection)).long_reads.hold(PERSON.get()):
         yield
 
@@ -77,7 +77,7 @@ async def _hold_event_stream(connection: HTTPConnection) -> AsyncIterator[None]:
 
 
 LONG_READ = Depends(_hold_long_read)
-"""Of routes that read whole datasets, in `dependencies`."""
+"""Value of `dependencies` of routes that read whole datasets."""
 EVENT_STREAM = Depends(_hold_event_stream)
 
 

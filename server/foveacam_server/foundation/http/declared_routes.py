@@ -1,7 +1,7 @@
-"""A router that keeps what its routes declare, and builds them when they are first needed.
+"""A router that stores the declarations of its routes, and builds each when it is first needed.
 
-FastAPI reads the signature of an endpoint and makes validators and serializers of it: milliseconds a route,
-seconds for all of them, of which a session needs a few.
+FastAPI makes validators and serializers from an endpoint's signature: milliseconds per route, seconds for
+all, of which a session needs a few.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ class DeclaredRoute:
 
 
 class DeclaringRouter(APIRouter):
-    """Keeps the declarations of its routes; `routes` builds them, which an application does without."""
+    """Stores the declarations of its routes; `routes` builds them all, which an application does not need."""
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 - those of APIRouter
         self.declared: list[DeclaredRoute] = []

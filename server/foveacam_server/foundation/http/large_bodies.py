@@ -1,6 +1,6 @@
-"""A route whose body may be large: it is counted before it is parsed, and few persons send one at a time.
+"""A route with a large body: its values are counted before it is parsed, and few persons send one at a time.
 
-Parsed, a body of 24 MiB takes a second of the event loop and 700 MB, if it is all empty lists.
+Parsing a body of 24 MiB of empty lists would block the event loop for a second and take 700 MB.
 """
 
 from collections.abc import Callable, Coroutine
@@ -14,15 +14,15 @@ from foveacam_server.foundation.http.answers import BODY_BYTES, server_places
 from foveacam_server.foundation.persons.person_quota import PERSON
 
 MOST_PARTS = 200_000
-"""Values, lists and objects of a body, by the marks between them: a map of 10 000 corners has 60 000."""
+"""Most values, lists and objects of a body, counted by separators: a map of 10 000 corners has 60 000."""
 _MARKS = (b",", b"[", b"{")
 
 
 class LargeBodyRoute(APIRoute):
-    """Holds a place while a body larger than usual is read and answered."""
+    """Route class that counts a large body on its person's limit while it is read and answered."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:  # Any: FastAPI's own
-        """Return what serves a request."""
+        """Return the handler of a request."""
         handler = super().get_route_handler()
 
         async def counted(request: Request) -> Response:
@@ -37,7 +37,7 @@ class LargeBodyRoute(APIRoute):
 
 
 def _is_usual(request: Request) -> bool:
-    """Return whether the body is surely small; a request that announces none has none (RFC 9112, 6.3)."""
+    """Return whether the body is certainly small; a request that announces none has none (RFC 9112, 6.3)."""
     announced = request.headers.get("content-length")
     if announced is None:
         return "transfer-encoding" not in request.headers

@@ -12,8 +12,7 @@ _SECONDS = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,3})?")
 def preferences_of(prefer: str) -> dict[str, str]:
     """Return the preferences of a header, or of its lines joined by commas, by their names in small letters.
 
-    Values are unquoted; of a name that comes twice the first counts; parameters, and what is no preference,
-    are left out.
+    Values are unquoted; the first of a repeated name counts; parameters and malformed parts are left out.
     """
     found: dict[str, str] = {}
     for one in _ONE.findall(prefer):
@@ -25,6 +24,6 @@ def preferences_of(prefer: str) -> dict[str, str]:
 
 
 def preferred_wait_s(prefer: str | None, *, longest_s: float) -> float:
-    """Return how long a client would wait for the result, seconds, at most `longest_s`; 0 without a wish."""
+    """Return the time that a client is willing to wait, s, at most `longest_s`; 0 without `wait`."""
     wish = preferences_of(prefer or "").get("wait", "")
     return min(longest_s, float(wish)) if _SECONDS.fullmatch(wish) else 0.0

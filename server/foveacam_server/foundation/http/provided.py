@@ -15,17 +15,17 @@ T = TypeVar("T")
 
 
 class ServiceRegistry:
-    """The opened services, each under the types for which routes ask: its class, or a Protocol of theirs."""
+    """Registry of the opened services by type: the class, or a Protocol that routes declare."""
 
     def __init__(self, services: Mapping[object, object] | None = None) -> None:
         self._services = dict(services or {})
 
     def add(self, kind: type[T], service: T) -> None:
-        """Let routes that ask for `kind` find this service."""
+        """Register a service under the type `kind`."""
         self._services[kind] = service
 
     def open(self, kind: type[object]) -> None:
-        """Make a service of what its constructor asks for by type; arguments with a default keep it."""
+        """Construct a service from registered ones by its parameters' types; defaults are kept."""
         kinds = get_type_hints(kind.__init__)
         asked = [one.name for one in signature(kind).parameters.values() if one.default is Parameter.empty]
         self._services[kind] = kind(**{name: self._services[kinds[name]] for name in asked})
@@ -35,7 +35,7 @@ class ServiceRegistry:
         return cast(T, self._services[kind])
 
     def check(self, endpoint: Callable[..., Any]) -> None:  # Any: a route's own arguments and answer
-        """Raise `DeviceFault` when a route asks for a type that no service has."""
+        """Raise `DeviceFault` when a route requires a type without a registered service."""
         missing = [_name(kind) for kind in asked_by(endpoint) if kind not in self._services]
         if missing:
             raise DeviceFault(
@@ -67,7 +67,7 @@ else:
 
 
 def asked_by(endpoint: Callable[..., Any]) -> Iterator[object]:  # Any: a route's own arguments and answer
-    """Yield the types that a route's parameters ask for."""
+    """Yield the types that a route's parameters require."""
     for parameter in signature(endpoint).parameters.values():
         for note in getattr(parameter.annotation, "__metadata__", ()):
             if isinstance(note, Dependency) and isinstance(note.dependency, _Finder):

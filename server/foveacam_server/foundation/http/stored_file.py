@@ -1,4 +1,4 @@
-"""The answer that sends a stored file, whole or in parts, and says so where it is gone."""
+"""A response that sends a stored file, whole or by ranges, and raises `NotFound` where it was removed."""
 
 import os
 from typing import Any
@@ -12,7 +12,7 @@ from foveacam_server.foundation.http.answers import file_responses, problems
 
 
 class StoredFile(FileResponse):
-    """Sends a file; raises `NotFound` where it was removed since it was looked up."""
+    """Sends a file; raises `NotFound` if it was removed since its lookup."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the file, or the part of it that is asked for."""

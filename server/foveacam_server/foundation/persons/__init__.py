@@ -1,1 +1,1 @@
-"""What one person may hold of limited things, and whose turn is next."""
+"""Limits per person of limited resources, and fair queues."""

@@ -1,7 +1,7 @@
-"""Limits how much of a limited thing one person holds, and all persons together, and who is served next.
+"""Limits how much of a limited resource one person and all persons together hold, and queues persons fairly.
 
-A person is a user, a service, or an address where nobody signs in; the middleware of requests sets it. What
-the server does of its own accord belongs to nobody, and the limit of one person does not apply to it.
+A person is a user, a service, or an address where nobody signs in; the middleware of requests sets it. Work
+that the server itself starts has no person, and no limit per person.
 """
 
 import threading
@@ -19,11 +19,11 @@ Person = str | None
 """Key of a person; None: the server itself."""
 
 PERSON: ContextVar[Person] = ContextVar("person", default=None)
-"""Whom the running code works for."""
+"""Person for whom the running code works."""
 
 _TRY_AGAIN_LATER = 1013
 OWN_LIMIT = 4429
-"""Close code of a WebSocket of a person who holds too many."""
+"""Close code of a WebSocket beyond the limit per person."""
 _REASON_BYTES = 123
 """Longest reason of a WebSocket's close (RFC 6455, 5.5)."""
 
@@ -31,7 +31,7 @@ _REASON_BYTES = 123
 class Places:
     """Limited places of one kind; callable from any thread.
 
-    `what`: the kind in the plural, with what it is for. `remedy`: what gives a place back.
+    `what`: the kind in the plural, with its purpose, for messages. `remedy`: how to free a place.
     """
 
     def __init__(self, what: str, *, most: int, most_each: int, remedy: str) -> None:
@@ -43,11 +43,11 @@ class Places:
 
     @property
     def taken(self) -> int:
-        """Number of places that are held."""
+        """Number of places held."""
         return self._taken
 
     def take(self, person: Person) -> None:
-        """Hold one more place; raise `PersonLimit` or `AllTaken` where there is none."""
+        """Take one more place; raise `PersonLimit` or `AllTaken` beyond a limit."""
         with self._lock:
             if person is not None and self._held[person] >= self.most_each:
                 raise PersonLimit(
@@ -67,7 +67,7 @@ class Places:
             self._taken += 1
 
     def give_back(self, person: Person) -> None:
-        """Give back a place that was taken for this person."""
+        """Release a place that was taken for this person."""
         with self._lock:
             self._taken -= 1
             self._held[person] -= 1
@@ -85,27 +85,27 @@ class Places:
 
 
 def close_of(refusal: AllTaken | PersonLimit) -> tuple[int, str]:
-    """Return code and reason with which a WebSocket is closed that gets no place."""
+    """Return code and reason for closing a WebSocket beyond a limit."""
     code = OWN_LIMIT if isinstance(refusal, PersonLimit) else _TRY_AGAIN_LATER
     return code, str(refusal).encode()[:_REASON_BYTES].decode(errors="ignore")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerPlaces:
-    """The places that belong to no service: those of connections and of long answers."""
+    """The limits that belong to no service: of requests, connections and long answers."""
 
     requests: Places = field(
         default_factory=lambda: Places(
             "open requests", most=512, most_each=64, remedy="wait for the answers that are on their way"
         )
     )
-    """Every request from its first byte to the last of its answer, streams included."""
+    """Limit of requests, each from its first byte to the last byte of its answer, streams included."""
     large_bodies: Places = field(
         default_factory=lambda: Places(
             "large bodies", most=16, most_each=4, remedy="wait until one has been answered"
         )
     )
-    """Larger than 1 MiB, from the first byte to the answer."""
+    """Limit of bodies larger than 1 MiB, from the first byte to the answer."""
     events: Places = field(
         default_factory=lambda: Places(
             "streams of events", most=256, most_each=16, remedy="close a page or a program that listens"
@@ -127,11 +127,11 @@ class ServerPlaces:
             remedy="wait until one has ended",
         )
     )
-    """Half of the threads of requests stay free for others whatever one person reads."""
+    """Whatever one person reads, half of the threads of requests stay free for others."""
 
 
 class FairQueue(Generic[T]):
-    """Items that wait: of each person first come, first served, the persons in turn. For one thread."""
+    """Fair queue: persons take turns, each one's items in order of arrival. Not thread-safe."""
 
     def __init__(self) -> None:
         self._waiting: OrderedDict[Person, deque[T]] = OrderedDict()
@@ -140,13 +140,13 @@ class FairQueue(Generic[T]):
         return sum(len(items) for items in self._waiting.values())
 
     def put(self, person: Person, item: T) -> None:
-        """Add an item behind all others of its person."""
+        """Append an item to its person's queue."""
         self._waiting.setdefault(person, deque()).append(item)
 
     def take(self, *, not_of: Container[Person] = ()) -> tuple[Person, T] | None:
-        """Remove and return the next item; None where none waits, or those of `not_of` alone.
+        """Remove and return the next item; None when there is none except those of `not_of`.
 
-        The person goes to the end of the line.
+        Its person becomes last in turn.
         """
         for person, items in self._waiting.items():
             if person not in not_of:
@@ -158,7 +158,7 @@ class FairQueue(Generic[T]):
         return None
 
     def remove(self, item: T) -> bool:
-        """Remove an item; return whether it waited."""
+        """Remove an item; return whether it was queued."""
         for person, items in self._waiting.items():
             if item in items:
                 items.remove(item)

@@ -1,4 +1,4 @@
-"""Turns on the event loop: some at once, of one person fewer, and of those who wait each person in turn."""
+"""A fair semaphore on the event loop: a few turns at once, fewer of one person, waiting persons in turn."""
 
 import asyncio
 from collections import Counter
@@ -9,7 +9,7 @@ from foveacam_server.foundation.persons.person_quota import PERSON, FairQueue, P
 
 
 class Turns:
-    """Used on one event loop alone."""
+    """A fair semaphore; to be used on one event loop only."""
 
     def __init__(self, at_once: int, *, each: int) -> None:
         self.at_once, self._each = at_once, each
@@ -18,12 +18,12 @@ class Turns:
 
     @property
     def running(self) -> int:
-        """Number of turns that are under way."""
+        """Number of turns held."""
         return self._running.total()
 
     @asynccontextmanager
     async def turn(self) -> AsyncIterator[None]:
-        """Wait for a turn of the person whom the running code works for, and hold it during the block."""
+        """Wait for a turn for the person of the running code, and hold it during the block."""
         person = PERSON.get()
         await self.begin(person)
         try:
@@ -32,7 +32,7 @@ class Turns:
             self.end(person)
 
     async def begin(self, person: Person) -> None:
-        """Wait for a turn; `end` it afterwards."""
+        """Wait for a turn; release it by `end`."""
         granted = asyncio.get_running_loop().create_future()
         self._waiting.put(person, granted)
         self._grant()
@@ -46,7 +46,7 @@ class Turns:
             raise
 
     def end(self, person: Person) -> None:
-        """End a turn of this person."""
+        """Release a turn of this person."""
         self._running[person] -= 1
         if not self._running[person]:
             del self._running[person]

@@ -1,1 +1,1 @@
-"""What tells how the server works: times of its parts, ids in its log lines, traces."""
+"""Monitoring of the server: timings, flows between its parts, log lines with ids, traces."""

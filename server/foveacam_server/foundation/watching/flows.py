@@ -1,4 +1,4 @@
-"""Counts what one part of the server hands to another: who feeds whom, at which rate, and what was dropped.
+"""Counts the items that flow from one part of the server to another, and the dropped ones.
 
 A part is a thread by its name, or something without a thread: a camera, the mirrors, a view, the viewers.
 """
@@ -18,9 +18,9 @@ MIRRORS, VIEWERS, PANE, FILE = "mirrors", "viewers", "3D pane", "recording file"
 NATIVE = "of libraries"
 _NAMES = {"AnyIO worker thread": "requests", "asyncio": "requests", "MainThread": "main", "<lambda>": NATIVE}
 _NAMELESS = re.compile(r"Thread-\d+ \((.*)\)")
-"""A thread without a name of its own, and its function."""
+"""Matches the default name of a thread, with its function."""
 _NUMBER = re.compile(r"[-_]\d+$")
-"""What `ThreadPoolExecutor` adds to a name."""
+"""Matches the suffix that `ThreadPoolExecutor` adds to a name."""
 _LABELS = ("source", "target", "items")
 _PASSED = Counter("foveacam_flow", "What one part handed to another.", _LABELS, registry=REGISTRY)
 _DROPPED = Counter("foveacam_flow_dropped", "What did not get there.", _LABELS, registry=REGISTRY)
@@ -28,7 +28,7 @@ _BYTES = Counter("foveacam_flow_bytes", "Size of what was handed over.", _LABELS
 
 
 class FlowKey(NamedTuple):
-    """Who hands what to whom."""
+    """A flow: its source, its destination, and the kind of items."""
 
     source: str
     target: str
@@ -51,7 +51,7 @@ def plain_thread_name(name: str) -> str:
 
 
 def this_part() -> str:
-    """Return the name of the thread that calls."""
+    """Return the name of the calling thread as a part."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -72,7 +72,7 @@ def camera_part(role: str) -> str:
 def count_flow(
     source: str, target: str, items: str, *, passed: int = 1, dropped: int = 0, size_bytes: int = 0
 ) -> None:
-    """Count items that were handed over, and those that were dropped instead."""
+    """Count items passed on, and those dropped instead."""
     key = FlowKey(source, target, items)
     _PASSED.labels(*key).inc(passed)
     if dropped:
@@ -82,7 +82,7 @@ def count_flow(
 
 
 def read_flows() -> dict[FlowKey, FlowCount]:
-    """Return what was counted since the process began."""
+    """Return the counts since the process began."""
     dropped, size_bytes = _values(_DROPPED), _values(_BYTES)
     return {
         key: FlowCount(passed=passed, dropped=dropped.get(key, 0), size_bytes=size_bytes.get(key, 0))

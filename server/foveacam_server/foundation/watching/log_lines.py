@@ -22,20 +22,20 @@ _SECRETS = tuple(
         (r"\bbearer\s+", r"[^\s\"',]+"),
     )
 )
-"""What precedes a secret, and the secret: in an address, a form or JSON, a header, anywhere."""
+"""Patterns of a secret and what precedes it: in an address, a form or JSON, a header, anywhere."""
 
 
 class WorkIds(logging.Filter):
-    """Gives each record the ids of the request and the job that the logging code works for."""
+    """Adds the ids of the current request and job to each record."""
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Set `request_id` and `job_id`; let every record pass."""
+        """Set `request_id` and `job_id`; return True, as no record is filtered out."""
         record.request_id, record.job_id = REQUEST_ID.get(), JOB_ID.get()
         return True
 
 
 class TextLines(logging.Formatter):
-    """A record as text: level, message, and the ids that it has in brackets."""
+    """Formats a record as text: level, message, and its ids in brackets."""
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - logging's name
         """Return the line without its traceback."""
@@ -50,7 +50,7 @@ class TextLines(logging.Formatter):
 
 
 class JsonLines(logging.Formatter):
-    """A record as one JSON object on one line."""
+    """Formats a record as one JSON object on one line."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line; `exception` is the traceback, null without one."""
@@ -77,7 +77,7 @@ def without_secrets(text: str) -> str:
 
 
 def configure_logging() -> None:
-    """Write the records of this process to stderr as text, from the level that FOVEACAM_LOG names on."""
+    """Write the records of this process to stderr as text, from the level in FOVEACAM_LOG upwards."""
     handler = logging.StreamHandler()
     handler.addFilter(WorkIds())
     handler.setFormatter(TextLines())
@@ -85,7 +85,7 @@ def configure_logging() -> None:
 
 
 def choose_format(log_format: LogFormat) -> None:
-    """Write the records that `configure_logging` has written to stderr in another format from now on."""
+    """Change the format of the records that `configure_logging` writes to stderr."""
     for handler in logging.getLogger().handlers:
         if isinstance(handler.formatter, TextLines | JsonLines):
             handler.setFormatter(JsonLines() if log_format == "json" else TextLines())

@@ -1,6 +1,6 @@
-"""The pipeline of traces: OpenTelemetry's SDK keeps ended spans and sends them on a thread of its own.
+"""Export of traces: OpenTelemetry's SDK queues ended spans and sends them on a separate thread.
 
-Nothing is made known to the whole process: what FastAPI would send by itself holds the queries of addresses.
+No global tracer is set: FastAPI's own spans would contain the queries of addresses.
 """
 
 import logging
@@ -19,13 +19,13 @@ _log = logging.getLogger(__name__)
 SERVICE = "foveacam"
 TRACES_PATH = "/v1/traces"
 WAITING_SPANS = 4096
-"""Spans that may wait; the oldest are dropped for newer ones."""
+"""Length of the queue of spans; the oldest are dropped for newer ones."""
 BATCH_SPANS = 512
 PERIOD_MS = 1000.0
 EXPORT_S = 3.0
-"""Longest time of one request to the collector, its repetitions included."""
+"""Timeout of one request to the collector, including retries."""
 STOP_S = 0.5
-"""Longest time in which the last spans are sent when the server stops."""
+"""Timeout of sending the last spans when the server stops."""
 
 
 class TracePipeline:
@@ -49,7 +49,7 @@ class TracePipeline:
         self.tracer = self._provider.get_tracer(SERVICE, __version__)
 
     def close(self) -> None:
-        """Send what waits, for `STOP_S` at most; nothing where the collector takes nothing anyway."""
+        """Send the queued spans, for `STOP_S` at most; skip that where the collector is failing."""
         ending = threading.Thread(target=self._provider.shutdown, name="foveacam-traces", daemon=True)
         ending.start()
         ending.join(0.0 if self._exporter.failing else STOP_S)
@@ -58,7 +58,7 @@ class TracePipeline:
 
 
 class _ReportingExporter(SpanExporter):
-    """Sends spans; logs once that the collector does not take them, and once that it takes them again."""
+    """Sends spans; logs once when the collector fails, and once when it recovers."""
 
     def __init__(self, endpoint: str) -> None:
         url = endpoint.removesuffix("/")
@@ -71,12 +71,12 @@ class _ReportingExporter(SpanExporter):
         result = self._exporter.export(spans)
         failed = result is not SpanExportResult.SUCCESS
         if failed and not self.failing:
-            _log.warning("traces are lost: %s does not take them; all else goes on", self._endpoint)
+            _log.warning("traces are lost: %s does not accept them; all else continues", self._endpoint)
         elif self.failing and not failed:
-            _log.warning("traces are taken again by %s", self._endpoint)
+            _log.warning("traces are accepted again by %s", self._endpoint)
         self.failing = failed
         return result
 
     def shutdown(self) -> None:
-        """Send no more."""
+        """Stop sending."""
         self._exporter.shutdown()  # type: ignore[no-untyped-call]  # the library gives it no types

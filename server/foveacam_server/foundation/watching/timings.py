@@ -1,4 +1,4 @@
-"""How long the parts of the work took, as histograms of this process for `/metrics`."""
+"""Histograms of the durations of stages in this process, for `/metrics`."""
 
 from prometheus_client import CollectorRegistry, Histogram
 
@@ -19,9 +19,9 @@ REQUEST = Histogram(
 )
 
 QUEUE = _STAGES.labels("queue")
-"""A command waited for the hardware thread."""
+"""Wait of a command for the hardware thread."""
 LOOK = _STAGES.labels("look")
-"""Both mirrors moved, settled, and both foveae were exposed and read."""
+"""A look: both mirrors moved and settled, both foveae exposed and read."""
 VERGE = _STAGES.labels("verge")
 """A fixation, from its start on the rig to its answer."""
 DEPTH = _STAGES.labels("depth")

@@ -1,6 +1,6 @@
 """Sends traces of requests and of their jobs to a collector by OTLP, and never waits for it.
 
-OpenTelemetry's SDK is loaded where an endpoint is set (`otlp.py`).
+OpenTelemetry's SDK is imported only when an endpoint is set (`otlp.py`).
 """
 
 import itertools
@@ -17,11 +17,11 @@ from foveacam_hardware.contract.spans import Attribute
 from foveacam_server.foundation.watching.log_lines import without_secrets
 
 SPANS_A_TRACE = 5000
-"""A capture of a thousand points; what is longer has no further parts in its trace."""
+"""Most spans of a trace, enough for a capture of a thousand points; further ones are left out."""
 
 
 class TracedSpan:
-    """One part of a trace; implements `Span` of the hardware's contract."""
+    """A span of a trace; implements `Span` of the hardware's contract."""
 
     def __init__(self, tracer: trace.Tracer, otel: trace.Span, numbers: Iterator[int]) -> None:
         """`numbers`: counts the spans of the whole trace."""
@@ -31,7 +31,7 @@ class TracedSpan:
     def child(
         self, name: str, attributes: Mapping[str, Attribute], *, began_s_ago: float = 0.0
     ) -> "TracedSpan | None":
-        """Begin a part of this part; None when the caller asked for no trace, or it is too long."""
+        """Begin a child span; None when the trace is not sampled or has too many spans."""
         if not self._otel.get_span_context().trace_flags.sampled:
             return None
         if next(self._numbers) >= SPANS_A_TRACE:
@@ -46,18 +46,18 @@ class TracedSpan:
         return TracedSpan(self._tracer, began, self._numbers)
 
     def describe(self, name: str, attributes: Mapping[str, Attribute]) -> None:
-        """Set its name and further attributes, once they are known."""
+        """Set the span's name and further attributes, once they are known."""
         self._otel.update_name(name)
         self._otel.set_attributes(attributes)
 
     def end(self, error: BaseException | None = None) -> None:
-        """End it; an error is told by its class and its sentence."""
+        """End the span; an error is recorded with its class and message."""
         if self._left_out:
             self._otel.set_attribute("spans_left_out", self._left_out)
         if error is not None:
-            told = without_secrets(str(error))
+            description = without_secrets(str(error))
             self._otel.set_attribute("error.type", type(error).__name__)
-            self._otel.set_status(Status(StatusCode.ERROR, told))
+            self._otel.set_status(Status(StatusCode.ERROR, description))
         self._otel.end()
 
 
@@ -69,7 +69,7 @@ class Traces:
         self._callers = TraceContextTextMapPropagator()
 
     def begin(self, name: str, headers: Mapping[str, str], attributes: Mapping[str, Attribute]) -> TracedSpan:
-        """Begin the trace of a request, or go on with the one that its `traceparent` names."""
+        """Begin the trace of a request, or continue that of its `traceparent`."""
         caller = self._callers.extract(headers)
         began = self._tracer.start_span(name, context=caller, kind=SpanKind.SERVER, attributes=attributes)
         return TracedSpan(self._tracer, began, itertools.count(1))
@@ -77,7 +77,7 @@ class Traces:
 
 @contextmanager
 def open_traces(endpoint: str | None) -> Iterator[Traces | None]:
-    """Send traces to the collector at `endpoint` until the context ends; None: there are none.
+    """Send traces to the collector at `endpoint` until the context ends; None: send none.
 
     Raise `InvalidInput` where OpenTelemetry's SDK is not installed.
     """

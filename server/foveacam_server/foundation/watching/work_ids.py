@@ -1,6 +1,6 @@
-"""The ids of the request and of the job that the running code works for.
+"""The ids of the request and the job for which the running code works.
 
-They are context variables: `contextvars.copy_context` takes them along to another thread.
+They are context variables: `contextvars.copy_context` carries them to another thread.
 """
 
 import re
@@ -23,6 +23,6 @@ def begin_request(asked: str | None) -> str:
 
 
 def request_header() -> dict[str, str]:
-    """Return the header that names the request under way; none outside of requests."""
+    """Return the header with the present request's id; empty outside of requests."""
     request_id = REQUEST_ID.get()
     return {} if request_id is None else {REQUEST_HEADER: request_id}

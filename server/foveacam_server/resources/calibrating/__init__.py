@@ -1,1 +1,1 @@
-"""Calibrating the rig: sessions of measurements, calibrations, checks for drift."""
+"""Resources of calibrating the rig: sessions of measurements, calibrations, drift checks."""

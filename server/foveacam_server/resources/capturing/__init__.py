@@ -1,1 +1,1 @@
-"""What the rig records: captures, stills, recordings, mosaics; how long and where they are kept."""
+"""Resources of recorded data: captures, stills, recordings, mosaics, references, archive, retention."""

@@ -1,1 +1,1 @@
-"""The rig's devices: setting them up, cameras, mirrors, positioners, displays, faults, the stop."""
+"""Resources of the rig's devices: set-up, cameras, mirrors, positioners, displays, faults, the stop."""

@@ -1,1 +1,1 @@
-"""Looking at things: fixations, followed targets, the loop, and what is known of depth and shape."""
+"""Resources of looking: fixations, followed targets, the vergence loop, depth, clouds and measurements."""

@@ -1,1 +1,1 @@
-"""Running the server: jobs, events, the lease, people, other rigs, live views, load."""
+"""Resources of operating the server: jobs, events, the lease, people, other rigs, live views, load."""

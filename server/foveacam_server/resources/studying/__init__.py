@@ -1,1 +1,1 @@
-"""Analyses beyond one rig: the planner, the paper's studies, training of stereo networks."""
+"""Resources of analyses: the planner, the paper's studies, training of stereo networks."""

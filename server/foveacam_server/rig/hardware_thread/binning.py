@@ -1,4 +1,4 @@
-"""The binning of the rig's cameras: its working binning, but for sessions and recordings that ask another."""
+"""The binning of the rig's cameras: the working binning, unless a session or recording requests another."""
 
 import logging
 import threading
@@ -16,7 +16,7 @@ OPEN = (CameraPhase.READY, CameraPhase.STREAMING, CameraPhase.DEGRADED)
 
 
 class RigBinning:
-    """Switches all cameras at once. The hardware thread applies what any thread asks for."""
+    """Switches all cameras together. Any thread may request a binning; the hardware thread applies it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -25,7 +25,7 @@ class RigBinning:
         self._session: Binning | None = None
         self._refused: Binning | None = None
         self.problem: str | None = None
-        """Why the cameras do not have the binning that is wanted; None while they have it."""
+        """Why the cameras do not have the wanted binning; None while they have it."""
         self.switch_s: float | None = None
         """Time that the last switch of this rig's cameras took: stop, set, start; None before the first."""
 
@@ -36,9 +36,9 @@ class RigBinning:
             return bool(self._recorded)
 
     def wanted(self, rig: AssembledRig) -> Binning:
-        """Return the binning to be in force: a recording's before a session's before the rig's own.
+        """Return the wanted binning: a recording's, else a session's, else the rig's own.
 
-        A session that chooses none keeps the rig's own as it was when the session began.
+        A session without a choice keeps the rig's own as it was at its start.
         """
         with self._lock:
             if self._in_session and self._session is None:
@@ -59,9 +59,9 @@ class RigBinning:
 
     @contextmanager
     def session(self, binning: Binning | None) -> Iterator[None]:
-        """Let the session that has the rig choose; None for the rig's own.
+        """Apply a session's choice while it has the rig; None: the rig's own.
 
-        Raise `Busy` while a recording keeps another binning than the one that is chosen.
+        Raise `Busy` while a recording keeps another binning than the chosen one.
         """
         with self._lock:
             recorded = self._recorded[0] if self._recorded else None
@@ -75,7 +75,7 @@ class RigBinning:
                 self._in_session, self._session = False, None
 
     def choose_working(self, rig: AssembledRig, binning: Binning) -> None:
-        """Change the rig's own binning, or leave it and raise what a camera refuses the new one with.
+        """Change the rig's own binning; on a camera's refusal leave it, and raise the camera's error.
 
         While a session or a recording has the cameras, they are switched after its end.
         """
@@ -88,9 +88,9 @@ class RigBinning:
             raise
 
     def apply(self, rig: AssembledRig) -> None:
-        """Switch the cameras that have another binning, all or none; raise what a camera refuses it with.
+        """Switch the cameras that have another binning, all or none; raise a camera's error that refuses it.
 
-        A camera that is not connected is left alone: it is switched when it is back.
+        A camera that is not connected is switched when it is back.
         """
         wanted = self.wanted(rig)
         cameras = [camera for camera in (rig.wide, rig.left, rig.right) if camera.link.phase in OPEN]
@@ -104,7 +104,7 @@ class RigBinning:
         self._refused = self.problem = None
 
     def keep(self, rig: AssembledRig) -> None:
-        """Apply without failing; what was refused is logged once, and the cameras stay as they were."""
+        """Apply without raising; a refusal is logged once, and the cameras keep their binning."""
         if self._refused == self.wanted(rig):
             return
         try:
@@ -114,12 +114,12 @@ class RigBinning:
             _log.warning("the cameras stay at their binning: %s", error)
 
     def forget(self) -> None:
-        """Forget the cameras of a rig that was closed: how long they take, and what they refused."""
+        """Forget time and refusal of the cameras of a closed rig."""
         self._refused = self.problem = self.switch_s = None
 
 
 def _switch(cameras: list[Camera], wanted: Binning) -> None:
-    """Switch all cameras, or leave them as they were and raise."""
+    """Switch all cameras, or restore their binning and raise."""
     before = [camera.settings for camera in cameras]
     try:
         for camera in cameras:

@@ -1,4 +1,4 @@
-"""Prepares the kernels of a simulated rig while the server's program is loaded, before there is a rig."""
+"""Prepares the kernels of a simulated rig while the server's modules are imported, before there is a rig."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ LOOK_S = 0.1
 
 @contextmanager
 def kernels_of(settings: Settings) -> Iterator[Preparation]:
-    """Prepare the kernels from now on where the settings choose the simulated rig; else once it opens."""
+    """Start the preparation now where the settings choose the simulated rig; otherwise when one opens."""
     if settings.rig != "sim" or settings.replay is not None:
         yield prepare_kernels
         return
@@ -51,16 +51,16 @@ class EarlyKernels:
 
     def __call__(self, on_progress: OnKernels, *, cancelled: Callable[[], bool]) -> str | None:
         """Wait until the kernels are ready; return and raise as `prepare_kernels`."""
-        told: KernelProgress | None = None
+        reported: KernelProgress | None = None
         while not self._ended.done():
             if cancelled():
                 self._cancelled.set()
             with self._changed:
                 self._changed.wait_for(self._ended.done, LOOK_S)
                 newest = self._newest
-            if newest is not None and newest is not told:
+            if newest is not None and newest is not reported:
                 on_progress(newest)
-                told = newest
+                reported = newest
         return self._ended.result()
 
     def _run(self) -> None:

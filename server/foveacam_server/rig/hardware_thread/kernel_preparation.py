@@ -1,6 +1,7 @@
-"""Compiles the kernels of a simulated rig in child processes beside each other, then loads them here.
+"""Compiles the kernels of a simulated rig in parallel child processes, then loads them here.
 
-Their memory goes with the children. Where a child fails, or nothing can be stored, this process compiles.
+The memory of compilation is freed with the children. If a child fails, or nothing can be stored, this process
+compiles.
 """
 
 import logging
@@ -20,12 +21,13 @@ _log = logging.getLogger(__name__)
 
 WORKER = "foveacam_server.rig.hardware_thread.kernel_worker"
 Phase = Sequence[Sequence[str]]
-"""What several children compile beside each other: names of steps, a sequence for each child."""
+"""Phase of compilation: names of steps, one sequence for each parallel child."""
 PHASES: tuple[Phase, ...] = (
     (("shading",), ("visibility", "edges", "samples", "lens")),
     (("tiles", "sensor"), ("set-up", "faces of tiles", "motion", "hiding")),
 )
-"""The parts of the largest kernel come first, so that both children are busy; what needs them comes next."""
+"""The parts of the largest kernel come first, so that both children are busy; kernels that need them come
+next."""
 COSTS: Mapping[str, float] = {
     "shading": 13.6,
     "visibility": 3.5,
@@ -41,12 +43,12 @@ COSTS: Mapping[str, float] = {
 }
 """CPU time of each step, s; their ratios give the time left."""
 NOTICED_S = 1.0
-"""From such a time on, the time left is estimated."""
+"""Time after which the time left is estimated."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KernelProgress:
-    """How many kernels are compiled; `left_s`: time left, None while it is not known."""
+    """Number of compiled kernels; `left_s`: time left, None while unknown."""
 
     done: int
     total: int
@@ -60,10 +62,10 @@ OnKernels = Callable[[KernelProgress], None]
 
 
 class Preparation(Protocol):
-    """Makes the kernels of a simulated rig ready; returns a problem that did not keep it from doing so."""
+    """Makes the kernels of a simulated rig ready; returns a problem that was not fatal, if any."""
 
     def __call__(self, on_progress: OnKernels, *, cancelled: Callable[[], bool]) -> str | None:
-        """Return once they are ready, or raise `Cancelled`."""
+        """Return when they are ready, or raise `Cancelled`."""
         ...
 
 
@@ -78,12 +80,12 @@ class ChildRunner(Protocol):
         on_progress: OnProgress,
         cancelled: Callable[[], bool],
     ) -> None:
-        """Run it to its end."""
+        """Run the module to its end."""
         ...
 
 
 def kernels_stored() -> bool:
-    """Return whether the kernels of the simulated rig were compiled before and need only be loaded."""
+    """Return whether the kernels of the simulated rig are in the cache and need only be loaded."""
     with gc_paused(keep=False):  # other servers of this process may exist
         from foveacam_hardware.simulation_kernels import are_stored
 
@@ -122,7 +124,7 @@ def compile_in_children(
 ) -> None:
     """Compile all kernels in child processes, phase after phase; raise the first error of a child.
 
-    Raise `Cancelled` soon after `cancelled` says so. When one child fails, the others are ended.
+    Raise `Cancelled` soon after `cancelled` returns true. When one child fails, the others are ended.
     """
     progress = _Progress(phases, total=total(), now_s=now_s)
     for phase in phases:
@@ -132,15 +134,15 @@ def compile_in_children(
 
 
 def _run_phase(phase: Phase, *, on_step: OnProgress, cancelled: Callable[[], bool], run: ChildRunner) -> None:
-    failed, telling = threading.Event(), threading.Lock()
+    failed, reporting = threading.Event(), threading.Lock()
 
-    def tell(step: ChildProgress) -> None:
-        with telling:  # one child at a time
+    def report_one(step: ChildProgress) -> None:
+        with reporting:  # one child at a time
             on_step(step)
 
     def compile_share(names: Sequence[str]) -> None:
         try:
-            run(WORKER, names, on_progress=tell, cancelled=lambda: failed.is_set() or cancelled())
+            run(WORKER, names, on_progress=report_one, cancelled=lambda: failed.is_set() or cancelled())
         except BaseException:
             failed.set()
             raise
@@ -153,7 +155,7 @@ def _run_phase(phase: Phase, *, on_step: OnProgress, cancelled: Callable[[], boo
 
 
 class _Progress:
-    """Adds up what the children report: `note`, the step; `done`, its compiled kernels; `share` of it."""
+    """Sums the children's reports: `note`, the step; `done`, its compiled kernels; `share`, of it."""
 
     def __init__(self, phases: Sequence[Phase], *, total: int, now_s: Callable[[], float]) -> None:
         self._phases, self._total, self._now_s = phases, total, now_s
@@ -161,19 +163,19 @@ class _Progress:
         self._began_s = now_s()
 
     def after(self, step: ChildProgress) -> KernelProgress:
-        """Return the progress of all after a child's report."""
+        """Return the total progress after a child's report."""
         self._steps[step.note] = step
         done = min(self._total, sum(each.done for each in self._steps.values()))
         return KernelProgress(done=done, total=self._total, left_s=self._left_s())
 
     def _left_s(self) -> float | None:
-        """Return the time left, by the costs of the steps on the longest way."""
+        """Return the time left, from the costs of the steps on the critical path."""
         spent_s = self._now_s() - self._began_s
         whole, left = self._longest(lambda _name: 1.0), self._longest(self._rest)
         return None if spent_s < NOTICED_S or left >= whole else spent_s * left / (whole - left)
 
     def _longest(self, rest: Callable[[str], float]) -> float:
-        """Return the cost of the child that has most to do, over all phases."""
+        """Return the cost of the critical path: of the child with most work, summed over all phases."""
         return sum(
             max(sum(COSTS[name] * rest(name) for name in share) for share in phase) for phase in self._phases
         )
@@ -184,7 +186,7 @@ class _Progress:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KernelTools:
-    """What a preparation consists of; a test replaces them."""
+    """Functions that a preparation calls; tests replace them."""
 
     stored: Callable[[], bool] = kernels_stored
     trouble: Callable[[], str | None] = storing_trouble
@@ -200,8 +202,8 @@ def prepare_kernels(
 ) -> str | None:
     """Make the kernels of a simulated rig ready before its first frame.
 
-    Return why this process compiled them by itself; None where it had not to. Raise `Cancelled` soon after
-    `cancelled` says so, unless this process compiles.
+    Return why this process compiled them itself; None where it did not. Raise `Cancelled` soon after
+    `cancelled` returns true, unless this process compiles.
     """
     why = None if tools.stored() else tools.trouble() or _compile(on_progress, cancelled, tools)
     if why is not None:
@@ -216,6 +218,6 @@ def _compile(on_progress: OnKernels, cancelled: Callable[[], bool], tools: Kerne
         tools.compile(on_progress=on_progress, cancelled=cancelled)
     except Cancelled:
         raise
-    except (FoveaError, OSError, RuntimeError, ValueError) as error:  # ValueError: no message of ours
+    except (FoveaError, OSError, RuntimeError, ValueError) as error:  # ValueError: malformed message
         return str(error)
     return None

@@ -30,7 +30,7 @@ def compile_kernels(
 def _compile(step: KernelStep, report: Callable[[ChildProgress], None]) -> None:
     expected, compiled = kernels_within(step.kernel), set[str]()
 
-    def tell(share: float | None = None) -> None:
+    def report_share(share: float | None = None) -> None:
         done, total = len(compiled), len(expected)
         report(
             ChildProgress(
@@ -41,12 +41,12 @@ def _compile(step: KernelStep, report: Callable[[ChildProgress], None]) -> None:
     def take(name: str) -> None:
         if name in expected and name not in compiled:
             compiled.add(name)
-            tell()
+            report_share()
 
-    tell()
+    report_share()
     with compiling_watched(take):
         step.compile()
-    tell(share=1.0)  # what was in the cache already is not compiled
+    report_share(share=1.0)  # kernels already in the cache are not counted
 
 
 if __name__ == "__main__":

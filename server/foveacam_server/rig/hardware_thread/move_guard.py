@@ -1,6 +1,6 @@
-"""Whether the rig may be used now: who has it exclusively, and what forbids a look or a move.
+"""Checks whether the rig may be used: exclusive sessions, and conditions that forbid a look or a move.
 
-One has the rig at a time; only one who gives way is waited for.
+One session holds the rig at a time; others wait only for a holder that yields.
 """
 
 import threading
@@ -14,7 +14,7 @@ from foveacam_server.rig.ports import AssembledRig
 from foveacam_server.rig.status import RigStatus
 
 GIVEN_AWAY_S = 5.0
-"""So long a job waits for the rig: who follows targets gives it away after the look under way."""
+"""Timeout of acquiring the rig: following yields it after the look under way."""
 
 
 class ExclusiveUse:
@@ -34,7 +34,7 @@ class ExclusiveUse:
 
     @property
     def firm(self) -> bool:
-        """Whether work that gives no way has the rig."""
+        """Whether work that does not yield has the rig."""
         return self._holder is not None and not self._gives_way
 
     @property
@@ -49,7 +49,7 @@ class ExclusiveUse:
 
     @contextmanager
     def hold(self, holder: str, *, asked: str, gives_way: bool = False) -> Iterator[None]:
-        """Have the rig; raise `Busy` when somebody has it who does not give way."""
+        """Acquire the rig; raise `Busy` if its holder does not yield."""
         if not self._acquire():
             raise refusals.in_use(asked, self._holder or "somebody")
         self._gives_way = gives_way

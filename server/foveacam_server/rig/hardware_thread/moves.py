@@ -22,9 +22,10 @@ T = TypeVar("T")
 
 
 class RigMoves:
-    """Looks and moves; keeps the mirrors' last commanded volts, and parks again when a move crosses the stop.
+    """Carries out looks and moves; keeps the mirrors' last commanded volts.
 
-    Called by the hardware thread, but for `halt`, `resume` and `keep_gaze`, which any thread may call.
+    Parks again when a move races the stop. Called by the hardware thread, except `halt`, `resume` and
+    `keep_gaze`, which any thread may call.
     """
 
     def __init__(
@@ -47,16 +48,16 @@ class RigMoves:
         return self._gaze
 
     def halt(self) -> None:
-        """Let no look and no move leave the mirrors anywhere but parked."""
+        """Keep the mirrors parked: a look or move under way is followed by another parking."""
         self._halted.set()
         self._gaze = PARKED
 
     def resume(self) -> None:
-        """End what `halt` began."""
+        """End the effect of `halt`."""
         self._halted.clear()
 
     def keep_gaze(self, volts: StereoVolts) -> None:
-        """Take over where others have sent the mirrors; a stop that comes meanwhile wins."""
+        """Record the volts to which others have sent the mirrors; a stop in between wins."""
         self._gaze = volts
         if self.halted:
             self._gaze = PARKED
@@ -113,7 +114,7 @@ class RigMoves:
         without_failing("park", rig.mirrors.park)
 
     def _exposed(self, rig: AssembledRig, look: Callable[[], T], *, missing: Role | None = None) -> T:
-        """Run a look; on an error record which device failed; park again when the stop came meanwhile."""
+        """Run a look; on an error record the failed device; park again if the stop was engaged meanwhile."""
         count_flow(HARDWARE, MIRRORS, "moves")
         try:
             found = look()

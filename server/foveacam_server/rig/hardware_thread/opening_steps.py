@@ -11,9 +11,9 @@ from foveacam_server.rig.hardware_thread.kernel_preparation import KernelProgres
 from foveacam_server.rig.ports import AssembledRig, RigProblem
 
 RIG = "rig"
-"""The step before all devices: the rig file is read, and what it names is built."""
+"""The step before all devices: read the rig file and construct the rig."""
 RENDERER = "renderer"
-"""The step of a simulated rig alone: its kernels are compiled, or loaded."""
+"""A step of simulated rigs only: compile or load the kernels."""
 COMPILED_HERE = "The server compiled its kernels by itself: "
 REMEDY = "correct it and start the server again"
 FIRST_DEVICES = ("mirrors", "wide", "left", "right")
@@ -21,7 +21,7 @@ FIRST_DEVICES = ("mirrors", "wide", "left", "right")
 
 
 class StepState(StrEnum):
-    """How far a step is."""
+    """State of a step."""
 
     PENDING = "pending"
     ACTIVE = "active"
@@ -31,10 +31,10 @@ class StepState(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningStep:
-    """One step of the opening; `detail`, `remedy`: why it failed, and what to do; or how far it is.
+    """One step of the opening; `detail`, `remedy`: why it failed, and what to do; or its progress.
 
-    `left_s`: time left, None while it is not known. `began_ns`, `ended_ns`: by the rig's clock; None while it
-    has not begun or not ended.
+    `left_s`: time left, None while unknown. `began_ns`, `ended_ns`: by the rig's clock; None before it has
+    begun or ended.
     """
 
     device: str
@@ -60,7 +60,7 @@ class OpeningSteps:
         return self._steps
 
     def begin(self) -> None:
-        """Begin anew: no step is done."""
+        """Start again with all steps pending."""
         self._steps = tuple(OpeningStep(device=device) for device in (RIG, *FIRST_DEVICES))
 
     def expect(self, devices: Sequence[str]) -> None:
@@ -73,16 +73,16 @@ class OpeningSteps:
         self._steps = (file, OpeningStep(device=RENDERER), *devices)
 
     def moves_on(self, device: str, *, detail: str, left_s: float | None) -> None:
-        """Take note how far a step is."""
+        """Record the progress of a step."""
         self._change(device, lambda step: replace(step, detail=detail, left_s=left_s))
 
     def begins(self, device: str) -> None:
-        """Take note that a step is under way."""
+        """Record that a step is under way."""
         now_ns = self._clock.now_ns()
         self._change(device, lambda step: replace(step, state=StepState.ACTIVE, began_ns=now_ns))
 
     def ends(self, device: str, problem: RigProblem | None) -> None:
-        """Take note that a step is done, or why it failed."""
+        """Record that a step is done, or why it failed."""
         now_ns = self._clock.now_ns()
         if problem is None:
             self._change(
@@ -112,7 +112,7 @@ class RigOpening:
         prepare: Preparation | None = None,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
-        """`prepare`: what a simulated rig needs before its devices; `cancelled`: whether the server ends."""
+        """`prepare`: preparation of a simulated rig, before its devices; `cancelled`: whether to end."""
         self._opener = opener
         self._reconnector = reconnector
         self._prepare, self._cancelled = prepare, cancelled

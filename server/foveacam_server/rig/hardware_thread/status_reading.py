@@ -1,4 +1,4 @@
-"""Reads the status of every device, four times a second in use, and tells when the rig's state changes."""
+"""Reads the status of every device, four times a second in use, and emits events of the rig's state."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +16,7 @@ STATUS_PERIOD_NS, QUIET_PERIOD_NS = 250_000_000, 1_000_000_000
 
 
 class StatusReading:
-    """The rig's last status; any thread may read it, the hardware thread alone refreshes it."""
+    """The rig's last status; readable from any thread, refreshed only by the hardware thread."""
 
     def __init__(
         self,
@@ -68,8 +68,8 @@ class StatusReading:
         self._status = RigStatus()
         self._emit(self._state())
 
-    def tell_not_open(self) -> None:
-        """Tell that no rig could be opened."""
+    def emit_not_open(self) -> None:
+        """Emit the event that no rig could be opened."""
         self._emit(RigState.DEGRADED)
 
     def _state(self) -> RigState:

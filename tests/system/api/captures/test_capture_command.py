@@ -149,7 +149,7 @@ def test_what_others_began_is_watched_without_harm_and_cancelled_by_wish(
     soon(lambda: press_ctrl_c("by rest"))
     status, printed, told = run("--name", "by rest", "--watch")
     assert (status, printed) == (130, "")
-    assert "it goes on; to cancel it: foveacam capture --cancel --name 'by rest' --server" in told
+    assert "it continues; to cancel it: foveacam capture --cancel --name 'by rest' --server" in told
     assert api_server.get(f"/jobs/{job['id']}").json()["state"] == "running"
 
     def let_it_end() -> None:

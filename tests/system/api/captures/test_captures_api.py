@@ -113,7 +113,7 @@ def test_a_check_reads_every_file_again_and_says_what_is_wrong(api_server: Runni
         index.write_text(before)
 
     assert answer["sound"] is False
-    assert "frames.csv: line 2 is not what the journal says" in answer["faults"][0]
+    assert "frames.csv: line 2 differs from the journal" in answer["faults"][0]
 
 
 def test_a_label_is_found_again_and_removal_is_undone(api_server: Running, kept: Document) -> None:
@@ -182,7 +182,7 @@ def test_an_estimate_tells_time_size_and_every_footprint(api_server: Running) ->
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ({"name": "../up", "plan": {}}, "begins with a dot"),
         ({"name": "/etc", "plan": {}}, "separates folders"),
@@ -210,14 +210,14 @@ def test_an_estimate_tells_time_size_and_every_footprint(api_server: Running) ->
     ],
 )
 def test_what_cannot_be_captured_is_refused_in_words(
-    api_server: Running, body: dict[str, Any], told: str
+    api_server: Running, body: dict[str, Any], message: str
 ) -> None:
     refused = api_server.http.post(
         API + URL, content=json.dumps(body), headers={"Content-Type": "application/json"}
     )
 
     assert refused.status_code == 422, refused.text
-    assert told in refused.json()["detail"]
+    assert message in refused.json()["detail"]
     assert api_server.get(URL, text="starting").json() == []
 
 
@@ -255,14 +255,14 @@ def test_a_name_in_two_ways_of_writing_its_accents_is_one_name(api_server: Runni
 
 
 @pytest.mark.parametrize(
-    ("file", "old", "new", "told"),
+    ("file", "old", "new", "message"),
     [
         ("dataset.json", '"version": 1', '"version": 2', "use a newer version of this program"),
         ("journal.jsonl", '"seq":', '"seq": ', "line 1 is damaged and others follow"),
     ],
 )
 def test_a_capture_edited_by_hand_or_by_a_newer_program_is_shown_with_the_reason_and_left_alone(
-    api_server: Running, kept: Document, file: str, old: str, new: str, told: str
+    api_server: Running, kept: Document, file: str, old: str, new: str, message: str
 ) -> None:
     folder = api_server.captures / "edited"
     shutil.copytree(api_server.captures / "kept", folder)
@@ -271,13 +271,13 @@ def test_a_capture_edited_by_hand_or_by_a_newer_program_is_shown_with_the_reason
         (folder / file).write_text(text, encoding="utf-8")
         found = next(found for found in api_server.get(URL).json() if found["name"] == "edited")
         assert (found["state"], found["resumable"]) == ("damaged", False)
-        assert told in found["why"]
+        assert message in found["why"]
         for answer in (
             api_server.post(f"{URL}/{found['id']}/resume"),
             api_server.get(f"{URL}/{found['id']}/sheet.png"),
         ):
             assert answer.status_code == 422, answer.text
-            assert told in answer.json()["detail"]
+            assert message in answer.json()["detail"]
         assert (folder / file).read_text(encoding="utf-8") == text
     finally:
         shutil.rmtree(folder)

@@ -50,7 +50,7 @@ def plane(api_server: Running) -> str:
     return PLANE
 
 
-def told(server: Running, capture_id: str) -> Document:
+def mosaic_document(server: Running, capture_id: str) -> Document:
     found: Document = server.get(url(capture_id)).json()
     return found
 
@@ -68,7 +68,7 @@ def tile(server: Running, layer: Document, level: int, x: int = 0, y: int = 0) -
 def test_a_mosaic_is_cancelled_beside_a_free_rig_gone_on_with_and_walked_about_in(
     api_server: Running, plane: str
 ) -> None:
-    before = told(api_server, plane)
+    before = mosaic_document(api_server, plane)
     assert (before["state"], before["made"], before["refusal"]) == ("none", None, None)
     assert before["needs"]["views"] == 4
 
@@ -78,7 +78,7 @@ def test_a_mosaic_is_cancelled_beside_a_free_rig_gone_on_with_and_walked_about_i
     api_server.post(f"/jobs/{job['id']}/cancel")
     assert (again.status_code, moved.status_code) == (409, 200)
     assert api_server.ended(job)["state"] == "cancelled"
-    assert told(api_server, plane)["state"] in ("none", "unfinished")
+    assert mosaic_document(api_server, plane)["state"] in ("none", "unfinished")
     assert api_server.get(url(plane, "/tiles/picture.dzi")).status_code == 404
 
     made = api_server.ended(api_server.post(url(plane)).json())
@@ -92,7 +92,7 @@ def test_a_mosaic_is_cancelled_beside_a_free_rig_gone_on_with_and_walked_about_i
 
 
 def test_tiles_of_all_levels_are_there_and_carry_the_depth(api_server: Running, plane: str) -> None:
-    made = told(api_server, plane)["made"]
+    made = mosaic_document(api_server, plane)["made"]
     picture, depth = made["layers"]
     assert (picture["width"], picture["height"]) == (made["width"], made["height"])
     for layer in (picture, depth):
@@ -114,7 +114,7 @@ def test_files_are_kept_by_browsers_and_leave_the_house(api_server: Running, pla
     assert first.headers["Cache-Control"] == "no-cache"
     kept = api_server.http.get(plain, headers={"If-None-Match": first.headers["ETag"]})
     assert (kept.status_code, kept.content) == (304, b"")
-    made = told(api_server, plane)["made"]
+    made = mosaic_document(api_server, plane)["made"]
     mesh = api_server.http.get(made["glb_url"])
     assert (mesh.content[:4], mesh.headers["Content-Type"]) == (b"glTF", "model/gltf-binary")
     assert api_server.http.get(made["ply_url"]).content.startswith(b"ply")
@@ -155,10 +155,10 @@ def test_a_capture_in_the_trash_keeps_its_mosaic_until_the_trash_is_emptied(
     api_server.http.delete(f"{API}/captures/{plane}")
     assert api_server.get(url(plane)).status_code == 404
     api_server.post(f"/captures/{plane}/restore")
-    assert told(api_server, plane)["state"] == "complete"
+    assert mosaic_document(api_server, plane)["state"] == "complete"
 
     assert api_server.http.delete(f"{API}{url(plane)}").status_code == 204
-    assert told(api_server, plane)["state"] == "none"
+    assert mosaic_document(api_server, plane)["state"] == "none"
     assert not home.exists()
 
 
@@ -182,7 +182,7 @@ def test_what_no_mosaic_can_be_made_of_is_refused_in_words(
     refused = api_server.post(url(name))
     assert refused.status_code == status, refused.text
     assert words in refused.json()["detail"]
-    shown = told(api_server, name)
+    shown = mosaic_document(api_server, name)
     assert (shown["needs"], shown["state"]) == (None, "none")
     assert words in shown["refusal"]["detail"]
 
@@ -223,4 +223,4 @@ def test_frames_that_are_gone_fail_the_job_in_words_and_leave_no_mosaic(api_serv
     found = api_server.ended(job)
     assert (found["state"], found["problem"]["status"]) == ("failed", 422)
     assert "restore it from a copy" in found["problem"]["detail"]
-    assert told(api_server, "gone")["made"] is None
+    assert mosaic_document(api_server, "gone")["made"] is None

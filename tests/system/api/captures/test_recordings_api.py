@@ -29,6 +29,12 @@ def frames(document: Document, role: str) -> int:
     return sum(stream["frames"] for stream in document["streams"] if stream["role"] == role)
 
 
+def first_frames_s(server: Running, document: Document) -> float:
+    """Return when every camera of a recording has delivered a frame, s after it began."""
+    line = server.get(f"{URL}/{document['id']}/timeline").json()
+    return max(float(stream["t_s"][0]) for stream in line["streams"])
+
+
 def picture(server: Running, path: str) -> np.ndarray[Any, Any]:
     answer = server.http.get(path if path.startswith(API) else f"{API}{URL}/{path}")
     assert answer.status_code == 200, answer.text
@@ -141,8 +147,8 @@ def test_depth_is_computed_anew_from_the_recorded_poses(api_server: Running, kep
     line = api_server.get(f"{URL}/{kept['id']}/timeline").json()
     found: list[Document] = []
     for t_s in line["streams"][1]["t_s"]:
-        told = api_server.get(f"{URL}/{kept['id']}/frames", t_s=t_s).json()
-        if told["meeting_m"] is not None and told["meeting_m"] == pytest.approx(verged_m, rel=0.02):
+        moment = api_server.get(f"{URL}/{kept['id']}/frames", t_s=t_s).json()
+        if moment["meeting_m"] is not None and moment["meeting_m"] == pytest.approx(verged_m, rel=0.02):
             found = [api_server.get(f"{URL}/{kept['id']}/depth", t_s=t_s).json()]
     assert found
 
@@ -164,8 +170,7 @@ def test_a_part_of_the_file_is_sent_and_it_is_the_file(api_server: Running, kept
 
 def test_a_film_is_made_once(api_server: Running, kept: Document) -> None:
     base = f"{URL}/{kept['id']}/films"
-    first_s = api_server.get(f"{URL}/{kept['id']}/timeline").json()["streams"][1]["t_s"][0]
-    asked = {"show": "anaglyph", "fps": 5.0, "end_s": first_s + 0.3}
+    asked = {"show": "anaglyph", "fps": 5.0, "end_s": first_frames_s(api_server, kept) + 0.3}
     made = api_server.post(base, asked, Prefer="wait=60")
     assert made.status_code == 200, made.text
 
@@ -191,8 +196,7 @@ def test_a_film_is_made_once(api_server: Running, kept: Document) -> None:
 def test_other_exports_are_made_by_the_same_job(
     api_server: Running, kept: Document, asked: dict[str, Any], media_type: str, begin: bytes
 ) -> None:
-    first_s = api_server.get(f"{URL}/{kept['id']}/timeline").json()["streams"][1]["t_s"][0]
-    body = {**asked, "end_s": first_s + 0.2}
+    body = {**asked, "end_s": first_frames_s(api_server, kept) + 0.2}
     made = api_server.post(f"{URL}/{kept['id']}/films", body, Prefer="wait=60")
     assert made.status_code == 200, made.text
 
@@ -253,7 +257,7 @@ def test_a_recording_ends_by_itself_after_its_time_and_is_not_made_twice(api_ser
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "message"),
     [
         ({"name": "../up"}, "begins with a dot"),
         ({"name": "/etc"}, "separates folders"),
@@ -268,7 +272,7 @@ def test_a_recording_ends_by_itself_after_its_time_and_is_not_made_twice(api_ser
     ],
 )
 def test_what_cannot_be_recorded_is_refused_in_words(
-    api_server: Running, body: dict[str, Any], told: str, monkeypatch: pytest.MonkeyPatch
+    api_server: Running, body: dict[str, Any], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Usage:
         free = 10_000_000
@@ -277,7 +281,7 @@ def test_what_cannot_be_recorded_is_refused_in_words(
     refused = api_server.post(URL, body)
 
     assert refused.status_code == 422, refused.text
-    assert told in refused.json()["detail"]
+    assert message in refused.json()["detail"]
 
 
 def test_a_recording_is_sent_in_parts_and_opened_from_a_folder(api_server: Running, kept: Document) -> None:

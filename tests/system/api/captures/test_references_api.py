@@ -28,7 +28,7 @@ def folder(api_server: Running) -> Path:
     ).folder  # its name is the first: copies of its id get others
 
 
-def told(server: Running, capture_id: str = RAIL) -> Document:
+def reference_document(server: Running, capture_id: str = RAIL) -> Document:
     found: Document = server.get(url(capture_id)).json()
     return found
 
@@ -38,13 +38,13 @@ def left_behind(folder: Path) -> list[Path]:
 
 
 def test_a_reference_is_cancelled_and_leaves_nothing(api_server: Running, folder: Path) -> None:
-    before = told(api_server)
+    before = reference_document(api_server)
     assert (before["state"], before["made"], before["refusal"]) == ("none", None, None)
     assert [stop["rail_m"] for stop in before["stops"]] == list(STOPS_M)
     assert before["brackets"] == [0]
 
     job = api_server.post(url(RAIL)).json()
-    building = told(api_server)
+    building = reference_document(api_server)
     again = api_server.post(url(RAIL))
     refused = [api_server.http.delete(f"{API}{path}") for path in (url(RAIL), f"/captures/{RAIL}")]
     api_server.post(f"/jobs/{job['id']}/cancel")
@@ -52,7 +52,7 @@ def test_a_reference_is_cancelled_and_leaves_nothing(api_server: Running, folder
     assert {answer.status_code for answer in (again, *refused)} == {409}
     assert "is being made" in refused[1].json()["detail"]
     assert api_server.ended(job)["state"] == "cancelled"
-    assert told(api_server)["state"] == "none"
+    assert reference_document(api_server)["state"] == "none"
     assert left_behind(folder) == []
 
 
@@ -83,13 +83,14 @@ def test_a_reference_has_the_figures_and_files_of_the_command_and_is_removed(
 
     assert not document["outdated"]
     file.write_text(json.dumps({**kept, "figures": {**figures, "points": figures["points"] - 1}}))
-    assert told(api_server)["outdated"]
+    assert reference_document(api_server)["outdated"]
     edits: tuple[object, ...] = ({**figures, "comparison": None}, [])
     for edited in edits:
         file.write_text(json.dumps({**kept, "figures": edited}))
-        assert (told(api_server)["state"], told(api_server)["made"]) == ("none", None)
+        document = reference_document(api_server)
+        assert (document["state"], document["made"]) == ("none", None)
     assert api_server.http.delete(f"{API}{url(RAIL)}").status_code == 204
-    assert told(api_server)["made"] is None
+    assert reference_document(api_server)["made"] is None
     assert left_behind(folder) == []
     gone = api_server.http.get(made["svg_url"])
     assert (gone.status_code, gone.json()["type"]) == (404, "/problems/not-found")
@@ -105,7 +106,7 @@ def test_what_no_reference_can_be_made_of_is_refused_in_words(api_server: Runnin
         refused = api_server.post(url(name))
         assert (refused.status_code, refused.headers["Content-Type"]) == (status, "application/problem+json")
         assert words in refused.json()["detail"]
-        assert told(api_server, name)["refusal"]["detail"] == refused.json()["detail"]
+        assert reference_document(api_server, name)["refusal"]["detail"] == refused.json()["detail"]
     assert (
         api_server.get(url("none-such")).status_code == api_server.post(url("none-such")).status_code == 404
     )
@@ -142,4 +143,4 @@ def test_frames_that_are_gone_fail_the_job_in_words_and_the_older_reference_stay
     assert (found["state"], found["problem"]["status"]) == ("failed", 422)
     assert "restore it from a copy" in found["problem"]["detail"]
     assert left_behind(folder) == [older]
-    assert told(api_server)["made"] is None  # nobody can read that one
+    assert reference_document(api_server)["made"] is None  # nobody can read that one

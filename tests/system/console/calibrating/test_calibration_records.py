@@ -122,7 +122,7 @@ def test_drift_is_measured_shown_with_its_error_and_its_trend(
 ) -> None:
     console = open_wizard("overview")
     expect(console.page.get_by_text("Never checked yet.")).to_be_visible()
-    console.page.get_by_label("Distance of what both look at").fill("4.2")
+    console.page.get_by_label("Distance of the target").fill("4.2")
     console.page.get_by_role("button", name="Measure and correct").click()
     expect(console.page.locator(".job")).to_contain_text("Drift check")
     assert stub.posted_bodies("/drift_checks") == [{"distance_m": 4.2, "apply": True}]

@@ -61,7 +61,7 @@ def test_views_of_the_board_are_taken_cancelled_and_gone_on_with_until_the_lens_
     expect(bar).to_contain_text("What was measured is kept", timeout=PATIENCE_MS)
     expect(wide.locator(".samples li").first).to_be_visible(timeout=PATIENCE_MS)
     bar.get_by_role("button", name="Go on").click()
+    expect(wide.locator(".samples li")).to_have_count(6, timeout=PATIENCE_MS)  # the fit comes after it
     expect(page.locator(".job.good")).to_contain_text("Wide camera: done", timeout=PATIENCE_MS)
-    expect(wide.locator(".samples li")).to_have_count(6, timeout=PATIENCE_MS)
     expect(wide.locator(".compare .badge")).to_have_text("in use", timeout=PATIENCE_MS)
     expect(wide.locator(".coverage .held").nth(20)).to_be_attached()  # of 108 parts of the picture

@@ -79,9 +79,7 @@ def test_who_lacks_control_can_take_it_where_the_order_was_refused(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
     stub.answers["/lease"] = {"holder": "Ada", "expires_in_s": 20.0}
-    busy = problem(409, "Somebody else is using it", "Ada holds the control lease") | {
-        "type": "/problems/busy"
-    }
+    busy = problem(409, "Busy", "Ada holds the control lease") | {"type": "/problems/busy"}
     stub.refusals[f"POST {RUNS}"] = busy
     console = open_wizard("check")
     expect(console.page.locator(".badges")).to_contain_text("Ada has control")

@@ -204,12 +204,10 @@ def test_check_holds_its_figures_against_the_goals_and_says_of_which_fit_it_is(
     expect(goals).to_contain_text("0.21 px")
     expect(goals.locator(".badge.good")).to_have_text(["within 0.3 px", "within 2 px"])
     expect(goals.locator(".badge.warn")).to_have_text(["beyond 0.8 px"])
-    expect(step(console, "check")).not_to_contain_text("Fitted anew since")
+    expect(step(console, "check")).not_to_contain_text("Fitted again since")
     stub.session = stub.session | {"calibrations": ["a" * 32, "b" * 32]}
     stub.send_event("calibration.fitted", {"session_id": documents.SESSION_ID})
-    expect(step(console, "check")).to_contain_text(
-        "Fitted anew since: this check is of the calibration before"
-    )
+    expect(step(console, "check")).to_contain_text("Fitted again since: this check is of the previous fit")
 
 
 def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(
@@ -279,7 +277,7 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     expect(fit).to_contain_text("Paper: error on poses left out")
     expect(fit).to_contain_text("The target is 2.5 m away by its print; the parallax of Eq. 1 was taken out.")
     expect(fit).to_contain_text(
-        "knocked amid the sweeps: the left eye’s gaze jumped by 158.66 px, then by 4.10 px. It"
+        "knocked during the sweeps: the left eye’s gaze jumped by 158.66 px, then by 4.10 px. This"
     )
     slider = fit.get_by_role("slider")
     slider.fill("80")

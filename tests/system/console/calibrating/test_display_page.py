@@ -136,7 +136,7 @@ def test_what_does_not_fit_is_said_with_both_sizes_and_never_scaled(
     show(page_server, CHECKERBOARD)
     page = open_display(open_console, page_server, PHONE, px_per_mm=15.0).page
     warning = page.locator("#warning")
-    expect(warning).to_contain_text("155.7 × 121.1 mm are asked for, the page has 78.0 × 148.0 mm")
+    expect(warning).to_contain_text("155.7 × 121.1 mm are requested, the page has 78.0 × 148.0 mm")
     expect(page.locator("#pattern svg")).to_be_hidden()
     show(page_server, {**CHECKERBOARD, "square_mm": 8.0})
     expect(page.locator("#pattern svg")).to_be_visible()

@@ -62,7 +62,7 @@ def test_result_says_what_the_views_tell_fits_a_phone_and_views_are_taken_out(
 
 
 def test_too_few_views_say_so(stub: StubServer, open_wizard: OpenWizard) -> None:
-    few = documents.fovea_lens("left", views=2, told=False)
+    few = documents.fovea_lens("left", views=2, determined=False)
     stub.session = documents.empty_session() | {"lenses": [few]}
     page = open_wizard("wide", fresh=True).page
     expect(panel(page)).to_contain_text("2 views of the board, at least 3 are needed")

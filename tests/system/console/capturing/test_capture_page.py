@@ -128,32 +128,32 @@ def test_what_is_refused_is_told_where_it_was_typed(page_rig: Running, open_cons
         "distance": "Give the distance in metres.",
     }
 
-    def told(about: str) -> None:
+    def expect_message(about: str) -> None:
         expect(page.locator(f"[data-about={about}]")).to_contain_text(
             words[about], ignore_case=True, timeout=PATIENCE_MS
         )
 
     started.click()
-    told("name")
+    expect_message("name")
     plan.get_by_label("Columns").fill("200")
-    told("size")
+    expect_message("size")
     expect(started).to_be_disabled()
     plan.get_by_label("Columns").fill("2")
     plan.get_by_label("Step across").fill("40")
-    told("field")
+    expect_message("field")
     plan.get_by_label("Step across").fill("1")
     for about, group, value in (("rail", "Rail", "1000"), ("exposures", "At every point", "5000")):
         chips = page.get_by_role("group", name=group)
         chips.locator(".chips-field input").fill(value)
         chips.get_by_role("button", name="Add").click()
-        told(about)
+        expect_message(about)
         chips.get_by_role("button", name="None").click()
     plan.get_by_text("Set points", exact=True).first.click()
     plan.get_by_label("Set points", exact=True).last.fill("1, 1\n@spin 2\n")
-    told("text")
+    expect_message("text")
     plan.get_by_label("Set points", exact=True).last.fill("1, 1\n2, 2, inf\n")
     plan.get_by_label("Distance", exact=True).fill("")
-    told("distance")
+    expect_message("distance")
     plan.get_by_label("Distance", exact=True).fill("3")
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "2", timeout=PATIENCE_MS)
     expect(page.locator(".refused:not(:empty)")).to_have_count(0)

@@ -176,7 +176,7 @@ def test_what_is_damaged_newer_or_edited_is_shown_with_the_servers_sentence(
         page.get_by_role("link", name="Back to the datasets").click()
         page = opened(console, "index")  # a copy whose index was edited: it is read by its journal
         page.get_by_role("button", name="Check every file").click()
-        expect(page.locator(".sentences").first).to_contain_text("is not what the journal says")
+        expect(page.locator(".sentences").first).to_contain_text("differs from the journal")
     finally:
         for name in ("newer", "edited", "index"):
             shutil.rmtree(captures / name)
@@ -226,16 +226,16 @@ def long_baselines(console: Console) -> Locator:
     return console.page.get_by_role("region", name="Depth against long baselines")
 
 
-def on_the_rail(stub: StubServer, told: Json) -> str:
+def on_the_rail(stub: StubServer, document: Json) -> str:
     """Let there be a capture of this reference; return the address of its page."""
     points = {"rows": 1, "columns": 1, "points": [], "skipped": []}
     stub.answers[f"/captures/{CAPTURE_ID}"] = capture("complete", folder="/data/bench")
-    stub.answers |= {f"/captures/{CAPTURE_ID}/points": points, REFERENCE: told}
+    stub.answers |= {f"/captures/{CAPTURE_ID}/points": points, REFERENCE: document}
     return f"{stub.url}#/gallery/datasets/{CAPTURE_ID}"
 
 
-def become(stub: StubServer, told: Json) -> None:
-    stub.answers[REFERENCE] = told
+def become(stub: StubServer, document: Json) -> None:
+    stub.answers[REFERENCE] = document
     stub.send_event("reference.ended", {"capture_id": CAPTURE_ID})
 
 
@@ -248,7 +248,8 @@ def test_a_reference_is_asked_for_followed_cancelled_shown_and_removed_on_a_phon
     section.get_by_label("Depth of").select_option("scan 3, at 600 mm")
     section.get_by_label("Samples across").fill("20")
     section.get_by_label("Error of a place").fill("0.2")
-    stub.answers_after[f"POST {REFERENCE}"] = {REFERENCE: reference("building")}
+    begun = {REFERENCE: reference("building"), f"/jobs/{JOB_ID}": job()}
+    stub.answers_after[f"POST {REFERENCE}"] = begun
     section.get_by_role("button", name="Make the reference").click()
     expect(section.get_by_role("progressbar")).to_have_attribute("aria-valuenow", "33")
     assert stub.posted_bodies(REFERENCE) == [{"scan": 2, "bracket": 0, "across": 20, "rail_sigma_m": 0.0002}]

@@ -87,7 +87,7 @@ def test_typed_value_is_sent_and_what_the_camera_took_is_shown_with_its_differen
         ("/cameras/wide", {"gain_db": 3.5, "linked": False}),
     ]
     enter(wide, "Exposure", "1.236")
-    expect(wide.get_by_text("Asked for 1.236 ms, the camera took 1.24 ms.")).to_be_visible()
+    expect(wide.get_by_text("Requested 1.236 ms, the camera set 1.24 ms.")).to_be_visible()
     expect(wide.get_by_label("Exposure", exact=True)).to_have_value("1.24")
 
 
@@ -126,7 +126,7 @@ def test_ticks_choose_values_that_suit_the_lamps_and_one_fovea_changes_both(
 
 
 def test_refused_value_says_the_range_and_the_old_one_stands(stub: StubServer, open_rig: OpenRig) -> None:
-    stub.refusals["PATCH /cameras/left"] = problem(422, "The rig cannot do that", REFUSAL)
+    stub.refusals["PATCH /cameras/left"] = problem(422, "Out of range", REFUSAL)
     console = open_rig()
     left = camera(console, "Left fovea")
     enter(left, "Exposure", "5000")

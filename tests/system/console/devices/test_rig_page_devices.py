@@ -64,7 +64,7 @@ def test_controller_shows_its_line_its_clock_and_who_watches(stub: StubServer, o
     ):
         expect(controller).to_contain_text(text)
     controller.get_by_role("button", name="Recover mirrors").click()
-    expect(controller.page.locator(".toast.good")).to_contain_text("started anew")
+    expect(controller.page.locator(".toast.good")).to_contain_text("DACs were restarted")
     with controller.page.expect_response(re.compile("/mirrors/disable$")):
         controller.get_by_role("button", name="Switch off").click()
     assert stub.posted_bodies("/mirrors/recover") and stub.posted_bodies("/mirrors/disable")
@@ -88,7 +88,7 @@ def test_rail_without_switches_asks_for_its_zero_until_it_is_confirmed(
 def test_rail_moves_to_places_and_positions_once_it_is_homed(stub: StubServer, open_stub: OpenShared) -> None:
     stub.answers["/rail"] = documents.rail() | {"homed": False, "position_mm": None}
     rail = panel("Rail", open_stub)
-    expect(rail).to_contain_text("Home it first: nobody knows where it stands.")
+    expect(rail).to_contain_text("Home it first: it is not known where it stands.")
     expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
     stub.answers_after["POST /rail/homings"] = {"/rail": documents.rail()}
     rail.get_by_role("button", name="Home the rail").click()

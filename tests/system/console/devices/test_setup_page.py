@@ -88,7 +88,7 @@ def open_now(page: Page) -> None:
 
 def save(page: Page) -> Path:
     page.get_by_role("button", name="Save", exact=True).click()
-    expect(page.get_by_text("The file says all of this already.")).to_be_visible()
+    expect(page.get_by_text("The file contains all of this already.")).to_be_visible()
     return Path(settled(page, page.locator(".inside > .lead.number").first.inner_text))
 
 
@@ -136,7 +136,7 @@ def test_edit_by_hand_meanwhile_is_shown_and_kept(own_server: Server, open_setup
     path.write_text(path.read_text(encoding="utf-8") + "# measured on Monday\n", encoding="utf-8")
     enter(page, "markers-side_mm", "61")
     page.evaluate("document.querySelector('.setup-side .primary').scrollIntoView()")
-    expect(page.get_by_text("Somebody else changed the file meanwhile")).to_be_visible()
+    expect(page.get_by_text("The file was changed by somebody else meanwhile")).to_be_visible()
     save(page)
     written = path.read_text(encoding="utf-8")
     assert "# measured on Monday" in written

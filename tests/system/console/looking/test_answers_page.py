@@ -85,6 +85,7 @@ def test_one_of_two_distances_is_chosen_with_a_click(stub: StubServer, answered:
     choices = page.locator(".alternative")
     expect(choices).to_have_count(2)
     expect(choices.nth(1)).to_contain_text("38 %")
+    expect(page.get_by_text("None of these")).to_have_count(0)
     stub.answers["/fixations/fix-1/choice"] = fixation(**several, chosen_alternative=1)
     with page.expect_response("**/mirrors/steer") as steered:
         choices.nth(1).click()
@@ -92,6 +93,12 @@ def test_one_of_two_distances_is_chosen_with_a_click(stub: StubServer, answered:
     assert stub.posted_bodies("/fixations/fix-1/choice") == [{"alternative": 1}]
     expect(choices.nth(1)).to_have_attribute("aria-pressed", "true")
     expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
+
+
+def test_the_chance_that_no_listed_distance_is_right_is_told(answered: Answered) -> None:
+    several = {key: NEAR[key] for key in NEAR if key != "probability"}
+    page = answered(**several, alternatives=[{**NEAR, "probability": 0.5}, {**FAR, "probability": 0.24}]).page
+    expect(page.locator(".alternatives")).to_contain_text("None of these: 26 %")
 
 
 def estimate(step: int, distance_m: float, sigma_m: float, basis: str) -> dict[str, object]:

@@ -154,9 +154,9 @@ def test_a_gamepad_steers_while_its_button_is_held_and_parks_when_it_goes(
     assert eyes(page_rig)["left"]["y_v"] == pytest.approx(before["left"]["y_v"], abs=0.1)
 
     page.evaluate("window.pad = null")
-    expect(note).to_contain_text("has gone while it steered")
+    expect(note).to_contain_text("was disconnected while steering")
     page_rig.poll("/mirrors", lambda found: found["left"]["x_v"] == found["right"]["y_v"] == 0.0)
-    expect(panel(page).locator(".steer-status")).to_contain_text("nothing was heard", ignore_case=True)
+    expect(panel(page).locator(".steer-status")).to_contain_text("no message came", ignore_case=True)
 
 
 def test_without_a_calibration_both_eyes_get_equal_volts(stub: StubServer, open_console: OpenConsole) -> None:
@@ -167,7 +167,7 @@ def test_without_a_calibration_both_eyes_get_equal_volts(stub: StubServer, open_
     page.mouse.up()
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
 
-    expect_value(page, lambda: stub.steering.said[-1], LET_GO)
+    expect_value(page, lambda: stub.steering.messages[-1], LET_GO)
     volts = stub.steering.orders()[-1]["volts"]
     assert volts["left"] == volts["right"] == pytest.approx({"x_v": 85.0, "y_v": 85.0}, abs=2.0)
 
@@ -212,5 +212,5 @@ def test_a_page_that_is_hidden_lets_go(stub: StubServer, stubbed: Page) -> None:
         "document.dispatchEvent(new Event('visibilitychange'))"
     )
     expect(panel(stubbed).locator(".steer-status")).to_contain_text("Drag in a pad")
-    expect_value(stubbed, lambda: stub.steering.said[-1], LET_GO)
+    expect_value(stubbed, lambda: stub.steering.messages[-1], LET_GO)
     stubbed.mouse.up()

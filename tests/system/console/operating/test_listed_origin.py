@@ -87,7 +87,7 @@ def order(page: Page, url: str, **options: object) -> list[object]:
     return found
 
 
-def heard(page: Page, rig: str) -> str:
+def first_message(page: Page, rig: str) -> str:
     """Return what a WebSocket of the page hears first, or that it was refused."""
     found: str = page.evaluate(LISTEN, f"{rig}/live".replace("http", "ws", 1))
     return found
@@ -101,7 +101,7 @@ def test_a_listed_page_orders_with_a_token_and_reads_with_the_cookie(page: Page,
         page.context.add_cookies([{"name": COOKIE, "value": cookie, "url": rig, "sameSite": "Lax"}])
         assert order(page, f"{rig}/picture")[0] == 401
         assert order(page, f"{rig}/picture", credentials="include") == [200, "7", "seen"]
-        assert heard(page, rig) == "live"
+        assert first_message(page, rig) == "live"
 
 
 def test_a_page_that_is_not_listed_gets_nothing(page: Page) -> None:
@@ -110,4 +110,4 @@ def test_a_page_that_is_not_listed_gets_nothing(page: Page) -> None:
         token = {"X-Api-Token": TOKEN}
         assert order(page, f"{rig}/park", method="POST", headers=token) == [0, None, "TypeError"]
         assert order(page, f"{rig}/picture", credentials="include") == [0, None, "TypeError"]
-        assert heard(page, rig) == "refused"
+        assert first_message(page, rig) == "refused"

@@ -27,7 +27,7 @@ def test_people_are_added_changed_invited_and_removed(stub: StubServer, open_stu
     stub.people.users.append(user(LONG, "viewer", guessed_at=True))
     page = open_stub("#/people").page
     expect(row(page, LONG)).to_contain_text("Guessed at")
-    add = page.get_by_role("form", name="Add somebody")
+    add = page.get_by_role("form", name="Add a user")
 
     add.get_by_label("Name").fill("grace hopper")
     add.get_by_role("button", name="Add").click()
@@ -169,7 +169,7 @@ def test_first_admin_is_added_where_nobody_has_a_name(stub: StubServer, open_con
     page.get_by_role("button", name="Settings").click()
     expect(page.locator("#signed-in button")).to_have_count(0)
     page.get_by_role("link", name="People and rights").click()
-    expect(page.get_by_text("whoever uses this machine may do everything")).to_be_visible()
+    expect(page.get_by_text("every user of this machine may do everything")).to_be_visible()
     assert not [path for _, path, _ in stub.requests if path in ("/users", "/sessions", "/service_tokens")]
 
     form = page.get_by_role("form", name="The first admin")
@@ -187,7 +187,7 @@ def test_first_admin_is_added_where_nobody_has_a_name(stub: StubServer, open_con
 
     stub.people.sign_in = TOKEN
     page.reload()
-    expect(page.get_by_text("asks for one token that all share")).to_be_visible()
+    expect(page.get_by_text("has one shared token")).to_be_visible()
     expect(page.get_by_role("button", name="Signed in: Shared token, admin")).to_be_visible()
 
 
@@ -232,7 +232,7 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     stub.people.sign("ada", "admin")
     console = open_console(f"{stub.url}#/people")
     page = console.page
-    page.get_by_role("form", name="Add somebody").get_by_label("Name").fill("half typed")
+    page.get_by_role("form", name="Add a user").get_by_label("Name").fill("half typed")
     stub.wait_for_listener()
 
     refused = problem(401, "Sign in first", "a read that came too early", slug="unauthorized")
@@ -264,7 +264,7 @@ def test_browser_that_is_signed_out_falls_silent_and_goes_on_after_a_sign_in(
     expect(page.locator(".signed-out")).to_be_hidden()
     console.wait_until("foveacam.stream() === 'open'")
     stub.wait_for_listener()
-    expect(page.get_by_role("form", name="Add somebody").get_by_label("Name")).to_have_value("half typed")
+    expect(page.get_by_role("form", name="Add a user").get_by_label("Name")).to_have_value("half typed")
 
     sign_out_and_return(console, stub)
     console.errors = [error for error in console.errors if "status of 503" not in error]

@@ -47,16 +47,16 @@ export class Commands {
   }
 
   /**
-   * Send a command with the lease; return its answer, or its error, which is shown here only where `said` says so.
+   * Send a command with the lease; return its answer, or its error, which is shown as a message only if `shows` returns true.
    * @template T
    * @param {"POST" | "PUT" | "PATCH" | "DELETE"} method
    * @param {string} path
-   * @param {import("./transport/api.js").Options & {said: (error: RequestError) => boolean}} options
+   * @param {import("./transport/api.js").Options & {shows: (error: RequestError) => boolean}} options
    */
-  async tried(method, path, { said, ...options }) {
+  async tried(method, path, { shows, ...options }) {
     const asked = /** @type {Promise<T>} */ (request(method, path, { ...options, headers: this.leaseHeader() }));
     const found = await outcome(asked);
-    if (found.error && said(found.error)) this.#show(found.error);
+    if (found.error && shows(found.error)) this.#show(found.error);
     return found;
   }
 
@@ -79,7 +79,7 @@ export class Commands {
   }
 
   /** @param {import("./elements/toasts.js").Message} message */
-  say(message) {
+  notify(message) {
     this.#toasts.show(message);
   }
 
@@ -233,7 +233,7 @@ export class Commands {
     this.#keepToken(null, NO_LEASE);
   }
 
-  /** Renew the lease; drop it when the server says that it is lost. */
+  /** Renew the lease; drop it when the server reports it lost. */
   async renewLease() {
     if (!this.#store.state.lease_token) return;
     try {
@@ -252,11 +252,11 @@ export class Commands {
     else sessionStorage.removeItem("foveacam.lease");
   }
 
-  sayNoCalibration() {
+  notifyNoCalibration() {
     this.#toasts.show({
       tone: "warn",
       title: "Steering needs a calibration",
-      detail: "Without one the page cannot tell where a pixel looks. Load or make a calibration of this rig.",
+      detail: "Without one the direction of a pixel is not known. Load or make a calibration of this rig.",
     });
   }
 

@@ -34,8 +34,8 @@ export class Deletions {
       id,
       setTimeout(() => void this.#delete(id), UNDO_MS),
     );
-    this.#tell();
-    this.#commands.say({
+    this.#notify();
+    this.#commands.notify({
       tone: "info",
       title: `Deleted “${label}”`,
       detail: "",
@@ -49,7 +49,7 @@ export class Deletions {
     clearTimeout(this.#timers.get(id));
     this.#timers.delete(id);
     this.#hidden.delete(id);
-    this.#tell();
+    this.#notify();
   }
 
   /** @param {string} id */
@@ -66,11 +66,11 @@ export class Deletions {
       ),
     );
     this.#hidden.delete(id);
-    this.#tell(gone ? id : null);
+    this.#notify(gone ? id : null);
   }
 
   /** @param {string | null} [gone] */
-  #tell(gone = null) {
+  #notify(gone = null) {
     this.#changed([...this.#hidden], gone);
   }
 }

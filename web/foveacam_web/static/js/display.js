@@ -24,7 +24,7 @@ const link = new Link({
     void sheet.load(shown).then(show);
     show();
   },
-  heard: (online, why) => {
+  onState: (online, why) => {
     Object.assign(state, { online, why });
     show();
   },
@@ -57,7 +57,7 @@ function pagePixels() {
   };
 }
 
-/** Show what the state says; the pattern moves only when screen, scale or pattern change. */
+/** Show the state; the pattern moves only when screen, scale or pattern change. */
 function show() {
   const page = pagePixels();
   const px_per_mm = scale();

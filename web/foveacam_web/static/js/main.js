@@ -69,13 +69,13 @@ async function complete() {
 /** Return when a view has shown its first picture, or when the server has none, or cannot be reached. */
 async function firstPicture() {
   const shown = store.until(["shown"], (state) => Object.values(state.shown).some(({ count }) => count > 0));
-  const told = /** @type {("stream" | "server_stats")[]} */ (["stream", "server_stats"]);
-  const { server_stats } = await store.until(told, (state) => state.stream === "down" || isTold(state));
+  const keys = /** @type {("stream" | "server_stats")[]} */ (["stream", "server_stats"]);
+  const { server_stats } = await store.until(keys, (state) => state.stream === "down" || hasReported(state));
   if (document.hidden || Object.values(server_stats).every(({ age_ms }) => age_ms === null)) return;
   await Promise.race([shown, new Promise((resolve) => setTimeout(resolve, LONGEST_WAIT_MS))]);
 }
 
-/** Return whether the server has said how old its pictures are. @param {import("#page").ConsoleState} state */
-function isTold({ server_stats }) {
+/** Return whether the server has reported how old its pictures are. @param {import("#page").ConsoleState} state */
+function hasReported({ server_stats }) {
   return Object.keys(server_stats).length > 0;
 }

@@ -113,7 +113,7 @@ class BuiltPages {
   }
 }
 
-/** Return what stands in place of a page whose modules did not arrive; a browser does not ask twice for a module. */
+/** Return the replacement of a page whose modules did not arrive; a browser does not ask twice for a module. */
 function notLoaded() {
   return html`<div class="wizard-head"><a class="plain back" href=${CONSOLE_ADDRESS}>${icon("back")}Console</a></div>
     <p class="note bad" role="alert">

@@ -23,7 +23,7 @@ export class Store {
   /** @param {Partial<ConsoleState>} part */
   set(part) {
     this.#state = { ...this.#state, ...part };
-    if (this.#changed.size === 0) queueMicrotask(() => this.#tell());
+    if (this.#changed.size === 0) queueMicrotask(() => this.#notify());
     for (const key of /** @type {(keyof ConsoleState)[]} */ (Object.keys(part))) this.#changed.add(key);
   }
 
@@ -58,7 +58,7 @@ export class Store {
     });
   }
 
-  #tell() {
+  #notify() {
     const changed = this.#changed;
     this.#changed = new Set();
     for (const entry of [...this.#listeners]) {

@@ -1,4 +1,4 @@
-// Starts the page of a window that shows any views, divided as its address says.
+// Starts the page of a window that shows any views, in the layout given by its address.
 
 import { decoded } from "./addresses.js";
 import { need } from "./elements/dom.js";

@@ -37,7 +37,7 @@ class AravisDevice:
         self._serial = serial
         self._clock = clock
         self._options = options or AravisOptions()
-        self._who = f"serial {serial}"
+        self._label = f"serial {serial}"
         self._library: AravisLibrary | None = None
         self._camera: int | None = None
         self._features: AravisFeatures | None = None
@@ -52,7 +52,7 @@ class AravisDevice:
             found = self._find(library)
             self._check_control()
             self._check_interface(library)
-            features = self._features = AravisFeatures(library, self._handle, who=self._who)
+            features = self._features = AravisFeatures(library, self._handle, label=self._label)
             self._call("stop_acquisition")
             features.prepare(self._options)
             self._own_clock = AravisClock(features, clock=self._clock)
@@ -83,20 +83,20 @@ class AravisDevice:
     def read_settings(self) -> CameraSettings:
         """Return the settings in force."""
         if self._settings is None:
-            raise DeviceFault(f"{self._who}: it was not configured; configure it first")
+            raise DeviceFault(f"{self._label}: it was not configured; configure it first")
         self._settings = self._open_features.read_back(self._settings)
         return self._settings
 
     def start(self) -> None:
         """Start acquisition."""
         if self._library is None or self._settings is None:
-            raise DeviceFault(f"{self._who}: asked to start, but it was not configured; configure it first")
+            raise DeviceFault(f"{self._label}: asked to start, but it was not configured; configure it first")
         self._stream = AravisStream(
             self._library,
             self._handle,
             pixel_format=self._settings.pixel_format,
             clock=self._clock,
-            who=self._who,
+            label=self._label,
         )
         self._call("start_acquisition")
 
@@ -112,7 +112,7 @@ class AravisDevice:
     def grab(self, *, timeout_ms: float) -> Grab | None:
         """Return the next buffer, or None when none arrived in time."""
         if self._stream is None:
-            raise DeviceFault(f"{self._who}: asked for a frame, but it is stopped; start it first")
+            raise DeviceFault(f"{self._label}: asked for a frame, but it is stopped; start it first")
         return self._stream.grab(timeout_ms=timeout_ms)
 
     def software_trigger(self) -> None:
@@ -148,12 +148,12 @@ class AravisDevice:
                     return found
         others = ", ".join(sorted(found.info.serial for _, found in list_cameras(library))) or "none"
         raise NotConnected(
-            f"{self._who} is not found (cameras that answer: {others}); plug it in, or correct the serial"
+            f"{self._label} is not found (cameras that answer: {others}); plug it in, or correct the serial"
         )
 
     def _open_camera(self, library: AravisLibrary, name: str, *, last: bool) -> bool:
         try:
-            self._camera = library.call("arv_camera_new", name.encode(), who=self._who)
+            self._camera = library.call("arv_camera_new", name.encode(), label=self._label)
         except NotConnected:
             if last:
                 raise
@@ -167,14 +167,14 @@ class AravisDevice:
         found = interface_address(library, self._handle)
         if found not in (wanted, address_of(wanted)):
             raise NotConnected(
-                f"{self._who} is to be reached through {wanted}, but it was found through {found}; connect it"
-                " there, or correct the interface in the rig file"
+                f"{self._label} is to be reached through {wanted}, but it was found through {found}; connect"
+                " it there, or correct the interface in the rig file"
             )
 
     def _check_control(self) -> None:
         if not self._has_control():
             raise NotConnected(
-                f"{self._who} is held by another program, which may look at it alone; close that program"
+                f"{self._label} is held by another program, which has exclusive access; close that program"
             )
 
     def _has_control(self) -> bool:
@@ -189,13 +189,13 @@ class AravisDevice:
     @property
     def _handle(self) -> int:
         if self._camera is None:
-            raise NotConnected(f"{self._who} is not open; connect it")
+            raise NotConnected(f"{self._label} is not open; connect it")
         return self._camera
 
     @property
     def _open_features(self) -> AravisFeatures:
         if self._features is None:
-            raise NotConnected(f"{self._who} is not open; connect it")
+            raise NotConnected(f"{self._label} is not open; connect it")
         return self._features
 
     def _call(self, name: str) -> object:

@@ -136,26 +136,26 @@ class AravisLibrary:
         """Return a function that reports no error."""
         return self._functions[name]
 
-    def call(self, name: str, *arguments: object, who: str) -> Any:  # noqa: ANN401 - whatever it returns
-        """Call a function that reports errors; raise them as the contract's, with `who` as the subject."""
+    def call(self, name: str, *arguments: object, label: str) -> Any:  # noqa: ANN401 - whatever it returns
+        """Call a function that reports errors; raise them as the contract's, with `label` as the subject."""
         failure = POINTER(_GError)()
         result = self._functions[name](*arguments, byref(failure))
         if failure:
-            error = self._explain(failure.contents, name.removeprefix("arv_").replace("_", " "), who)
+            error = self._explain(failure.contents, name.removeprefix("arv_").replace("_", " "), label)
             self.plain("g_error_free")(failure)
             raise error
         return result
 
-    def bounds(self, name: str, camera: int, *, who: str) -> tuple[float, float]:
+    def bounds(self, name: str, camera: int, *, label: str) -> tuple[float, float]:
         """Return the two doubles (low, high) that a bounds function returns."""
         low, high = c_double(), c_double()
-        self.call(name, camera, byref(low), byref(high), who=who)
+        self.call(name, camera, byref(low), byref(high), label=label)
         return low.value, high.value
 
-    def _explain(self, failure: _GError, asked: str, who: str) -> FoveaError:
+    def _explain(self, failure: _GError, asked: str, label: str) -> FoveaError:
         domain = self.plain("g_quark_to_string")(failure.domain)
         found = (failure.message or b"").decode(errors="replace")
-        sentence = f"{who}: asked to {asked}, found: {found}"
+        sentence = f"{label}: asked to {asked}, found: {found}"
         if domain == DEVICE_ERRORS and failure.code == NOT_CONTROLLER:
             return NotConnected(f"{sentence}; another program controls it: close that program")
         if domain == DEVICE_ERRORS and failure.code in GONE:

@@ -26,7 +26,7 @@ class RegionOptions:
 
 
 class FeatureAccess(Protocol):
-    """What is needed of an open camera."""
+    """Features and calls of an open camera that this module uses."""
 
     def has(self, feature: str) -> bool:
         """Return whether the camera has a feature now."""
@@ -56,12 +56,12 @@ class FeatureAccess(Protocol):
 class AravisRegion:
     """Sets region and binning of one open camera."""
 
-    def __init__(self, features: FeatureAccess, *, who: str) -> None:
+    def __init__(self, features: FeatureAccess, *, label: str) -> None:
         self._features = features
-        self._who = who
+        self._label = label
 
     def apply(self, options: RegionOptions, settings: CameraSettings) -> Binning:
-        """Set the region, and the binning where the camera averages exactly its pixels; return its binning.
+        """Set the region, and binning if the camera averages exactly its pixels; return the camera's binning.
 
         1 leaves the averaging to the host: for a camera that can only sum, a Bayer mosaic, or a region that
         begins at an odd pixel or that the camera does not take at half the size.
@@ -81,7 +81,7 @@ class AravisRegion:
             if self._read() == half:
                 return 2
         except (OutOfRange, DeviceFault) as refused:
-            logger.info("%s: the host averages its pixels: %s", self._who, refused)
+            logger.info("%s: the host averages its pixels: %s", self._label, refused)
         self._write_binning(1)
         self._write(whole)
         return 1
@@ -92,7 +92,7 @@ class AravisRegion:
         if not all(self._features.has(name) for name in (*AXES, *modes)):
             return False
         if not all(AVERAGE in self._features.choices(mode) for mode in modes):
-            logger.info("%s: its binning adds pixels up; the host averages them instead", self._who)
+            logger.info("%s: its binning adds pixels up; the host averages them instead", self._label)
             return False
         for mode in modes:
             self._features.choose(mode, AVERAGE)
@@ -111,7 +111,7 @@ class AravisRegion:
         height = options.height_px or whole_height.value
         if width > whole_width.value or height > whole_height.value:
             raise OutOfRange(
-                f"{self._who}: asked for {width}x{height} pixels, but its sensor has {whole_width.value}x"
+                f"{self._label}: asked for {width}x{height} pixels, but its sensor has {whole_width.value}x"
                 f"{whole_height.value}; take a smaller part of it"
             )
         x = (whole_width.value - width) // 2 if options.offset_x_px is None else options.offset_x_px

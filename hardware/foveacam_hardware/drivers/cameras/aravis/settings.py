@@ -45,12 +45,12 @@ class AravisOptions(RegionOptions):
 class AravisFeatures:
     """The features of one open camera."""
 
-    def __init__(self, library: AravisLibrary, camera: int, *, who: str) -> None:
+    def __init__(self, library: AravisLibrary, camera: int, *, label: str) -> None:
         self._library = library
         self._camera = camera
-        self._who = who
+        self._label = label
         self._automatic = AravisAutomatic(self)
-        self._region = AravisRegion(self, who=who)
+        self._region = AravisRegion(self, label=label)
 
     def ranges(self) -> CameraRanges:
         """Return the accepted values of every setting."""
@@ -139,17 +139,17 @@ class AravisFeatures:
         """Return a 32-bit register of a GigE Vision camera."""
         value = c_uint32()
         device = self._library.plain("arv_camera_get_device")(self._camera)
-        self._library.call("arv_device_read_register", device, address, byref(value), who=self._who)
+        self._library.call("arv_device_read_register", device, address, byref(value), label=self._label)
         return value.value
 
     def write_register(self, address: int, value: int) -> None:
         """Write a 32-bit register of a GigE Vision camera."""
         device = self._library.plain("arv_camera_get_device")(self._camera)
-        self._library.call("arv_device_write_register", device, address, value, who=self._who)
+        self._library.call("arv_device_write_register", device, address, value, label=self._label)
 
     def call(self, name: str, *arguments: object) -> object:
         """Call the library function `arv_camera_<name>` on the camera."""
-        return self._library.call(f"arv_camera_{name}", self._camera, *arguments, who=self._who)
+        return self._library.call(f"arv_camera_{name}", self._camera, *arguments, label=self._label)
 
     def read_back(self, asked: CameraSettings) -> CameraSettings:
         """Return the settings in force, for a request `asked`."""
@@ -168,7 +168,7 @@ class AravisFeatures:
         try:
             refuse_modes(settings, self.ranges())
         except OutOfRange as refused:
-            raise OutOfRange(f"{self._who}: {refused}") from None
+            raise OutOfRange(f"{self._label}: {refused}") from None
 
     def _write_rate(self, settings: CameraSettings) -> None:
         """Set the frame rate, or leave it to the camera."""
@@ -195,7 +195,7 @@ class AravisFeatures:
     def _strobe(self, line: str) -> None:
         """Signal exposures on an output line; a camera without one is logged and used without strobe."""
         if not self.has("LineSelector"):
-            logger.info("%s: it has no output lines; the strobe is not available", self._who)
+            logger.info("%s: it has no output lines; the strobe is not available", self._label)
             return
         self._choose_if_possible("LineSelector", line.encode())
         if self.has("LineMode"):
@@ -207,7 +207,7 @@ class AravisFeatures:
         try:
             self.call("set_string", feature.encode(), choice)
         except (OutOfRange, DeviceFault) as error:
-            logger.warning("%s: no %s for its %s: %s", self._who, choice.decode(), feature, error)
+            logger.warning("%s: no %s for its %s: %s", self._label, choice.decode(), feature, error)
 
     def _set_packets(self, options: AravisOptions) -> None:
         if not self.has_registers:
@@ -224,7 +224,7 @@ class AravisFeatures:
         try:
             self.call("gv_auto_packet_size")
         except (OutOfRange, DeviceFault) as error:
-            logger.warning("%s: the size of its packets stays as it is: %s", self._who, error)
+            logger.warning("%s: the size of its packets stays as it is: %s", self._label, error)
 
     def _pixel_formats(self) -> tuple[PixelFormat, ...]:
         count = c_uint()
@@ -247,7 +247,7 @@ class AravisFeatures:
         return ValueRange(low=low, high=high)
 
     def _bounds(self, name: str) -> tuple[float, float]:
-        return self._library.bounds(f"arv_camera_get_{name}_bounds", self._camera, who=self._who)
+        return self._library.bounds(f"arv_camera_get_{name}_bounds", self._camera, label=self._label)
 
     def _number(self, name: str) -> float:
         value = self.call(f"get_{name}")

@@ -36,15 +36,15 @@ class AravisStream:
     """The stream of one acquisition; `close` stops receiving and frees the buffers."""
 
     def __init__(
-        self, library: AravisLibrary, camera: int, *, pixel_format: PixelFormat, clock: Clock, who: str
+        self, library: AravisLibrary, camera: int, *, pixel_format: PixelFormat, clock: Clock, label: str
     ) -> None:
         self._library = library
         self._clock = clock
         self._format = pixel_format
         self._pop = library.plain("arv_stream_timeout_pop_buffer")
         self._push = library.plain("arv_stream_push_buffer")
-        payload = library.call("arv_camera_get_payload", camera, who=who)
-        self._stream = library.call("arv_camera_create_stream", camera, None, None, who=who)
+        payload = library.call("arv_camera_get_payload", camera, label=label)
+        self._stream = library.call("arv_camera_create_stream", camera, None, None, label=label)
         if library.plain("arv_camera_is_gv_device")(camera):
             untouched = (b"socket-buffer", FIXED, b"socket-buffer-size", 0)
             library.plain("g_object_set")(self._stream, *untouched, None)

@@ -65,7 +65,7 @@ class OpenCvDevice:
     ) -> None:
         self._source = source
         self._kind = kind_of(source)
-        self._who = f"opencv source {shown(source)}"
+        self._label = f"opencv source {shown(source)}"
         self._clock = clock
         self._options = options or OpenCvOptions()
         self._opener = opener
@@ -93,8 +93,8 @@ class OpenCvDevice:
             self.close()
             raise
         self._can = read_capabilities(capture, self._kind)
-        self._half_size = HalfSize(capture, who=self._who) if self._kind is SourceKind.DEVICE else None
-        if self._kind is SourceKind.STREAM:  # from now on, so that no old image is buffered
+        self._half_size = HalfSize(capture, label=self._label) if self._kind is SourceKind.DEVICE else None
+        if self._kind is SourceKind.STREAM:  # read at once, so that no old image stays buffered
             self._pump = FramePump(capture, clock=self._clock)
         return DeviceInfo(
             vendor="OpenCV", model=str(self._kind), serial=shown(self._source), version=cv2.__version__
@@ -116,7 +116,7 @@ class OpenCvDevice:
     def configure(self, settings: CameraSettings) -> CameraSettings:
         """Apply the settings while stopped; return those in force."""
         capture = self._open_capture()
-        check_settings(settings, self._can, who=self._who)
+        check_settings(settings, self._can, label=self._label)
         own_binning: Binning = 1 if self._half_size is None else self._half_size.apply(settings.binning)
         self._settings = write_settings(capture, replace(settings, binning=own_binning), self._can)
         return self._settings
@@ -126,7 +126,7 @@ class OpenCvDevice:
         if self._settings is not None:
             self._settings = read_back(self._open_capture(), self._settings, self._can)
             return self._settings
-        raise NotConnected(f"{self._who}: it was not configured; configure it first")
+        raise NotConnected(f"{self._label}: it was not configured; configure it first")
 
     def start(self) -> None:
         """Start delivering: live sources from now on, files from their current position."""
@@ -143,7 +143,7 @@ class OpenCvDevice:
         self._started = False
         if self._kind is SourceKind.DEVICE and not self._stop_pump():
             self._capture = None
-            raise NotConnected(f"{self._who}: it does not end a frame that it began; plug it in anew")
+            raise NotConnected(f"{self._label}: it began a frame and does not finish it; plug it in anew")
 
     def grab(self, *, timeout_ms: float) -> Grab | None:
         """Return the next image, None when none arrived in time; raise `NotConnected` at the source's end."""
@@ -178,7 +178,7 @@ class OpenCvDevice:
             if self._started and t_ns >= self._not_before_ns and self._use_trigger():
                 return self._grab(image, number=None, t_ns=t_ns)
         if pump.ended:
-            raise NotConnected(f"{self._who}: {_GONE[self._kind]}; it is opened again by itself")
+            raise NotConnected(f"{self._label}: {_GONE[self._kind]}; it is opened again by itself")
         return None
 
     def _stop_pump(self) -> bool:
@@ -209,8 +209,8 @@ class OpenCvDevice:
         if there and image is not None:
             return image
         raise NotConnected(
-            f"{self._who}: it ended after {self._played} pictures; write loop = true in the rig file to begin"
-            " anew at once"
+            f"{self._label}: it ended after {self._played} pictures; write loop = true in the rig file to"
+            " begin anew at once"
         )
 
     # All sources -------------------------------------------------------------------------------------------
@@ -246,7 +246,7 @@ class OpenCvDevice:
 
     def _open_capture(self) -> OpenCvCapture:
         if self._capture is None:
-            raise NotConnected(f"{self._who}: it is not open; connect it first")
+            raise NotConnected(f"{self._label}: it is not open; connect it first")
         return self._capture
 
     def _choose_size(self, capture: OpenCvCapture) -> None:
@@ -261,7 +261,7 @@ class OpenCvDevice:
             found = round(capture.get(prop))
             if size is not None and found != size:
                 raise OutOfRange(
-                    f"{self._who}: asked for {name} = {size}, and its pictures have {found}; write that, or"
+                    f"{self._label}: asked for {name} = {size}, and its pictures have {found}; write that, or"
                     " leave it out"
                 )
 

@@ -1,6 +1,6 @@
-"""The half size of a UVC camera in place of binning, where its pictures show that it is the mean of 2x2.
+"""Half-size images of a UVC camera in place of binning, where a comparison shows that they are 2x2 means.
 
-OpenCV does not tell whether a smaller size is scaled, cropped or made of every second pixel.
+OpenCV does not report whether a smaller size is scaled, cropped or subsampled.
 """
 
 import cv2
@@ -17,21 +17,21 @@ LEAST_CONTRAST = 6.0
 """Standard deviation, grey levels, below which a picture cannot be compared."""
 LEAST_CORRELATION = 0.95
 MOST_SHIFT_PX = 0.1
-"""Largest shift between both pictures, binned pixels: one of every second pixel is shifted by a quarter."""
+"""Largest shift between the two pictures, binned pixels; subsampling would shift by a quarter."""
 Size = tuple[int, int]
 
 
 class HalfSize:
-    """Switches one opened camera between its size and half of that; compares both once, at the first use."""
+    """Switches one opened camera between full and half size; compares both once, at the first use."""
 
-    def __init__(self, capture: OpenCvCapture, *, who: str) -> None:
+    def __init__(self, capture: OpenCvCapture, *, label: str) -> None:
         self._capture = capture
-        self._who = who
+        self._label = label
         self._whole = _size(capture)
         self._is_mean: bool | None = None
 
     def apply(self, binning: Binning) -> Binning:
-        """Set the size for a binning; return the camera's own: 1 leaves the averaging to the host."""
+        """Set the size for a binning; return the camera's binning: 1 leaves the averaging to the host."""
         width, height = self._whole
         if binning == 1 or width % 2 or height % 2 or self._is_mean is False:
             self._set(self._whole)
@@ -59,21 +59,21 @@ class HalfSize:
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
     def _set(self, size: Size) -> bool:
-        """Set a size; return whether the camera took it. Raise `DeviceFault` where its own is lost."""
+        """Set a size; return whether the camera took it. Raise `DeviceFault` if full size is lost."""
         if _size(self._capture) != size:
             self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])
             self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
         found = _size(self._capture)
         if size == self._whole and found != size:
             raise DeviceFault(
-                f"{self._who}: asked for {size[0]}x{size[1]} pixels again, and it stays at {found[0]}x"
+                f"{self._label}: asked for {size[0]}x{size[1]} pixels again, and it stays at {found[0]}x"
                 f"{found[1]}; plug it in anew"
             )
         return found == size
 
 
 def is_mean_of(half: NDArray[np.uint8], whole: NDArray[np.uint8]) -> bool:
-    """Return whether a grey picture is that of the mean of 2x2 pixels of another, but for brightness."""
+    """Return whether a grey picture is the 2x2 mean of another, up to gain and offset."""
     a, b = average_2x2(whole).astype(np.float64), half.astype(np.float64)
     if a.shape != b.shape or min(a.std(), b.std()) < LEAST_CONTRAST:
         return False

@@ -77,12 +77,12 @@ def ranges_of(can: SourceCapabilities) -> CameraRanges:
     )
 
 
-def check_settings(asked: CameraSettings, can: SourceCapabilities, *, who: str) -> None:
+def check_settings(asked: CameraSettings, can: SourceCapabilities, *, label: str) -> None:
     """Raise `OutOfRange` for settings that the source does not accept, before anything is changed."""
     if asked.triggered and asked.trigger_source is TriggerSource.HARDWARE:
         raise OutOfRange(
-            f"{who}: asked to wait for a pulse, and no {can.kind} hears one; trigger it by software, let it"
-            " run freely, or use a camera with a trigger input"
+            f"{label}: asked to wait for a pulse, and no {can.kind} has a trigger input; trigger it by"
+            " software, let it run freely, or use another camera"
         )
     ranges = ranges_of(can)
     requested = (
@@ -102,16 +102,16 @@ def check_settings(asked: CameraSettings, can: SourceCapabilities, *, who: str) 
             continue
         found = f"it is {low:g} {unit} to {high:g} {unit}" if low < high else f"this {can.kind} cannot set it"
         raise OutOfRange(
-            f"{who}: {what} {value:g} {unit}: {found}; choose one that it takes, or leave it out"
+            f"{label}: {what} {value:g} {unit}: {found}; choose one that it takes, or leave it out"
         )
     if asked.pixel_format not in FORMATS:
         raise OutOfRange(
-            f"{who}: pixel format {asked.pixel_format} is not one of its own; use {', '.join(FORMATS)}"
+            f"{label}: pixel format {asked.pixel_format} is not one of its own; use {', '.join(FORMATS)}"
         )
     try:
         refuse_modes(asked, ranges, first=True)
     except OutOfRange as refused:
-        raise OutOfRange(f"{who}: {refused}") from None
+        raise OutOfRange(f"{label}: {refused}") from None
 
 
 def write_settings(capture: OpenCvCapture, asked: CameraSettings, can: SourceCapabilities) -> CameraSettings:

@@ -108,7 +108,7 @@ _BACKENDS = {
 _WHY_NOT = {
     SourceKind.DEVICE: "it cannot be opened; plug it in, close the program that holds it, and see that you"
     " are in the group 'video'",
-    SourceKind.STREAM: "nobody answers there with a video; switch the sender on, or correct the address",
+    SourceKind.STREAM: "no video stream answers there; switch the sender on, or correct the address",
     SourceKind.MOVIE: "it is no video that can be read; convert it, for example to MJPEG in AVI",
     SourceKind.IMAGES: "there is no first image of that name; number them from 0 or 1, as shots/%04d.png",
 }

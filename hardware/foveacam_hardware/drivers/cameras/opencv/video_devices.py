@@ -39,8 +39,8 @@ def _found(entry: Path, root: Path, stable: dict[str, str]) -> FoundCamera:
     usb = (entry / "device").resolve().parent  # the USB device that the interface belongs to
     maker = _read(usb / "manufacturer") or (entry / "device" / "driver").resolve().name
     source = stable.get(entry.name, address)
-    who = DeviceInfo(vendor=maker, model=_read(entry / "name") or "video device", serial=source)
-    return FoundCamera(kind=KIND, info=who, address=address, problem=_problem(root / NODES / entry.name))
+    info = DeviceInfo(vendor=maker, model=_read(entry / "name") or "video device", serial=source)
+    return FoundCamera(kind=KIND, info=info, address=address, problem=_problem(root / NODES / entry.name))
 
 
 def _stable_names(root: Path) -> dict[str, str]:

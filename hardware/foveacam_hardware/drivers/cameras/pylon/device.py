@@ -84,7 +84,7 @@ class PylonDevice:
         self._serial = serial
         self._clock = clock
         self._options = options or PylonOptions()
-        self._who = f"pylon camera {serial}"
+        self._label = f"pylon camera {serial}"
         self._pylon: nodes.Vendor = None
         self._camera: nodes.Vendor = None
         self._settings: CameraSettings | None = None
@@ -126,7 +126,7 @@ class PylonDevice:
             try:
                 release()
             except Exception as error:  # noqa: BLE001 - the vendor's root error is known only once loaded
-                logger.debug("%s: closing: %s", self._who, error)
+                logger.debug("%s: closing: %s", self._label, error)
 
     def ranges(self) -> CameraRanges:
         """Return the accepted values of every setting."""
@@ -136,19 +136,19 @@ class PylonDevice:
     def configure(self, settings: CameraSettings) -> CameraSettings:
         """Apply the settings while stopped; return those in force, read back from the camera."""
         with self._translate_errors("configure it"):
-            check_settings(self._map, settings, who=self._who)
-            write_settings(self._map, settings, self._options, who=self._who)
-            own_binning = apply_binning(self._map, settings, self._options, who=self._who)
-            taken = read_back(self._map, replace(settings, binning=own_binning), who=self._who)
+            check_settings(self._map, settings, label=self._label)
+            write_settings(self._map, settings, self._options, label=self._label)
+            own_binning = apply_binning(self._map, settings, self._options, label=self._label)
+            taken = read_back(self._map, replace(settings, binning=own_binning), label=self._label)
         return self._remember(taken)
 
     def read_settings(self) -> CameraSettings:
         """Return the settings in force, bypassing the library's cache."""
         if self._settings is None:
-            raise DeviceFault(f"{self._who}: it was not configured; configure it first")
+            raise DeviceFault(f"{self._label}: it was not configured; configure it first")
         with self._translate_errors("read its settings"):
             self._map.InvalidateNodes()
-            return self._remember(read_back(self._map, self._settings, who=self._who))
+            return self._remember(read_back(self._map, self._settings, label=self._label))
 
     def start(self) -> None:
         """Start acquisition; a triggered camera is then ready for its first trigger."""
@@ -202,7 +202,7 @@ class PylonDevice:
                 camera.Height.Node.InvalidateNode()
                 camera.Height.GetValue()
         except FoveaError as error:
-            logger.debug("%s: %s", self._who, error)
+            logger.debug("%s: %s", self._label, error)
             return False
         return True
 
@@ -228,7 +228,7 @@ class PylonDevice:
 
     def _open_camera(self) -> nodes.Vendor:
         if self._camera is None:
-            raise NotConnected(f"{self._who}: it is not open; connect it first")
+            raise NotConnected(f"{self._label}: it is not open; connect it first")
         return self._camera
 
     def _remember(self, taken: CameraSettings) -> CameraSettings:
@@ -241,16 +241,16 @@ class PylonDevice:
         """Bring the opened camera into a known state; return its identity."""
         with self._translate_errors("set it up"):
             map_ = self._map
-            initialise_camera(map_, self._options, who=self._who)
+            initialise_camera(map_, self._options, label=self._label)
             ticks_hz = nodes.read_number(map_, nodes.TICKS_HZ)
             self._tick_ns = 1e9 / ticks_hz if ticks_hz > 0 else 1.0
             self._own_clock = PylonClock(map_, clock=self._clock, tick_ns=self._tick_ns)
-            who = self._open_camera().GetDeviceInfo()
+            found = self._open_camera().GetDeviceInfo()
             version = map_.GetNode("DeviceFirmwareVersion") or map_.GetNode("DeviceVersion")
             return DeviceInfo(
                 vendor="Basler",
-                model=str(who.GetModelName()),
-                serial=str(who.GetSerialNumber()),
+                model=str(found.GetModelName()),
+                serial=str(found.GetSerialNumber()),
                 version="" if version is None else str(version.GetValue()),
             )
 
@@ -294,17 +294,20 @@ class PylonDevice:
             if self._camera is not None and self._camera.IsCameraDeviceRemoved():
                 self._refuse_removed()
             raise DeviceFault(
-                f"{self._who}: asked to {asked}, and its library answered: {_first_line(error)}; reconnect it"
+                f"{self._label}: asked to {asked}, and its library answered: {_first_line(error)}; reconnect"
+                " it"
             ) from error
 
     def _refuse_removed(self) -> NoReturn:
-        raise NotConnected(f"{self._who}: it is gone from the bus; plug it in, it is opened again by itself")
+        raise NotConnected(
+            f"{self._label}: it is gone from the bus; plug it in, it is opened again by itself"
+        )
 
     def _refuse_opening(self, error: Exception) -> NoReturn:
         if not _is_vendor_error(error):
             raise error
         raise NotConnected(
-            f"{self._who}: it is there and cannot be opened ({_first_line(error)}); close the program that"
+            f"{self._label}: it is there and cannot be opened ({_first_line(error)}); close the program that"
             " holds it, and check the permissions of its device"
         ) from error
 

@@ -45,7 +45,7 @@ def find_cameras() -> list[FoundCamera]:
 
 def _found(entry: Vendor) -> FoundCamera:
     address = entry.GetIpAddress() if entry.IsIpAddressAvailable() else entry.GetFullName()
-    who = DeviceInfo(
+    info = DeviceInfo(
         vendor="Basler", model=str(entry.GetModelName()), serial=str(entry.GetSerialNumber()), version=""
     )
-    return FoundCamera(kind=KIND, info=who, address=str(address))
+    return FoundCamera(kind=KIND, info=info, address=str(address))

@@ -78,14 +78,14 @@ def write_number(nodes: Nodes, names: tuple[str, ...], value: float) -> None:
     node.SetValue(round(inside) if isinstance(node.GetValue(), int) else inside)
 
 
-def write_choice(nodes: Nodes, name: str, value: str, *, who: str) -> None:
+def write_choice(nodes: Nodes, name: str, value: str, *, label: str) -> None:
     """Set an enumeration feature; raise `OutOfRange` that lists the possible values."""
     node = nodes.GetNode(name)
     if node is None or _access(node) < READ_ONLY:
-        raise OutOfRange(f"{who}: asked for {name} = {value}, and it has no {name}; leave it out")
+        raise OutOfRange(f"{label}: asked for {name} = {value}, and it has no {name}; leave it out")
     if value not in (words := choices(nodes, name)):
         raise OutOfRange(
-            f"{who}: asked for {name} = {value}, and it has {', '.join(words)}; choose one of these"
+            f"{label}: asked for {name} = {value}, and it has {', '.join(words)}; choose one of these"
         )
     if node.GetValue() != value:
         node.SetValue(value)
@@ -134,15 +134,15 @@ def switch_if_there(nodes: Nodes, name: str, *, on: bool) -> None:
         nodes.GetNode(name).SetValue(on)
 
 
-def write_whole(nodes: Nodes, name: str, value: int, *, who: str) -> None:
+def write_whole(nodes: Nodes, name: str, value: int, *, label: str) -> None:
     """Write an integer that the camera must accept exactly."""
     node = nodes.GetNode(name)
     if node is None or _access(node) != READ_WRITE:
-        raise DeviceFault(f"{who}: asked for {name} = {value}, and it cannot be set now; leave it out")
+        raise DeviceFault(f"{label}: asked for {name} = {value}, and it cannot be set now; leave it out")
     low, high, step = node.GetMin(), node.GetMax(), node.GetInc()
     if not low <= value <= high or (value - low) % step:
         raise OutOfRange(
-            f"{who}: {name} {value} is not one of {low} to {high} in steps of {step}; choose one of these"
+            f"{label}: {name} {value} is not one of {low} to {high} in steps of {step}; choose one of these"
         )
     node.SetValue(value)
 
@@ -161,34 +161,34 @@ def pixel_formats(nodes: Nodes) -> tuple[PixelFormat, ...]:
     return tuple(known for known, names in FORMAT_NAMES.items() if any(name in has for name in names))
 
 
-def format_name(nodes: Nodes, pixel_format: PixelFormat, *, who: str) -> str:
+def format_name(nodes: Nodes, pixel_format: PixelFormat, *, label: str) -> str:
     """Return the camera's name of a format; raise `OutOfRange` that lists the possible ones."""
     has = choices(nodes, "PixelFormat")
     for name in FORMAT_NAMES[pixel_format]:
         if name in has:
             return name
     allowed = ", ".join(pixel_formats(nodes)) or "none that this program knows"
-    raise OutOfRange(f"{who}: pixel format {pixel_format} is not one of its own; use {allowed}")
+    raise OutOfRange(f"{label}: pixel format {pixel_format} is not one of its own; use {allowed}")
 
 
-def read_format(nodes: Nodes, *, who: str) -> PixelFormat:
+def read_format(nodes: Nodes, *, label: str) -> PixelFormat:
     """Return the pixel format in force."""
     now = str(nodes.GetNode("PixelFormat").GetValue())
     for known, names in FORMAT_NAMES.items():
         if now in names:
             return known
-    raise DeviceFault(f"{who}: it sends {now}, which this program does not read; ask for another format")
+    raise DeviceFault(f"{label}: it sends {now}, which this program does not read; ask for another format")
 
 
-def require_inside(who: str, what: str, asked: float, span: ValueRange, unit: str) -> None:
+def require_inside(label: str, what: str, asked: float, span: ValueRange, unit: str) -> None:
     """Raise `OutOfRange` for a value outside a range, saying so when the setting is fixed."""
     slack = 1e-9 * max(abs(span.low), abs(span.high))
     if math.isfinite(asked) and span.low - slack <= asked <= span.high + slack:
         return
     if span.low == span.high:
-        raise OutOfRange(f"{who}: {what} {asked:g} {unit}: it is {span.low:g} {unit} and cannot be set")
+        raise OutOfRange(f"{label}: {what} {asked:g} {unit}: it is {span.low:g} {unit} and cannot be set")
     raise OutOfRange(
-        f"{who}: {what} {asked:g} {unit} is outside {span.low:g} to {span.high:g} {unit}; choose one inside"
+        f"{label}: {what} {asked:g} {unit} is outside {span.low:g} to {span.high:g} {unit}; choose one inside"
     )
 
 

@@ -27,13 +27,13 @@ class PylonOptions(RegionOptions):
     buffers: int = 16
 
 
-def initialise_camera(map_: nodes.Nodes, options: PylonOptions, *, who: str) -> None:
+def initialise_camera(map_: nodes.Nodes, options: PylonOptions, *, label: str) -> None:
     """Bring an opened camera into a known state: nothing automatic, no trigger, the sensor region set."""
     for automatic in (nodes.EXPOSURE_AUTO, "GainAuto"):
         nodes.write_choice_if_there(map_, automatic, "Off")
     nodes.write_choice_if_there(map_, "AcquisitionMode", "Continuous")
     nodes.write_choice_if_there(map_, "TriggerMode", "Off")
-    set_sensor_region(map_, options, who=who)
+    set_sensor_region(map_, options, label=label)
 
 
 def ranges_of(map_: nodes.Nodes) -> CameraRanges:
@@ -51,27 +51,27 @@ def ranges_of(map_: nodes.Nodes) -> CameraRanges:
     )
 
 
-def check_settings(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> None:
+def check_settings(map_: nodes.Nodes, asked: CameraSettings, *, label: str) -> None:
     """Raise `OutOfRange` for settings that the camera does not accept, before anything is changed."""
     ranges = ranges_of(map_)
     ms = ValueRange(low=ranges.exposure_ns.low / 1e6, high=ranges.exposure_ns.high / 1e6)
-    nodes.require_inside(who, "exposure", asked.exposure_ns / 1e6, ms, "ms")
-    nodes.require_inside(who, "gain", asked.gain_db, ranges.gain_db, "dB")
+    nodes.require_inside(label, "exposure", asked.exposure_ns / 1e6, ms, "ms")
+    nodes.require_inside(label, "gain", asked.gain_db, ranges.gain_db, "dB")
     if not asked.frame_rate_auto:
-        nodes.require_inside(who, "frame rate", asked.frame_rate_hz, ranges.frame_rate_hz, "Hz")
-    nodes.require_inside(who, "black level", asked.black_level, ranges.black_level, "of its units")
-    nodes.format_name(map_, asked.pixel_format, who=who)
+        nodes.require_inside(label, "frame rate", asked.frame_rate_hz, ranges.frame_rate_hz, "Hz")
+    nodes.require_inside(label, "black level", asked.black_level, ranges.black_level, "of its units")
+    nodes.format_name(map_, asked.pixel_format, label=label)
     try:
         refuse_modes(asked, ranges)
     except OutOfRange as refused:
-        raise OutOfRange(f"{who}: {refused}") from None
+        raise OutOfRange(f"{label}: {refused}") from None
 
 
-def write_settings(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
+def write_settings(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, label: str) -> None:
     """Write checked settings."""
-    name = nodes.format_name(map_, settings.pixel_format, who=who)
-    nodes.write_choice(map_, "PixelFormat", name, who=who)
-    _write_trigger(map_, settings, options, who=who)
+    name = nodes.format_name(map_, settings.pixel_format, label=label)
+    nodes.write_choice(map_, "PixelFormat", name, label=label)
+    _write_trigger(map_, settings, options, label=label)
     nodes.write_choice_if_there(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[AutoMode.OFF])
     nodes.write_number(map_, nodes.EXPOSURE_US, settings.exposure_ns / NS_PER_US)
     nodes.write_number(map_, nodes.GAIN_DB, settings.gain_db)
@@ -80,10 +80,10 @@ def write_settings(map_: nodes.Nodes, settings: CameraSettings, options: PylonOp
     if not settings.frame_rate_auto:
         nodes.write_number(map_, nodes.FRAME_RATE_HZ, settings.frame_rate_hz)
     if settings.exposure_auto is not AutoMode.OFF:  # last: it starts from the exposure written above
-        nodes.write_choice(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[settings.exposure_auto], who=who)
+        nodes.write_choice(map_, nodes.EXPOSURE_AUTO, nodes.AUTO_NAMES[settings.exposure_auto], label=label)
 
 
-def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSettings:
+def read_back(map_: nodes.Nodes, asked: CameraSettings, *, label: str) -> CameraSettings:
     """Return the settings in force; the rate is limited to what the camera can achieve."""
     set_hz = nodes.read_number(map_, nodes.FRAME_RATE_HZ) or asked.frame_rate_hz
     possible_hz = nodes.read_number(map_, nodes.RESULTING_RATE_HZ) or set_hz
@@ -93,7 +93,7 @@ def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSe
         gain_db=nodes.read_number(map_, nodes.GAIN_DB),
         frame_rate_hz=possible_hz if asked.frame_rate_auto else min(set_hz, possible_hz),
         frame_rate_auto=asked.frame_rate_auto,
-        pixel_format=nodes.read_format(map_, who=who),
+        pixel_format=nodes.read_format(map_, label=label),
         triggered=asked.triggered,
         trigger_source=asked.trigger_source,
         black_level=nodes.read_number(map_, nodes.BLACK_LEVEL),
@@ -101,20 +101,20 @@ def read_back(map_: nodes.Nodes, asked: CameraSettings, *, who: str) -> CameraSe
     )
 
 
-def _write_trigger(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, who: str) -> None:
+def _write_trigger(map_: nodes.Nodes, settings: CameraSettings, options: PylonOptions, *, label: str) -> None:
     """Set what starts each exposure, and the output line that signals it."""
     nodes.write_choice_if_there(map_, "TriggerSelector", "FrameStart")
     if not settings.triggered:
         nodes.write_choice_if_there(map_, "TriggerMode", "Off")
         return
-    nodes.write_choice(map_, "TriggerMode", "On", who=who)
+    nodes.write_choice(map_, "TriggerMode", "On", label=label)
     if settings.trigger_source is TriggerSource.SOFTWARE:
-        nodes.write_choice(map_, "TriggerSource", "Software", who=who)
+        nodes.write_choice(map_, "TriggerSource", "Software", label=label)
         return
-    nodes.write_choice(map_, "TriggerSource", options.trigger_line, who=who)
+    nodes.write_choice(map_, "TriggerSource", options.trigger_line, label=label)
     edge = "FallingEdge" if options.trigger_edge == "falling" else "RisingEdge"
-    nodes.write_choice(map_, "TriggerActivation", edge, who=who)
+    nodes.write_choice(map_, "TriggerActivation", edge, label=label)
     if options.strobe_line is not None:
-        nodes.write_choice(map_, "LineSelector", options.strobe_line, who=who)
+        nodes.write_choice(map_, "LineSelector", options.strobe_line, label=label)
         nodes.write_choice_if_there(map_, "LineMode", "Output")
-        nodes.write_choice(map_, "LineSource", "ExposureActive", who=who)
+        nodes.write_choice(map_, "LineSource", "ExposureActive", label=label)

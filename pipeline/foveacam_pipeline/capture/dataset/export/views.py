@@ -1,8 +1,8 @@
 """Fovea views as plain pinhole cameras, and sparse 3D points (seeds), as COLMAP and nerfstudio expect them.
 
 The virtual pinhole of Sec. 3.2 is placed at the pupil for the gaze and turned along it: same focal length,
-principal point in the image centre, no roll. All foveae so share one camera, whose principal point lies in
-the image as those programs require, and the pose also holds off the depth where the gazes cross.
+principal point in the image centre, no roll. Thus all foveae share one camera, whose principal point lies in
+the image as those programs require, and the pose is valid at all depths, not only where the gazes cross.
 """
 
 import math

@@ -12,7 +12,7 @@ down_revision = "0003"
 
 
 def upgrade() -> None:
-    """Add the owner; tokens that a user made, or a token of that user, get that user."""
+    """Add the owner; a token made by a user, or by a token of a user, gets that user."""
     op.add_column("service_tokens", sa.Column("owner", sa.String))
     op.execute("UPDATE service_tokens SET owner = created_by WHERE created_by IN (SELECT name FROM users)")
     op.execute(

@@ -1,4 +1,4 @@
-"""Which calibration of a rig is in force, in a file that outlives a restart, and which may be discarded."""
+"""Stores which calibration of a rig is in force, and checks which may be discarded."""
 
 import re
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ def check_discarded(calibration: Calibration, *, in_force: bool, kept: bool) -> 
         )
     if not kept:
         raise InvalidInput(
-            f"calibration {calibration.id} ({calibration.label}) came with the program or what was opened;"
+            f"calibration {calibration.id} ({calibration.label}) came with the program or the opened rig;"
             " only those kept in the data directory can be discarded",
             asked=asked,
-            found="it is none of one's own",
+            found="it is not in the data directory",
         )
 
 
@@ -36,9 +36,9 @@ _ID = re.compile(r"[0-9A-Za-z_-]{1,64}")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pin:
-    """Which calibration was put in force; both None when none was.
+    """The stored choice of the calibration in force; both None without one.
 
-    `damage`: what is wrong with the file, where it names no calibration.
+    `damage`: fault of a file that names no calibration.
     """
 
     calibration_id: str | None = None
@@ -46,7 +46,7 @@ class Pin:
 
 
 def read_pin(folder: Path, rig_id: str) -> Pin:
-    """Return which calibration of a rig was put in force."""
+    """Return the stored choice of a rig's calibration in force."""
     path = _path(folder, rig_id)
     try:
         found = path.read_text(encoding="utf-8").strip()

@@ -1,4 +1,4 @@
-"""Protocols of what calibrations need of other resources: their sessions and drift checks."""
+"""Protocols by which calibrations read their sessions and drift checks from other resources."""
 
 from pathlib import Path
 from typing import Protocol
@@ -19,12 +19,12 @@ class MeasuredSessions(Protocol):
         ...
 
     def pictures(self, session_id: str, *, fitted: bool) -> dict[str, bytes]:
-        """Return its pictures as PNGs by name; without `fitted` only those that no fit went into."""
+        """Return the session's pictures as PNGs by name; without `fitted` only those independent of a fit."""
         ...
 
 
 class MeasuredDrift(Protocol):
-    """The drift checks that were made."""
+    """Read access to the drift checks."""
 
     def of(self, calibration_id: str) -> list[DriftCheckDocument]:
         """Return the checks that measured or made a calibration, oldest first."""

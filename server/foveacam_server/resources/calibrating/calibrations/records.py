@@ -27,7 +27,7 @@ COMPARE_URL = "/api/v1/calibrations/compare.png"
 
 
 class CalibrationRecords:
-    """All that REST offers of the calibrations of this rig."""
+    """The calibrations of this rig: describe, compare, import, export, report."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class CalibrationRecords:
         self._picture = lru_cache(maxsize=8)(self._draw)
 
     def describe(self, calibration: Calibration) -> CalibrationDocument:
-        """Return a calibration as REST shows it; the one in force with its health."""
+        """Return a calibration's document; with its health if it is in force."""
         current = self._service.current is calibration
         return CalibrationDocument.of(
             calibration,
@@ -56,17 +56,17 @@ class CalibrationRecords:
         )
 
     def health(self) -> HealthDocument:
-        """Return what ordinary fixations say of the calibration in force."""
+        """Return the health of the calibration in force, from the residuals of ordinary fixations."""
         return self._health.describe()
 
     def compare(self, a: str, b: str) -> ComparisonDocument:
-        """Return how far two calibrations differ."""
+        """Return the differences of two calibrations, in pixels."""
         return ComparisonDocument.of(
             compare(self._service.get(a), self._service.get(b)), picture_url=f"{COMPARE_URL}?a={a}&b={b}"
         )
 
     def compare_picture(self, a: str, b: str) -> bytes:
-        """Return how far two calibrations differ as a PNG."""
+        """Return a PNG of the differences of two calibrations over the field."""
         return self._picture(a, b)
 
     def file(self, calibration_id: str, file_format: FileFormat) -> bytes:
@@ -85,7 +85,7 @@ class CalibrationRecords:
     def report(self, calibration_id: str) -> str:
         """Return the report of a calibration as one HTML page."""
         from foveacam_server.resources.calibrating.calibrations.reports import (
-            report_page,  # figures load for seconds
+            report_page,  # importing the figures takes seconds
         )
 
         return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)

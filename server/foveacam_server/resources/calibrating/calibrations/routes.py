@@ -55,7 +55,7 @@ def every(
     return [records.describe(calibration) for calibration in found]
 
 
-@router.get("/current", summary="The one in force", responses=problems(409, 503))
+@router.get("/current", summary="Calibration in force", responses=problems(409, 503))
 async def current(
     records: Provided[CalibrationRecords], calibration: Provided[CalibrationService]
 ) -> CalibrationDocument:
@@ -63,9 +63,9 @@ async def current(
     return records.describe(calibration.require())
 
 
-@router.get("/health", summary="Does the one in force still hold?")
+@router.get("/health", summary="Health of the calibration in force")
 async def health(records: Provided[CalibrationRecords]) -> HealthDocument:
-    """Return what ordinary fixations say of the calibration in force."""
+    """Return the health of the calibration in force, from the residuals of ordinary fixations."""
     return records.health()
 
 
@@ -73,20 +73,20 @@ async def health(records: Provided[CalibrationRecords]) -> HealthDocument:
 async def compare(
     a: WhichOne, b: WhichOne, computing: Provided[ComputeQueue], records: Provided[CalibrationRecords]
 ) -> ComparisonDocument:
-    """Return how far b differs from a, in pixels that an operator sees."""
+    """Return the differences of calibration b from a, in pixels of the pictures."""
     return await computing.run(lambda: records.compare(a, b))
 
 
 @router.get(
     "/compare.png",
-    summary="Compare two, as a picture",
+    summary="Compare two calibrations, as a picture",
     response_class=Response,
     responses=file_responses("image/png"),
 )
 async def compare_png(
     a: WhichOne, b: WhichOne, computing: Provided[ComputeQueue], records: Provided[CalibrationRecords]
 ) -> Response:
-    """Return where over the field two calibrations differ."""
+    """Return a picture of the differences of two calibrations over the field."""
     picture = await computing.run(lambda: records.compare_picture(a, b))
     return Response(picture, media_type="image/png")
 
@@ -94,7 +94,7 @@ async def compare_png(
 @router.post(
     "/import",
     status_code=201,
-    summary="Take a calibration from a file",
+    summary="Import a calibration from a file",
     responses=problems(409, 503),
     max_body_size=FILE_BYTES,
 )
@@ -103,9 +103,9 @@ def import_file(
     records: Provided[CalibrationRecords],
     distance_m: DistanceQuery = None,
 ) -> CalibrationDocument:
-    """Keep the calibration of a file of this program, or of the authors' device bundle.
+    """Store the calibration of a file of this program, or of the authors' device bundle.
 
-    A bundle does not say how far away its markers stood: give `distance_m`.
+    A bundle lacks the distance of its markers: give `distance_m`.
     """
     return records.import_file(document, distance_m=distance_m)
 
@@ -124,7 +124,7 @@ async def one(
     "/{calibration_id}", status_code=204, summary="Discard a calibration", responses=problems(404, 409)
 )
 def discard(calibration_id: CalibrationId, calibration: Provided[CalibrationService]) -> None:
-    """Put it in the trash, from which it can be restored; neither the one in force nor one that ships."""
+    """Move a calibration to the trash, from which it can be restored; not one in force or shipped."""
     calibration.discard(calibration_id)
 
 
@@ -136,11 +136,11 @@ def restore(
     records: Provided[CalibrationRecords],
     calibration: Provided[CalibrationService],
 ) -> CalibrationDocument:
-    """Undo its discarding; what is in force stays so."""
+    """Restore a calibration from the trash; the one in force stays in force."""
     return records.describe(calibration.restore(calibration_id))
 
 
-@router.post("/{calibration_id}/activate", summary="Put one in force", responses=problems(404, 409))
+@router.post("/{calibration_id}/activate", summary="Put a calibration in force", responses=problems(404, 409))
 @needs(Right.ADMINISTER)
 def activate(
     calibration_id: CalibrationId,
@@ -149,21 +149,21 @@ def activate(
     calibration: Provided[CalibrationService],
     x_lease: LeaseHeader = None,
 ) -> CalibrationDocument:
-    """Put a calibration in force, now and at every start."""
+    """Put a calibration in force, now and at every start of the server."""
     lease.check(x_lease)
     return records.describe(calibration.activate(calibration_id))
 
 
 @router.get(
     "/{calibration_id}/report",
-    summary="What is known of one, as a page",
+    summary="Report of a calibration, as a page",
     response_class=HTMLResponse,
     responses=problems(404),
 )
 async def report(
     calibration_id: CalibrationId, computing: Provided[ComputeQueue], records: Provided[CalibrationRecords]
 ) -> HTMLResponse:
-    """Return one self-contained page: measured figures beside the paper's, and all pictures."""
+    """Return a self-contained HTML page: measured figures beside the paper's, and all pictures."""
     return HTMLResponse(await computing.run(lambda: records.report(calibration_id)))
 
 

@@ -17,7 +17,7 @@ class SpreadDocument(ResponseModel):
 
     @classmethod
     def of(cls, spread: DifferenceSpread) -> Self:
-        """Return a spread rounded to what a pixel can say."""
+        """Return a spread rounded to the precision that is meaningful in pixels."""
         return cls(rms=round(spread.rms_px, 4), max=round(spread.max_px, 4))
 
 
@@ -37,7 +37,7 @@ class ComparisonDocument(ResponseModel):
 
     @classmethod
     def of(cls, found: CalibrationComparison, *, picture_url: str) -> Self:
-        """Return a comparison as REST shows it."""
+        """Return REST's document of a comparison."""
         return cls(
             a=found.a,
             b=found.b,
@@ -92,13 +92,13 @@ class CalibrationDocument(ResponseModel):
     current: bool
     """Whether it is in force."""
     kept: bool
-    """Whether it is the user's own: those that ship with the program cannot be discarded."""
+    """Whether it is in the data directory; those that ship with the program cannot be discarded."""
     parent_id: str | None
     """Id of the calibration that it corrects."""
     session_id: str | None
     """Id of the session that measured it."""
     health: HealthDocument | None
-    """Only of the one in force."""
+    """Health; only of the calibration in force."""
 
     @classmethod
     def of(

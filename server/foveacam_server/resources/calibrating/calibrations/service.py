@@ -1,6 +1,6 @@
 """Determines which calibration is in force: the command line's, else the pinned one, else the rig's newest.
 
-It may change while the server runs: ask `require` each time instead of keeping a copy.
+It may change while the server runs: call `require` each time instead of keeping a copy.
 """
 
 import logging
@@ -26,7 +26,7 @@ from foveacam_server.resources.calibrating.calibrations.schema import Calibratio
 _log = logging.getLogger(__name__)
 
 SHIPPED = Path(__file__).parent / "shipped"
-"""Calibrations that ship with the program, one a rig id."""
+"""Calibrations that ship with the program, one per rig id."""
 
 Reach = tuple[float, float, float, float]
 """Smallest ax, largest ax, smallest ay, largest ay, rad."""
@@ -100,11 +100,11 @@ class CalibrationService:
         self._on_change.append(callback)
 
     def refuse_without_rig(self, error: Callable[[], NotConnected]) -> None:
-        """Let `require` raise what `error` returns while no rig is known."""
+        """Set the function whose error `require` raises while no rig is known."""
         self._no_rig = error
 
     def forget_rig(self) -> None:
-        """Forget the calibrations of a rig that was closed: another one may be opened."""
+        """Forget the calibrations of a closed rig, as another one may be opened."""
         with self._lock:
             self._rig_id = self._lost_pin = None
             self._known = {}
@@ -113,7 +113,8 @@ class CalibrationService:
     def choose_for(self, rig_id: str, *, brought: Calibration | None = None) -> None:
         """Load the calibrations of the rig `rig_id`; a chosen one of another rig leaves it uncalibrated.
 
-        `brought`: one that comes with the rig itself, as with a recording; only a chosen file goes before it.
+        `brought`: one that comes with the rig itself, as with a recording; only a chosen file has precedence
+        over it.
         """
         self._rig_id = rig_id
         self._brought = brought
@@ -131,7 +132,7 @@ class CalibrationService:
         self._put_in_force(current)
 
     def add(self, calibration: Calibration) -> None:
-        """Store a calibration of this rig; the one in force stays so, also after a restart."""
+        """Store a calibration of this rig; the one in force stays in force, also after a restart."""
         self._check_new(calibration)
         self.records.add(calibration)
         with self._lock:
@@ -151,7 +152,7 @@ class CalibrationService:
             del self._known[calibration.id]
 
     def is_kept(self, calibration_id: str) -> bool:
-        """Return whether a calibration is the user's own, a file of the data directory."""
+        """Return whether a calibration is a file of the data directory, not one that ships."""
         return calibration_id not in self._shipped_ids and self.records.path_of(calibration_id).is_file()
 
     def discarded(self) -> list[Calibration]:
@@ -159,7 +160,7 @@ class CalibrationService:
         return list(CalibrationStore(self.records.trash).every(rig_id=self._rig_id).calibrations)
 
     def restore(self, calibration_id: str) -> Calibration:
-        """Take a calibration out of the trash, or raise `NotFound`; the one in force stays so."""
+        """Restore a calibration from the trash, or raise `NotFound`; the one in force stays in force."""
         if calibration_id not in [known.id for known in self.discarded()]:
             raise NotFound(
                 f"there is no calibration {calibration_id} in the trash; see "
@@ -182,7 +183,7 @@ class CalibrationService:
         return calibration
 
     def _check_new(self, calibration: Calibration) -> None:
-        """Check that it is this rig's; pin the one in force, which a newer one could replace otherwise."""
+        """Check that it is this rig's; pin the one in force, which a newer one would replace otherwise."""
         if self._rig_id is not None:
             calibration.check_rig(self._rig_id)
         current = self._current
@@ -204,7 +205,7 @@ class CalibrationService:
         )
 
     def _emit(self, message: str, data: ResponseModel, *, level: EventLevel = EventLevel.INFO) -> None:
-        if self._events is not None:  # None in a command that runs beside a server
+        if self._events is not None:  # None in a command running beside a server
             self._events.emit("rig.calibration", message, level=level, data=data)
 
     def _choose(self, rig_id: str) -> Calibration:

@@ -1,1 +1,1 @@
-"""Drift checks: looks into the scene that measure how far the mounts moved."""
+"""Drift checks: looks into the scene that measure the drift of the eyes' mounts."""

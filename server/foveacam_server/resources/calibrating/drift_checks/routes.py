@@ -1,4 +1,4 @@
-"""Routes of drift checks: looks into the scene that measure how far the eyes moved since the calibration."""
+"""Routes of drift checks: looks into the scene that measure the eyes' drift since the calibration."""
 
 from typing import Annotated
 
@@ -51,7 +51,7 @@ async def create(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Queue a check; with `apply`, a drift that is surely there is corrected and the result put in force."""
+    """Queue a check; with `apply`, a significant drift is corrected and the result put in force."""
     if request.apply:
         require(principal, Right.ADMINISTER, asked="a drift check that puts a calibration in force")
     lease.check(x_lease)
@@ -61,7 +61,7 @@ async def create(
 
 @router.get("", summary="All drift checks, newest first")
 def every(drift: Provided[DriftChecks]) -> list[DriftCheckDocument]:
-    """Return what all checks found."""
+    """Return the results of all checks."""
     return drift.records.every()
 
 
@@ -72,12 +72,12 @@ def every(drift: Provided[DriftChecks]) -> list[DriftCheckDocument]:
     responses=file_responses("image/png"),
 )
 async def trend(computing: Provided[ComputeQueue], drift: Provided[DriftChecks]) -> Response:
-    """Return a picture of how both eyes have drifted since they were calibrated."""
+    """Return a picture of both eyes' drift over time."""
     picture = await computing.run(drift.records.trend_picture)
     return Response(picture, media_type="image/png")
 
 
 @router.get("/{check_id}", summary="One check", responses=problems(404))
 def one(check_id: CheckId, drift: Provided[DriftChecks]) -> DriftCheckDocument:
-    """Return what one check found."""
+    """Return the result of one check."""
     return drift.records.get(check_id)

@@ -9,7 +9,7 @@ from foveacam_server.resources.calibrating.sessions.schema import Eye
 
 
 class DriftRequest(RequestModel):
-    """A drift check; `distance_m`: of the scene ahead, when known."""
+    """Request of a drift check; `distance_m`: of the scene ahead, when known."""
 
     distance_m: Annotated[float, Field(gt=0.5, le=1000.0)] | None = None
     apply: bool = False

@@ -24,13 +24,13 @@ class DriftChecks:
         tools.jobs.handle(KIND, self._work)
 
     def submit(self, request: DriftRequest, *, idempotency_key: str | None = None) -> Job:
-        """Queue a check; raise at once when it could not run now."""
+        """Queue a check; raise at once where it cannot run now."""
         self._tools.calibration.require()
         self._tools.hardware.check_may_move()
         return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
     def _work(self, context: JobContext) -> str:
-        from foveacam_server.resources.calibrating.drift_checks.step import (  # loads for a while
+        from foveacam_server.resources.calibrating.drift_checks.step import (  # slow to import
             check_drift,
             store_check,
         )

@@ -22,7 +22,7 @@ def check_drift(
     clock: Clock,
     watch: StepWatcher,
 ) -> DriftCheck:
-    """Return how far the eyes have moved; `distance_m`: to the scene's centre, when known."""
+    """Return the eyes' drift; `distance_m`: to the scene's centre, when known."""
     watch.stage("drift")
     settings = DriftSettings(distance_m=distance_m)
     return run_drift_check(head, calibration, clock=clock, watch=watch, settings=settings)

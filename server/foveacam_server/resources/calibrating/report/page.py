@@ -1,4 +1,4 @@
-"""The HTML page of a report: it loads nothing, and suits screens and paper, light and dark."""
+"""The HTML page of a report: loads no other file; for screens and paper, light and dark."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,8 +27,8 @@ def report_html(
 ) -> str:
     """Return the report of a calibration as one HTML page.
 
-    `pictures`: PNG or JPEG by name, as a session stores them; any may be missing. Parts that were not
-    measured have a note how to measure them.
+    `pictures`: PNG or JPEG by name, as a session stores them; any may be missing. Parts without measurements
+    have a note on how to measure them.
     """
     fit = session.fit if session is not None else None
     return fill_template(
@@ -80,7 +80,7 @@ def _table2(calibration: Calibration, session: SessionDocument | None) -> list[t
 
 
 def _field_deg(calibration: Calibration) -> dict[str, list[float] | list[list[float]]]:
-    """Return left, right, top and bottom of the wide view and of what both eyes reach; either eye's hull."""
+    """Return left, right, top, bottom of the wide view and of both eyes' common reach; each eye's hull."""
     return {
         "wide": np.rad2deg(calibration.wide.field_rad).tolist(),
         "both": np.rad2deg(calibration.reach_rad()).tolist(),

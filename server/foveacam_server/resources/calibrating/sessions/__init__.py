@@ -1,1 +1,1 @@
-"""Calibration sessions: folders of measurements, and the steps that fill them."""
+"""Calibration sessions: folders of measurements, and the steps that make them."""

@@ -69,7 +69,7 @@ def check_session(
 
 
 def is_checked(session: CalibrationSession, calibration: Calibration, options: CheckOptions) -> bool:
-    """Tell whether a check of this calibration with these options was completed."""
+    """Return whether a check of this calibration with these options was completed."""
     return session.finished.check == _run_key(calibration, options)
 
 

@@ -43,9 +43,9 @@ def describe_session(
     running: str | None,
     in_use: SettleTime | None = None,
 ) -> SessionDocument:
-    """Return a session as REST shows it; a part that cannot be read is null and named in `problems`.
+    """Return a session's document; a part that cannot be read is null and listed in `problems`.
 
-    `in_use`: the measured settle time in use, of whichever session.
+    `in_use`: the measured settle time in use, of any session.
     """
     head = session.head
     problems: list[str] = []
@@ -82,7 +82,7 @@ def describe_session(
 
 
 class SessionReader:
-    """Reads what reports and exports of calibrations need of their sessions, each by its id."""
+    """Reads the data of sessions, by their ids, for reports and exports of calibrations."""
 
     def __init__(self, sessions: SessionCollection) -> None:
         self._sessions = sessions
@@ -110,14 +110,14 @@ def _settle(session: CalibrationSession, in_use: SettleTime | None) -> SettleDoc
 
 
 def describe_sweep(path: Path) -> SweepDocument:
-    """Return one sweep as REST shows it; raise `InvalidInput` for a damaged file."""
+    """Return the document of a sweep; raise `InvalidInput` for a damaged file."""
     state = path.stat()
     return _describe_file(path, state.st_mtime_ns, state.st_size)
 
 
 @lru_cache(maxsize=64)
 def _describe_file(path: Path, changed_ns: int, size: int) -> SweepDocument:
-    """Return the sweep of a file in this state; cached, for the page polls every second."""
+    """Return the sweep of a file, cached by the file's state, as the page polls every second."""
     del changed_ns, size
     sweep = load_sweep(path)
     station, nodes_rad = sweep.header.station, sweep.header.plan.nodes_rad().tolist()
@@ -145,7 +145,7 @@ def _describe_pose(index: int, node_rad: tuple[float, float], pose: SweepPose | 
 
 
 def eye_state(pose: SweepPose | None, role: Role) -> EyeState:
-    """Return the state of one eye at a pose; None: it was not measured yet."""
+    """Return the state of one eye at a pose; None before it was measured."""
     if pose is None:
         return "waiting"
     measured = pose.eye(role)
@@ -169,7 +169,7 @@ def measured_time(session: CalibrationSession) -> SettleTime:
 
 
 def settle_time_of(report: SettleReport, settle_us: int, *, session_id: str) -> SettleTime:
-    """Return the settle time that a report gave."""
+    """Return the settle time of a settle report."""
     return SettleTime(
         rig_id=report.rig_id,
         settle_us=settle_us,

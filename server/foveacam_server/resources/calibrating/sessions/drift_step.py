@@ -47,7 +47,7 @@ def close_drift(
     """Measure nodes of the first station again and return the calibration corrected for the drift since.
 
     `options`: those of the fit. The calibration is returned unchanged where the drift is not significant, no
-    motor turns the rig, or too few nodes were seen; the session's drift result says which.
+    motor turns the rig, or too few nodes were seen; the session's drift result gives the reason.
     """
     watch.stage("check")
     if DistanceSource(options.distance) is DistanceSource.UNKNOWN:
@@ -76,7 +76,7 @@ def close_drift(
 
 
 def corrected_for_drift(calibration: Calibration, found: DriftCheck, *, created_utc: str) -> Calibration:
-    """Return the calibration corrected for a drift, with a label that says so."""
+    """Return the calibration corrected for a drift, with a label that states it."""
     corrected = correct_calibration(calibration, found, created_utc=created_utc)
     return replace(corrected, label=calibration.label.removesuffix(CORRECTED) + CORRECTED)
 

@@ -1,6 +1,6 @@
 """The fit step of a calibration session: mirror models and rectification (stages 2, 3) from its sweeps.
 
-It describes the fit too: every model's score, the paper's model, the parallax of Eq. 1.
+It also describes the fit: every model's score, the paper's model, the parallax of Eq. 1.
 """
 
 import math
@@ -44,7 +44,7 @@ from foveacam_server.resources.calibrating.sessions.step_environment import Cali
 
 STEP = "fit"
 PICTURES = 6
-"""Most pictures of a fit; its progress counts them as steps."""
+"""Largest number of pictures of a fit, counted as steps of its progress."""
 
 
 def fit_session(
@@ -87,7 +87,7 @@ def earlier_fit(
     try:
         return registry.get(how.calibration_id)
     except FoveaError:
-        return None  # deleted meanwhile
+        return None  # its calibration was deleted meanwhile
 
 
 def inputs_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics) -> str:
@@ -99,28 +99,28 @@ def inputs_of(session: CalibrationSession, options: FitOptions, wide: Intrinsics
 
 
 class _FitWatcher:
-    """Passes a fit's progress on, with the pictures that follow added to the total."""
+    """Forwards a fit's progress, with the pictures that follow added to the total."""
 
     def __init__(self, watch: ProcedureWatcher) -> None:
         self._watch = watch
         self.total = PICTURES
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Pass it on."""
+        """Forward the progress."""
         self.total = total + PICTURES
         self._watch.progress(done, total=self.total, note=note)
 
     def cancelled(self) -> bool:
-        """Tell whether the watcher wants the fit to end."""
+        """Return whether the watcher has cancelled the fit."""
         return self._watch.cancelled()
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
-        """Pass it on."""
+        """Forward the picture."""
         self._watch.show(name, image)
 
 
 def _pictures(session: CalibrationSession, result: FitResult, *, watch: _FitWatcher) -> dict[str, bytes]:
-    """Return the fit's pictures as PNG; store none yet."""
+    """Return the fit's pictures as PNG, without storing them."""
     pictures, fitted = {}, watch.total - PICTURES
     for number, (name, make) in enumerate(fit_pictures(result).items()):
         raise_if_cancelled(watch, doing=DOING)
@@ -209,7 +209,7 @@ def _describe(result: FitResult) -> FitDocument:
 
 
 def _drift(result: FitResult) -> dict[str, MountDriftDocument] | None:
-    """Return how the mounts drifted during the sweeps; None when that was not measured."""
+    """Return the drift of the mounts during the sweeps; None when it was not measured."""
     if result.drift is None:
         return None
     f_px = result.calibration.fovea_f_px

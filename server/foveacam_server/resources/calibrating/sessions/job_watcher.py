@@ -46,7 +46,7 @@ class CalibrationJobWatcher:
         self._context.stage()
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Report `done` of `total`, at most once a period but for the end of a stage."""
+        """Report `done` of `total`, at most once per period except at the end of a stage."""
         if not self._pace.is_due(at_once=done >= total):
             return
         self._context.progress(done, total=total, note=note)

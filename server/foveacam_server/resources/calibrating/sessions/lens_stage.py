@@ -23,7 +23,7 @@ def lens_file(role: Role) -> SessionFile[LensResult]:
 
 
 def describe_lens(session: CalibrationSession, role: Role, *, url: str) -> LensDocument | None:
-    """Return a fovea's lens as REST shows it; None before any view was taken.
+    """Return a fovea's lens document; None before any view was taken.
 
     While views are being taken the newest are returned without a fit.
     """

@@ -1,6 +1,6 @@
 """The step lens: views of a small board by a fovea at rest, or from image files, and the fit of its lens.
 
-It informs: the rectification depends on the mirrors and is fitted in its own step.
+The result is for information only: the rectification depends on the mirrors and is fitted in its own step.
 """
 
 from functools import partial
@@ -37,10 +37,10 @@ from foveacam_server.resources.calibrating.sessions.wide_step import (
 
 STEP = "lens"
 BOARD = Charuco(square_m=0.012, marker_m=0.009)
-"""Fits the field of a fovea (2.9° x 2.1°) from 2.4 m on."""
+"""Default board, which fits into the field of a fovea (2.9° x 2.1°) from 2.4 m on."""
 VIEWS = 18
 STATION = "fovea"
-"""In the name of the station where boards are shown to the foveae."""
+"""Word in the name of the station where boards are shown to the foveae."""
 
 
 def measure_lens(
@@ -89,7 +89,7 @@ def unfitted_lens(folder: Path, role: Role) -> LensDocument:
 
 
 def _station(options: LensOptions, environment: StepEnvironment) -> Station | None:
-    """Return the station of the options, else the one for foveae; None: the rig stays as it stands."""
+    """Return the station of the options, else the one for foveae; None: the rig is not turned."""
     if options.station is not None:
         return environment.station(options.station)
     boards = [station for station in environment.stations if station.target is StationTarget.BOARD]
@@ -107,7 +107,7 @@ def _conclude(session: CalibrationSession, samples: WideSamples, *, watch: StepW
     watch.progress(taken, total=taken, note="fitting the lens")
     fit = _store_result(session, samples)
     if fit is None:
-        fit_fovea(samples)  # raises what is wrong with the views
+        fit_fovea(samples)  # raises the fault of the views
     else:
         watch.progress(taken, total=taken, note=f"{fit.lens.rms_px:.3f} px rms")
 

@@ -1,6 +1,6 @@
 """Stage 2 of a calibration session: sweep the markers at every station, or continue interrupted sweeps.
 
-At the end some nodes of the first station are measured again, which gives the drift of the mounts. All of it
+At the end some nodes of the first station are measured again, which gives the drift of the mounts. Everything
 is measured at the rig's working binning: a binned fovea loses nothing, and `bench calibration` compares both.
 """
 
@@ -71,17 +71,17 @@ def measure_mirrors(
 
 
 def is_swept(path: Path, options: MirrorsOptions, station: Station, *, retry: bool) -> bool:
-    """Tell whether the sweep file of this station is complete for these options."""
+    """Return whether the sweep file of this station is complete for these options."""
     if not path.exists():
         return False
     known = load_sweep(path)
     if (known.header.station, known.header.plan) != (station, plan_of(options, path)):
-        return False  # `run_sweep` refuses it and says what differs
+        return False  # `run_sweep` raises for it and names the difference
     return known.complete and not (retry and any(pose.eyes_measured < len(EYES) for pose in known.poses))
 
 
 def swept_stations(session: CalibrationSession, environment: StepEnvironment) -> tuple[Station, ...]:
-    """Return the marker stations that a session has a sweep of, farthest first."""
+    """Return the marker stations with a sweep in the session, farthest first."""
     stations = environment.sweep_stations(None)
     return tuple(station for station in stations if (session.folder / sweep_filename(station)).exists())
 
@@ -136,7 +136,7 @@ def set_aside(path: Path) -> None:
 
 
 class PoseReporter:
-    """Passes a sweep's progress on to a watcher, and reports every pose that was written to its file."""
+    """Forwards a sweep's progress to a watcher, and reports every pose written to its file."""
 
     def __init__(self, watch: StepWatcher, *, station: str, path: Path) -> None:
         self._watch = watch
@@ -147,16 +147,16 @@ class PoseReporter:
             _, self._reported_bytes = read_new_poses(path, start_byte=0)
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Report new poses, then pass the progress on."""
+        """Report new poses, then forward the progress."""
         self._report_poses()
         self._watch.progress(done, total=total, note=f"{self._station}: {note}" if note else self._station)
 
     def cancelled(self) -> bool:
-        """Tell whether the watcher wants the sweep to end."""
+        """Return whether the watcher has cancelled the sweep."""
         return self._watch.cancelled()
 
     def show(self, name: str, image: NDArray[np.uint8]) -> None:
-        """Pass it on."""
+        """Forward the picture."""
         self._watch.show(name, image)
 
     def _report_poses(self) -> None:

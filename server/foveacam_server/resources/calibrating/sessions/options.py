@@ -35,10 +35,10 @@ class WideOptions(_Options):
 
 
 class LensOptions(_Options):
-    """The lens of a fovea, looking where its mirror rests; `views`: number to take.
+    """The lens of a fovea with its mirror at rest; `views`: number to take.
 
-    `station`: where a board that fits its field is shown; without, one whose name has `fovea` in it, else the
-    rig stays as it stands.
+    `station`: where a board that fits its field is shown; without one, a station whose name contains `fovea`,
+    else the rig is not turned.
     """
 
     camera: Literal["left", "right"]
@@ -110,7 +110,7 @@ class WideRun(_Options):
 
 
 class LensRun(_Options):
-    """Find the lens of a fovea, or add views to those taken; no other step needs it."""
+    """Measure the lens of a fovea, or add views to those taken; no other step needs it."""
 
     step: Literal["lens"]
     options: LensOptions

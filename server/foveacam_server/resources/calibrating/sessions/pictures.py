@@ -29,7 +29,7 @@ TITLES = {
 }
 """Titles of the pictures, in display order."""
 MEASURED = frozenset({"coverage", "wide_residuals", "lens_left", "lens_right", "settle"})
-"""Pictures of measurements alone, independent of the fit."""
+"""Pictures of measurements only, independent of the fit."""
 
 _log = logging.getLogger(__name__)
 
@@ -63,7 +63,7 @@ def write_picture(session: CalibrationSession, name: str, png: bytes) -> None:
 
 
 def describe_pictures(session: CalibrationSession, *, url: str) -> list[PictureDocument]:
-    """Return the stored pictures as REST shows them; a picture's URL changes with its content."""
+    """Return the documents of the stored pictures; a picture's URL changes with its content."""
     found = []
     for name, title in TITLES.items():
         path = _path(session, name)
@@ -75,7 +75,7 @@ def describe_pictures(session: CalibrationSession, *, url: str) -> list[PictureD
 
 
 def picture_bytes(session: CalibrationSession, *, fitted: bool) -> dict[str, bytes]:
-    """Return the stored pictures as PNGs by name; without `fitted` those of measurements alone."""
+    """Return the stored pictures as PNGs by name; without `fitted` only those of measurements."""
     paths = {name: _path(session, name) for name in TITLES if fitted or name in MEASURED}
     return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
 

@@ -1,4 +1,4 @@
-"""Routes of calibration sessions: the measurements of a calibration, and the steps that take and fit them."""
+"""Routes of calibration sessions: the measurements of a calibration, and the steps that make and fit them."""
 
 from typing import Annotated
 
@@ -60,13 +60,13 @@ def create(request: SessionRequest, sessions: Provided[CalibrationSessionService
     responses=problems(404, 409),
 )
 def combine(request: CombineRequest, sessions: Provided[CalibrationSessionService]) -> SessionDocument:
-    """Begin a session with the sweeps of several and the newest lens; the step `fit` fits them together."""
+    """Begin a session with the sweeps of several and the newest lens; the step `fit` fits them jointly."""
     return sessions.combine(request.sessions, label=request.label)
 
 
 @router.get("", summary="All sessions, newest first")
 def every(sessions: Provided[CalibrationSessionService]) -> list[SessionDocument]:
-    """Return all sessions with all that was measured in them."""
+    """Return all sessions with their measurements."""
     return sessions.every()
 
 
@@ -106,7 +106,7 @@ async def run(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Queue a step as a job; run again, it adds to what was measured, or goes on where it was interrupted."""
+    """Queue a step as a job; run again, it adds measurements, or resumes where it was interrupted."""
     if isinstance(request.options, AllOptions) and request.options.activate:
         require(principal, Right.ADMINISTER, asked="a run that puts its calibration in force")
     lease.check(x_lease)
@@ -125,7 +125,7 @@ async def remove_sample(
     computing: Provided[ComputeQueue],
     sessions: Provided[CalibrationSessionService],
 ) -> SessionDocument:
-    """Remove one view and fit the lens to the others."""
+    """Remove one view of the board and fit the lens to the others."""
     return await computing.run(lambda: sessions.remove_sample(session_id, sample_id))
 
 
@@ -138,7 +138,7 @@ async def remove_sample(
 def thumbnail(
     session_id: SessionId, sample_id: SampleId, sessions: Provided[CalibrationSessionService]
 ) -> StoredFile:
-    """Return what the wide camera saw, small, with the corners found."""
+    """Return a thumbnail of the wide picture, with the detected corners."""
     return StoredFile(sessions.thumbnail(session_id, sample_id), media_type="image/jpeg")
 
 
@@ -154,7 +154,7 @@ async def remove_lens_sample(
     computing: Provided[ComputeQueue],
     sessions: Provided[CalibrationSessionService],
 ) -> SessionDocument:
-    """Remove one view and fit the fovea's lens to the others."""
+    """Remove one view of the board and fit the fovea's lens to the others."""
     return await computing.run(lambda: sessions.remove_lens_sample(session_id, Role(camera), sample_id))
 
 
@@ -167,7 +167,7 @@ async def remove_lens_sample(
 def lens_thumbnail(
     session_id: SessionId, camera: Eye, sample_id: SampleId, sessions: Provided[CalibrationSessionService]
 ) -> StoredFile:
-    """Return what the fovea saw, small, with the corners found."""
+    """Return a thumbnail of the fovea's picture, with the detected corners."""
     path = sessions.thumbnail(session_id, sample_id, Role(camera))
     return StoredFile(path, media_type="image/jpeg")
 
@@ -181,5 +181,5 @@ def lens_thumbnail(
 def picture(
     session_id: SessionId, name: PictureName, sessions: Provided[CalibrationSessionService]
 ) -> StoredFile:
-    """Return one picture as of the last run of its step."""
+    """Return one picture, from the last run of its step."""
     return StoredFile(sessions.picture(session_id, name), media_type="image/png")

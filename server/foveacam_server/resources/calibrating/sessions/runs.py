@@ -83,7 +83,7 @@ class CalibrationJobTools:
 
 
 class CalibrationRuns:
-    """Queues and runs steps; knows which session a job works in."""
+    """Queues and runs steps; knows the session of each job."""
 
     def __init__(self, sessions: SessionCollection, tools: CalibrationJobTools) -> None:
         self._sessions = sessions
@@ -93,7 +93,7 @@ class CalibrationRuns:
             tools.jobs.handle(f"calibration.{step}", self._work)
 
     def submit(self, session_id: str, run: Run, *, idempotency_key: str | None = None) -> Job:
-        """Queue a step; raise at once what it could not do now."""
+        """Queue a step; raise at once where it cannot run now."""
         session = self._sessions.get(session_id)
         self._check(session, run)
         request = StepJobRequest(session_id=session_id, run=run)
@@ -102,7 +102,7 @@ class CalibrationRuns:
         return job
 
     def running(self, session_id: str) -> str | None:
-        """Return the id of the job that works in a session or waits to; None when there is none."""
+        """Return the id of a session's running or queued job; None without one."""
         open_jobs = [known for known in self._jobs.get(session_id, []) if not self._ended(known)]
         return open_jobs[0] if open_jobs else None
 
@@ -132,7 +132,7 @@ class CalibrationRuns:
                 remedy="begin a session of this rig",
             )
         if isinstance(run, FitRun):
-            return  # a fit needs measurements and no rig
+            return  # a fit needs no rig
         if self._tools.hardware.halted:
             raise refusals.stopped()
         if not isinstance(run, WideRun):
@@ -147,7 +147,7 @@ class CalibrationRuns:
 
     def _work(self, context: JobContext) -> str:
         from foveacam_server.resources.calibrating.sessions.steps import (
-            run_step,  # fits and pictures load for seconds
+            run_step,  # importing fits and pictures takes seconds
         )
 
         request = context.job.parse_request(StepJobRequest)
@@ -202,7 +202,7 @@ class CalibrationRuns:
         return status.state.pose if status is not None and status.moves_itself else None
 
     def _release_by_hand(self) -> None:
-        """Clear the pose that a pan-tilt turned by hand is asked for."""
+        """Clear the pose to which the operator was asked to turn a pan-tilt by hand."""
         status = self._tools.hardware.status.pan_tilt
         if status is not None and not status.moves_itself and status.state.connected:
             self._tools.hardware.hold_pan_tilt()

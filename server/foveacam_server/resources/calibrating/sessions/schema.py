@@ -10,7 +10,7 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 Eye = Literal["left", "right"]
 EyeState = Literal["centred", "rim", "refused", "waiting"]
-FitFigures = dict[str, Any]  # Any: the page shows what a fit computed, by name; it differs between versions
+FitFigures = dict[str, Any]  # Any: values of a fit by name, shown by the page; they differ between versions
 
 
 def eye_of(role: Role) -> Eye:
@@ -25,7 +25,7 @@ class SessionRequest(RequestModel):
 
 
 class CombineRequest(RequestModel):
-    """Sessions of one rig whose sweeps are to be fitted together. `label`: None: the number of poses."""
+    """Sessions of one rig whose sweeps are to be fitted jointly. `label`: None: the number of poses."""
 
     sessions: Annotated[list[str], Field(min_length=2, max_length=50)]
     label: Label | None = None
@@ -55,7 +55,7 @@ class WideSampleDocument(ResponseModel):
 
 
 class WideFitDocument(ResponseModel):
-    """A lens fitted to the samples; `accuracy_deg`: standard error of pixel to angle over the image."""
+    """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image."""
 
     model: str
     rms_px: float
@@ -70,7 +70,7 @@ class WideFitDocument(ResponseModel):
 
 
 class LensParameterDocument(ResponseModel):
-    """A parameter of a lens with its standard error; `assumed`: the views do not tell it."""
+    """A parameter of a lens with its standard error; `assumed`: the views do not determine it."""
 
     name: str
     value: float
@@ -85,9 +85,10 @@ class LensFitDocument(WideFitDocument):
 
 
 class LensDocument(ResponseModel):
-    """The lens of a fovea by views of a board. For information: no calibration uses it.
+    """The lens of a fovea by views of a board.
 
-    `reason`: which parameters the views tell, or why there is no fit.
+    For information: no calibration uses it. `reason`: which parameters the views determine, or why there is
+    no fit.
     """
 
     camera: Eye
@@ -100,12 +101,12 @@ class LensDocument(ResponseModel):
 
 
 class WideStageDocument(ResponseModel):
-    """Stage 1 so far."""
+    """Present result of stage 1."""
 
     samples: list[WideSampleDocument]
     coverage_fraction: float
     cells: list[list[int]] | None = None
-    """How many views have a corner of the board in each part of the picture, row by row."""
+    """Number of views with a corner of the board in each part of the picture, row by row."""
     tilts_covered: int
     fit: WideFitDocument | None
     other_model: WideFitDocument | None
@@ -156,7 +157,7 @@ class FieldScoreDocument(ResponseModel):
 
 
 class MountDriftDocument(ResponseModel):
-    """How an eye's mount drifted while it was calibrated; lengths in fovea px."""
+    """Drift of an eye's mount during the calibration; lengths in fovea px."""
 
     px_per_minute: float
     moved_px: float
@@ -178,24 +179,24 @@ class FitDocument(ResponseModel):
     models: list[ModelScoreDocument]
     fields: list[FieldScoreDocument]
     volts_roundtrip_max_lsb: float
-    """Largest volts -> angles -> volts over the calibrated field, steps of the DAC."""
+    """Largest round-trip error volts -> angles -> volts over the calibrated field, steps of the DAC."""
     paper: FitFigures | None
     """The paper's model of the same data."""
     parallax: FitFigures | None
     """The parallax of Eq. 1, by station."""
     drift: dict[str, MountDriftDocument] | None = None
-    """Drift of each eye's mount, which was corrected; null when no nodes were visited again."""
+    """Corrected drift of each eye's mount; null when no nodes were visited again."""
 
 
 class SettleAxisDocument(ResponseModel):
-    """How one axis of one mirror comes to rest."""
+    """Settling of one axis of one mirror."""
 
     eye: Eye
     axis: Literal["x", "y"]
     settle_ms: float | None
     settle_1pct_ms: float | None
     response_ms: float | None = None
-    """Until half of the step is done."""
+    """Time from the command until half of the step is done."""
     response_open_ms: float | None = None
     """The same with the drive filter wide open."""
     resonance_hz: float | None
@@ -226,7 +227,7 @@ class CheckDocument(ResponseModel):
 
 
 class ClosingEyeDocument(ResponseModel):
-    """How far an eye had drifted between its sweep and the check."""
+    """Drift of an eye between its sweep and the check."""
 
     eye: Eye
     shift_deg: tuple[float, float]
@@ -268,7 +269,7 @@ class SessionDocument(ResponseModel):
     board: BoardDocument | None
     wide: WideStageDocument | None
     lenses: list[LensDocument]
-    """Lenses of the foveae that were looked for."""
+    """Lenses of the foveae, as far as views were taken."""
     sweeps: list[SweepDocument]
     fit: FitDocument | None
     closing: ClosingDocument | None = None

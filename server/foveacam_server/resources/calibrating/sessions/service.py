@@ -22,7 +22,7 @@ from foveacam_server.rig.settle_times import SettleTime
 
 
 class CalibrationSessionService:
-    """All that REST offers of the calibration sessions of this rig."""
+    """The calibration sessions of this rig: create, describe, delete, run steps."""
 
     def __init__(self, sessions: SessionCollection, tools: CalibrationJobTools) -> None:
         self._sessions = sessions
@@ -40,7 +40,7 @@ class CalibrationSessionService:
         )
 
     def combine(self, ids: Sequence[str], *, label: str | None) -> SessionDocument:
-        """Create a session with the sweeps of several."""
+        """Create a session that combines the sweeps of several."""
         for one in ids:
             self._runs.check_idle(one, "put sessions together")
         return self._describe(self._sessions.combine(ids, label=label))

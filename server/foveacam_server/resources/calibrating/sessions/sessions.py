@@ -70,7 +70,7 @@ class FinishedCheck(BaseModel):
 
 
 class FinishedSteps(BaseModel):
-    """The completed steps, each with what a later run must share to be skipped."""
+    """The completed steps, each with the options that a later run must share to be skipped."""
 
     wide: FinishedWide | None = None
     fit: FinishedFit | None = None
@@ -199,7 +199,7 @@ class SessionCollection:
         return session
 
     def combine(self, ids: Sequence[str], *, label: str | None = None) -> CalibrationSession:
-        """Create a session with the sweeps of several, and the lens of the newest that has one.
+        """Create a session that combines the sweeps of several, and the lens of the newest that has one.
 
         Raise `NotFound` for an unknown id, `InvalidInput` for fewer than two sessions or for several rigs.
         """

@@ -23,7 +23,7 @@ from foveacam_server.resources.calibrating.sessions.wide_stage import lens_of
 def measure_settle(
     session: CalibrationSession, options: SettleOptions, *, environment: StepEnvironment, watch: StepWatcher
 ) -> SettleReport:
-    """Measure all four axes at the first marker station, or where a rig without one looks."""
+    """Measure all four axes at the first marker station, or at the present pose of a rig without one."""
     watch.stage("settle")
     stations = [station for station in environment.stations if station.target is StationTarget.MARKERS]
     with environment.use("the settle characterisation", binning=None) as rig:

@@ -1,4 +1,4 @@
-"""What a calibration step gets from its caller: a rig to itself, a watcher, and a calibration registry."""
+"""Environment of a calibration step: an exclusive rig, a watcher, and a calibration registry."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -38,7 +38,7 @@ class RigUse(Protocol):
     """Reserves the rig."""
 
     def __call__(self, what: str, *, binning: Binning | None = 1) -> AbstractContextManager[ExclusiveRig]:
-        """Reserve the rig for one step, named for people, until the context ends.
+        """Reserve the rig for one step, named for the operator, until the context ends.
 
         `binning`: of its frames; None: the rig's working binning.
         """

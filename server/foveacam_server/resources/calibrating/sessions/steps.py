@@ -53,7 +53,7 @@ def run_all(
     registry: CalibrationRegistry,
     watch: StepWatcher,
 ) -> None:
-    """Run every step that is not complete with these options; put the result in force if they ask for it."""
+    """Run every step that is not complete with these options; put the result in force if requested."""
     _wide(session, options.wide, environment=environment, watch=watch)
     measure_mirrors(
         session, options.mirrors, lens_of(session), environment=environment, watch=watch, retry=False

@@ -37,7 +37,7 @@ def turn_to_station(
     """Turn the rig to `station`.
 
     A rig turned by hand: wait until the station's markers rest in the middle of the wide view, if it has
-    markers and `head` and `wide` are given; else assume that it stands there.
+    markers and `head` and `wide` are given; else assume that it is there.
     """
     if not pan_tilt.moves_itself:
         pan_deg, tilt_deg = math.degrees(station.pose.pan_rad), math.degrees(station.pose.tilt_rad)

@@ -30,7 +30,7 @@ _VIEW_ID = re.compile(r"[0-9a-f]{1,64}")
 
 
 def describe_wide(session: CalibrationSession, *, url: str) -> tuple[BoardDocument, WideStageDocument] | None:
-    """Return the board and stage 1 as REST shows them; None before any view was taken.
+    """Return the document of the board and stage 1; None before any view was taken.
 
     While views are being taken the newest are returned without a fit.
     """

@@ -64,7 +64,7 @@ def measure_wide(
 
 
 def is_measured(session: CalibrationSession, options: WideOptions) -> bool:
-    """Tell whether a run with these options was completed and no view was added since."""
+    """Return whether a run with these options was completed and no view was added since."""
     how, found, views = session.finished.wide, session.read(RESULT), session.folder / VIEWS
     if how is None or found is None or found.lens is None or not views.is_file():
         return False
@@ -96,7 +96,7 @@ def _conclude(
     watch.progress(taken, total=taken, note="fitting the lens")
     fits = _store_result(session, samples, model=options.model)
     if not fits:
-        fit_wide(samples, options.model or "five")  # raises what is wrong with the views
+        fit_wide(samples, options.model or "five")  # raises the fault of the views
     watch.progress(taken, total=taken, note=f"{fits[0].rms_px:.3f} px rms")
 
 
@@ -150,8 +150,8 @@ def _store_result(
 ) -> list[WideFit]:
     """Fit both lens models, store the result of stage 1 and its pictures; return the chosen fit, the other.
 
-    `model`: the one to choose; None chooses the one that predicts left-out views better. Views that are too
-    few or too alike are stored without a fit.
+    `model`: the one to choose; None chooses by the leave-one-out error. Views that are too few or too alike
+    are stored without a fit.
     """
     try:
         fits, reason = _fitted(samples, model)
@@ -195,7 +195,7 @@ def _fitted(samples: WideSamples, model: LensModel | None) -> tuple[list[WideFit
 def describe_sample(
     sample: WideSample, rms_px: float | None, lens: Intrinsics | None, *, role: Role = Role.WIDE
 ) -> WideSampleDocument:
-    """Return a camera's view of the board as REST shows it."""
+    """Return the document of a camera's view of the board."""
     x_px, y_px = sample.view.corners_px.mean(axis=0).tolist()
     return WideSampleDocument(
         id=sample.id,
@@ -214,7 +214,7 @@ def _tilt_deg(sample: WideSample, lens: Intrinsics | None, role: Role) -> float 
 
 
 def describe_fit(fit: WideFit) -> WideFitDocument:
-    """Return a fitted lens as REST shows it."""
+    """Return the document of a fitted lens."""
     lens = fit.intrinsics
     fov_x_rad, fov_y_rad = fit.field_rad
     return WideFitDocument(
@@ -232,7 +232,7 @@ def describe_fit(fit: WideFit) -> WideFitDocument:
 
 
 def describe_board(board: Board) -> BoardDocument:
-    """Return a board as REST shows it."""
+    """Return the document of a board."""
     return BoardDocument(
         kind="charuco" if isinstance(board, Charuco) else "checkerboard",
         columns=board.columns,

@@ -1,1 +1,1 @@
-"""Captures, recordings and stills in an archive on S3-compatible storage."""
+"""The archive: copies of captures, recordings and stills on S3-compatible storage."""

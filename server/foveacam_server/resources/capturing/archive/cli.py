@@ -33,7 +33,7 @@ _MB = 1_000_000
 
 @app.command(name="list")
 def list_command(url: UrlArgument, as_json: JsonOption = False) -> None:
-    """Say what an archive holds, the newest first."""
+    """List the items of an archive, newest first."""
     from foveacam_pipeline.storage.archive import list_archive
 
     records = list_archive(url)
@@ -44,16 +44,17 @@ def list_command(url: UrlArgument, as_json: JsonOption = False) -> None:
     for column in ("kind", "id", "name", "label", "created", "size"):
         table.add_column(column, no_wrap=column in {"id", "created"})  # an id is copied into `get` and `open`
     for record in records:
-        told = record.manifest
-        minute = told.created_utc[:16].replace("T", " ")
-        row = (told.kind, told.id, told.name, told.label, minute, decimal(told.size_bytes))
+        manifest = record.manifest
+        minute = manifest.created_utc[:16].replace("T", " ")
+        size = decimal(manifest.size_bytes)
+        row = (manifest.kind, manifest.id, manifest.name, manifest.label, minute, size)
         table.add_row(*(text.replace("[", "\\[") for text in row))
     Console().print(table)
 
 
 @app.command()
 def get(url: UrlArgument, item: ItemArgument, data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Fetch a capture, a recording or a still into the data folder; after a cut the same command goes on."""
+    """Fetch a capture, a recording or a still into the data folder; repeat the command to resume."""
     _bring(url, item, data, whole=True, as_json=as_json)
 
 
@@ -61,7 +62,7 @@ def get(url: UrlArgument, item: ItemArgument, data: DataOption = None, as_json: 
 def open_command(
     url: UrlArgument, item: ItemArgument, data: DataOption = None, as_json: JsonOption = False
 ) -> None:
-    """Add a capture, a recording or a still to the data folder, and leave its frames in the archive."""
+    """Add a capture, a recording or a still to the data folder, with its frames left in the archive."""
     _bring(url, item, data, whole=False, as_json=as_json)
 
 
@@ -88,7 +89,7 @@ def _bring(url: str, wanted: str, data: Path | None, *, whole: bool, as_json: bo
 
 
 def _found(url: str, wanted: str) -> "ArchiveRecord":
-    """Return the one item with an id or a name; raise InvalidInput for none and for several."""
+    """Return the item with an id or a name; raise InvalidInput for none or for several."""
     from foveacam_pipeline.storage.archive import list_archive
 
     records = list_archive(url)
@@ -105,7 +106,7 @@ def _found(url: str, wanted: str) -> "ArchiveRecord":
 
 
 def _check_free(record: "ArchiveRecord", place: Path, beside: Path) -> None:
-    """Raise InvalidInput when something else has the item's place."""
+    """Raise InvalidInput when the item's path is taken by something else."""
     from foveacam_pipeline.storage.archive import read_record
 
     known = read_record(beside)
@@ -119,14 +120,14 @@ def _check_free(record: "ArchiveRecord", place: Path, beside: Path) -> None:
 
 
 def _document(record: "ArchiveRecord") -> dict[str, object]:  # object: JSON for the command line
-    told = record.manifest
+    manifest = record.manifest
     return {
-        "kind": told.kind,
-        "id": told.id,
-        "name": told.name,
-        "label": told.label,
-        "created_utc": told.created_utc,
-        "archived_utc": told.archived_utc,
-        "bytes": told.size_bytes,
+        "kind": manifest.kind,
+        "id": manifest.id,
+        "name": manifest.name,
+        "label": manifest.label,
+        "created_utc": manifest.created_utc,
+        "archived_utc": manifest.archived_utc,
+        "bytes": manifest.size_bytes,
         "url": record.url,
     }

@@ -1,4 +1,4 @@
-"""Routes of the archive: send a capture, a recording or a still there, fetch it."""
+"""Routes of the archive: send a capture, a recording or a still to it, fetch one from it."""
 
 from functools import partial
 from typing import Annotated
@@ -30,12 +30,12 @@ router = GuardedRouter(tags=["archive"], reading=Right.VIEW, changing=Right.OPER
 
 @router.get("/archive", summary="The archive of this server")
 def archive(archive_service: Provided[ArchiveService]) -> ArchiveDocument:
-    """Return where captures, recordings and stills are archived."""
+    """Return the address of the archive of captures, recordings and stills."""
     return archive_service.describe()
 
 
 def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_length: int) -> None:
-    """Add the two routes of a kind, named after its noun; they answer by its document."""
+    """Add the routes that send and fetch one kind of item, named after its noun."""
     item_id_path = Path(alias=f"{noun}_id", max_length=id_length)
     responses = {
         200: {"model": document, "description": "ended in time"},
@@ -50,7 +50,7 @@ def _add_kind(kind: ItemKind, noun: str, document: type[ResponseModel], *, id_le
         prefer: PreferHeader = None,
         idempotency_key: IdempotencyHeader = None,
     ) -> JSONResponse:
-        """Queue the upload as a job; what the archive has already is not sent again."""
+        """Queue the upload as a job; files that the archive already has are not sent again."""
         job = await run_in_threadpool(
             archive.archive, kind, item_id, request, idempotency_key=idempotency_key
         )

@@ -5,13 +5,13 @@ from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 
 class ArchiveRequest(RequestModel):
-    """How to archive. `remove_local`: whether only what is small stays on this machine afterwards."""
+    """How to archive. `remove_local`: whether the large files are removed from this machine afterwards."""
 
     remove_local: bool = False
 
 
 class ArchiveOrder(ArchiveRequest):
-    """The stored request of a job."""
+    """Request of an archive job, as stored."""
 
     kind: ItemKind
     item_id: str

@@ -31,27 +31,27 @@ _REMEDY = "start it with --archive s3://bucket/prefix"
 
 
 class ArchiveSource(Protocol):
-    """The captures, recordings or stills of this server, as the archive needs them."""
+    """Access of the archive to one kind of this server's captures, recordings or stills."""
 
     def archive_item(self, item_id: str) -> ArchiveItem:
-        """Return one that has ended; raise NotFound, Busy or InvalidInput."""
+        """Return an item that is complete; raise NotFound, Busy or InvalidInput."""
         ...
 
     def before_removal(self, item_id: str) -> None:
-        """Prepare for the removal of its large files from the disk."""
+        """Prepare an item for the removal of its large files from the disk."""
         ...
 
     def report_change(self, item_id: str, message: str) -> None:
-        """Emit the event of a change."""
+        """Emit the event that an item has changed."""
         ...
 
     def document(self, item_id: str) -> ResponseModel:
-        """Return it as REST shows it."""
+        """Return REST's document of an item."""
         ...
 
 
 class ArchiveService:
-    """The archive of this server; `url`: None without one."""
+    """Sends items to the archive of this server and fetches them; `url`: None without an archive."""
 
     def __init__(self, url: str | None, sources: Mapping[ItemKind, ArchiveSource], jobs: JobRunner) -> None:
         self._url = None if url is None else open_store(url).url
@@ -62,13 +62,13 @@ class ArchiveService:
         jobs.handle(FETCH, self._fetch, parallel=True, at_once=2)
 
     def describe(self) -> ArchiveDocument:
-        """Return where the archive is."""
+        """Return the address of the archive."""
         return ArchiveDocument(url=self._url)
 
     def archive(
         self, kind: ItemKind, item_id: str, request: ArchiveRequest, *, idempotency_key: str | None
     ) -> Job:
-        """Queue an upload; raise at once what it could not do now."""
+        """Queue an upload; raise at once where it cannot be done now."""
         if self._url is None:
             raise InvalidInput(f"archive {item_id}: {NO_ARCHIVE}", found=NO_ARCHIVE, remedy=_REMEDY)
         item = self._sources[kind].archive_item(item_id)
@@ -77,7 +77,7 @@ class ArchiveService:
         return self._jobs.submit(ARCHIVE, order, idempotency_key=idempotency_key, note=note)
 
     def fetch(self, kind: ItemKind, item_id: str, *, idempotency_key: str | None) -> Job:
-        """Queue the fetching of what is in the archive alone."""
+        """Queue a download of the files that are only in the archive."""
         item = self._sources[kind].archive_item(item_id)
         _record_of(item)
         order = ArchiveOrder(kind=kind, item_id=item_id)
@@ -85,7 +85,7 @@ class ArchiveService:
         return self._jobs.submit(FETCH, order, idempotency_key=idempotency_key, note=note)
 
     def document(self, kind: ItemKind, item_id: str) -> ResponseModel:
-        """Return an item as REST shows it."""
+        """Return REST's document of an item."""
         return self._sources[kind].document(item_id)
 
     def _archive(self, context: JobContext) -> str:
@@ -115,7 +115,7 @@ class ArchiveService:
 
     @contextmanager
     def _alone(self, order: ArchiveOrder) -> Iterator[None]:
-        """Let one job at a time work with an item; raise Busy for a second."""
+        """Reserve an item for one job; raise Busy for a second one."""
         key = order.kind, order.item_id
         with self._lock:
             if key in self._busy:
@@ -145,7 +145,7 @@ def _record_of(item: ArchiveItem) -> ArchiveRecord:
 
 
 def _watcher(context: JobContext, item: ArchiveItem) -> BytesWatcher:
-    """Return what reports the progress of a job, once a percent, and cancels it."""
+    """Return a callback that reports a job's progress, once per percent, and raises when it is cancelled."""
     reported = -1
 
     def watch(done_bytes: int, total_bytes: int) -> None:

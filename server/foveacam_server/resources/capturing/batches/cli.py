@@ -1,4 +1,4 @@
-"""The commands `foveacam batch depth|mosaic|export|evaluate`; the same command goes on where one ended."""
+"""The commands `foveacam batch depth|mosaic|export|evaluate`; repeating a command resumes its batch."""
 
 import json
 from dataclasses import dataclass
@@ -33,11 +33,11 @@ DatasetsArgument = Annotated[
     list[str],
     typer.Argument(help="datasets, by folder or by name in the data folder, or folders that hold some"),
 ]
-OutOption = Annotated[Path, typer.Option(help="folder of the products; one that is there goes on")]
+OutOption = Annotated[Path, typer.Option(help="folder of the products; an existing one is resumed")]
 JobsOption = Annotated[int, typer.Option(help="processes of this machine", min=1, max=256)]
-BracketOption = Annotated[int, typer.Option(help="which exposure, from 0", min=0)]
+BracketOption = Annotated[int, typer.Option(help="index of the exposure, from 0", min=0)]
 BackendOption = Annotated[
-    str, typer.Option(help="what computes depth: sgbm, live, foveal, or the card of a network (YAML)")
+    str, typer.Option(help="depth backend: sgbm, live, foveal, or the card of a network (YAML)")
 ]
 DataOption = Annotated[Path | None, typer.Option(help="data folder in which datasets are found by name")]
 OUT = Path("foveacam-batch")
@@ -118,7 +118,7 @@ def evaluate(
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Judge depth: by the truth of pairs that have one, by photometric error, by left against right."""
+    """Evaluate depth: against ground truth if any, by photometric error, by left-right consistency."""
     from foveacam_pipeline.products.task import ProductKind, ProductSettings
 
     settings = ProductSettings(kind=ProductKind.EVALUATE, backend=_backend(backend), bracket=bracket)
@@ -127,7 +127,7 @@ def evaluate(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Place:
-    """Where products are made and kept, and where datasets are found by name."""
+    """Options on folders and processes: of the products, and of datasets given by name."""
 
     out: Path
     jobs: int

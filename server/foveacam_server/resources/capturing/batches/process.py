@@ -13,7 +13,7 @@ from foveacam_server.resources.capturing.batches.schema import ExportFormat, Kin
 
 
 class ChildOrder(BaseModel):
-    """What the child process makes. `card`: of the network that computes depth, if any."""
+    """The batch for the child process. `card`: of the network that computes depth, if any."""
 
     kind: Kind
     to: ExportFormat
@@ -24,7 +24,7 @@ class ChildOrder(BaseModel):
 
 
 def make(order: ChildOrder) -> None:
-    """Make what is missing of a batch."""
+    """Make the missing products of a batch."""
     from foveacam_pipeline.networks.card import load_network
     from foveacam_pipeline.products.task import ProductKind, ProductSettings
     from foveacam_server.resources.capturing.batches.run import BatchOrder, make_batch

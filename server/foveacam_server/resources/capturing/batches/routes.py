@@ -51,7 +51,7 @@ async def make(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Queue it, or the rest of the same one, as a job that leaves the rig free."""
+    """Queue a batch, or the rest of an equal one, as a job that leaves the rig free."""
     job = await run_in_threadpool(batches.start, request, idempotency_key=idempotency_key)
     return await job_answer(jobs, job, prefer=prefer, result=batches.get)
 
@@ -64,19 +64,19 @@ def every(batches: Provided[BatchService]) -> list[BatchDocument]:
 
 @router.get("/cluster", summary="The cluster for batches")
 async def cluster(batches: Provided[BatchService]) -> BatchClusterDocument:
-    """Return the address of its scheduler, which the server was given."""
+    """Return the scheduler's address from the server's settings."""
     return BatchClusterDocument(url=batches.cluster)
 
 
 @router.get("/{batch_id}", summary="One batch", responses=problems(404))
 def one(batch_id: BatchId, batches: Provided[BatchService]) -> BatchDocument:
-    """Return how many of its products there are, and which failed, and why."""
+    """Return how many products are made, and which failed with the reason."""
     return batches.get(batch_id)
 
 
 @router.delete("/{batch_id}", status_code=204, summary="Remove a batch", responses=problems(404, 409))
 def remove(batch_id: BatchId, batches: Provided[BatchService]) -> None:
-    """Remove it with its products; the captures stay."""
+    """Remove a batch with its products; the captures stay."""
     batches.remove(batch_id)
 
 
@@ -100,7 +100,7 @@ def overview(batch_id: BatchId, batches: Provided[BatchService]) -> StoredFile:
     dependencies=[LONG_READ],
 )
 def download(batch_id: BatchId, batches: Provided[BatchService]) -> StreamingResponse:
-    """Send the folder of the batch, files as they are."""
+    """Send the folder of the batch with unchanged files."""
     headers = {"Content-Disposition": f'attachment; filename="{batch_id}.zip"'}
     stream = zip_stream(batches.folder(batch_id))
     return StreamingResponse(stream, media_type="application/zip", headers=headers)

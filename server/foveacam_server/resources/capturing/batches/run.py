@@ -1,4 +1,4 @@
-"""Runs a batch in its folder, for the command and for the job; a run goes on where another one ended."""
+"""Runs a batch in its folder, for the command and for the job; a run resumes where the last one ended."""
 
 from collections.abc import Generator
 from contextlib import AbstractContextManager, contextmanager
@@ -22,7 +22,7 @@ from foveacam_web.glb import write_glb
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchOrder:
-    """What is made of which datasets, where; `cluster`: a Dask scheduler instead of `jobs` processes."""
+    """Datasets, settings and folder of a batch; `cluster`: a Dask scheduler instead of `jobs` processes."""
 
     datasets: tuple[Path, ...]
     settings: ProductSettings
@@ -33,7 +33,7 @@ class BatchOrder:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchResult:
-    """How a run ended, and how the batch stands on the disk."""
+    """Counts of a run, and the state of the batch on the disk."""
 
     counts: BatchCounts
     summary: BatchSummary
@@ -57,9 +57,9 @@ class BatchResult:
 
 
 def make_batch(order: BatchOrder, *, watch: ProgressWatcher) -> BatchResult:
-    """Make what is missing of a batch, and write its summary.
+    """Make the missing products of a batch, and write its summary.
 
-    Raise InvalidInput, NotConnected, Busy, StorageFull; WorkersLost after the summary of what is there.
+    Raise InvalidInput, NotConnected, Busy, StorageFull; WorkersLost after the summary was written.
     """
     plan = plan_batch(order.datasets, order.settings)
     into = ProductFolder(path=order.out)
@@ -97,7 +97,7 @@ def _workers(order: BatchOrder) -> AbstractContextManager[WorkPool]:
 
 @contextmanager
 def _only_writer(into: ProductFolder) -> Generator[None, None, None]:
-    """Hold the folder of a batch; raise Busy while another run writes there."""
+    """Lock the folder of a batch; raise Busy while another run writes there."""
     with disk_errors("the products", into.path.parent):
         into.path.mkdir(parents=True, exist_ok=True)
         lock = FolderLock(into.path, what="the batch folder")

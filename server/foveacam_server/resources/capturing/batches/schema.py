@@ -15,9 +15,9 @@ CaptureIds = Annotated[
 
 
 class BatchRequest(RequestModel):
-    """What is made of which captures; `to`: the format of an export.
+    """Captures and kind of product of a batch; `to`: the format of an export.
 
-    `cluster`: by the workers of the Dask cluster that the server was given, instead of this machine.
+    `cluster`: compute on the workers of the server's Dask cluster instead of this machine.
     """
 
     kind: Kind
@@ -27,7 +27,7 @@ class BatchRequest(RequestModel):
 
 
 class BatchClusterDocument(ResponseModel):
-    """The Dask scheduler whose workers may make batches; `url`: null without one."""
+    """The Dask scheduler of the server's settings, for batches; `url`: null without one."""
 
     url: str | None
 
@@ -43,7 +43,7 @@ class BatchFailureDocument(ResponseModel):
 class BatchDocument(ResponseModel):
     """A batch. `planned`, `done`: its products; null before its first run has ended.
 
-    The same request has the same batch: a further run makes what is missing. `download_url`: the products as
+    Equal requests share one batch: a further run makes the missing products. `download_url`: the products as
     one ZIP file; null before there are any.
     """
 

@@ -1,4 +1,4 @@
-"""Makes batches of captures as jobs in a child process, one at a time, and serves what they made."""
+"""Makes batches of captures as jobs in a child process, one at a time, and serves their products."""
 
 import hashlib
 import json
@@ -36,7 +36,7 @@ REQUEST, FORM, VERSION = "request.json", "foveacam-batch-request", 1
 
 
 class _SummaryFile(BaseModel):
-    """What is read of KIND.json."""
+    """The part of KIND.json that is read."""
 
     planned: int
     done: int
@@ -51,7 +51,7 @@ class _StoredBatch:
 
 
 class BatchService:
-    """All that REST offers of batches; callable from any thread."""
+    """The batches of this data directory; callable from any thread."""
 
     def __init__(
         self,
@@ -61,7 +61,10 @@ class BatchService:
         cluster: str | None,
         network_in_use: Callable[[], StereoNetwork | None],
     ) -> None:
-        """`cluster`: the Dask scheduler of the server's settings. `network_in_use`: asked when one begins."""
+        """`cluster`: the Dask scheduler of the server's settings.
+
+        `network_in_use`: called when a batch begins.
+        """
         self._folder, self._tools = folder, tools
         self.cluster, self._network_in_use = cluster or None, network_in_use
         self._lock = threading.Lock()
@@ -70,7 +73,7 @@ class BatchService:
         tools.jobs.handle(JOB, self._work, parallel=True)
 
     def start(self, request: BatchRequest, *, idempotency_key: str | None = None) -> Job:
-        """Queue a batch, or the rest of one; raise NotFound, InvalidInput or Busy."""
+        """Queue a batch, or the rest of an interrupted one; raise NotFound, InvalidInput or Busy."""
         jobs = self._tools.jobs
         if jobs.has_key(idempotency_key):
             return jobs.submit(JOB, request, idempotency_key=idempotency_key)
@@ -178,7 +181,7 @@ class BatchService:
     def _existing(self, stored: _StoredBatch, name: str) -> Path:
         path = stored.folder / name
         if not path.is_file():
-            raise NotFound(f"batch {stored.id} has not ended yet; its job tells how far it is", asked=name)
+            raise NotFound(f"batch {stored.id} has not ended yet; its job shows its progress", asked=name)
         return path
 
     def _check_idle(self, batch_id: str, asked: str) -> None:

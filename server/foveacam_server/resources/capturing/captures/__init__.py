@@ -1,1 +1,1 @@
-"""Raster captures: planned, run as jobs, found, shown, sent; datasets on the command line."""
+"""Raster captures: plan, run as jobs, list, draw, download; commands on datasets."""

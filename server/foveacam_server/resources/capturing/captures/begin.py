@@ -1,4 +1,4 @@
-"""Create a capture's dataset, or open an interrupted one: complete the plan, check it and the disk's room."""
+"""Creates a capture's dataset or opens an interrupted one; completes and checks plan and free disk space."""
 
 import shutil
 from dataclasses import dataclass, field
@@ -71,7 +71,7 @@ def resume_dataset(access: RigAccess, folder: Path) -> DatasetWriter:
     check_remaining_room(folder, facts)
     header = read_document(folder).header
     if header.calibration is None:
-        return DatasetWriter.resume(folder)  # the capture itself refuses it
+        return DatasetWriter.resume(folder)  # the capture itself raises for it
     plan = plan_from(header.plan, what=f"plan of {folder.name}")
     fovea, wide = facts.sizes(header.calibration)
     return DatasetWriter.resume(folder, writer_settings(plan, fovea=fovea, wide=wide))
@@ -110,7 +110,7 @@ def check_room(
     folder: Path,
     done: int = 0,
 ) -> None:
-    """Raise `OutOfRange` when the disk, or the memory for one point, is too small for what is left."""
+    """Raise `OutOfRange` when disk space, or memory for one point, is too small for the remaining points."""
     fovea, wide = facts.sizes(calibration)
     writer_settings(plan, fovea=fovea, wide=wide)
     needed = facts.estimate(plan, calibration, codec=codec, done=done)

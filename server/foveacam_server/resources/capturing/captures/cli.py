@@ -12,14 +12,12 @@ from foveacam_server.commands.options import RigOptions, on_rig
 PlanArgument = Annotated[
     Path | None, typer.Argument(help="plan (.json), or set points as text; without one, a grid")
 ]
-EstimateOption = Annotated[
-    bool, typer.Option("--estimate", help="say how long and how large it gets, and take nothing")
-]
+EstimateOption = Annotated[bool, typer.Option("--estimate", help="print time and size, and capture nothing")]
 HalfWidthOption = Annotated[
     float | None, typer.Option(help="from the middle to the outermost points; usually all there is")
 ]
 DistanceOption = Annotated[
-    float | None, typer.Option(help="where both eyes meet; usually the scene's average, measured")
+    float | None, typer.Option(help="distance at which both gazes meet; usually the scene's mean, measured")
 ]
 ExposureOption = Annotated[
     list[float] | None, typer.Option(help="exposure; given again, a bracket at every point")
@@ -30,10 +28,10 @@ RailOption = Annotated[
 ]
 ServerOption = Annotated[
     str | None,
-    typer.Option(help="have a running server take it with its rig, such as http://127.0.0.1:8000"),
+    typer.Option(help="capture with the rig of a running server, such as http://127.0.0.1:8000"),
 ]
 WatchOption = Annotated[
-    bool, typer.Option("--watch", help="show how far the server is with it; Ctrl-C lets it go on")
+    bool, typer.Option("--watch", help="show the progress of the server's capture; Ctrl-C does not end it")
 ]
 CancelOption = Annotated[
     bool, typer.Option("--cancel", help="end the server's capture; what was taken is kept")
@@ -46,14 +44,14 @@ def capture(
     plan: PlanArgument = None,
     *,
     name: Annotated[str, typer.Option(help="name of the capture; becomes its folder")],
-    resume: Annotated[bool, typer.Option("--resume", help="go on with the capture of that name")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="resume the capture of that name")] = False,
     estimate: EstimateOption = False,
     columns: Annotated[int | None, typer.Option(help="points across; usually 9")] = None,
     rows: Annotated[int | None, typer.Option(help="points down; usually 9")] = None,
     half_width_deg: HalfWidthOption = None,
     half_height_deg: Annotated[float | None, typer.Option(help="the same, down")] = None,
     distance_m: DistanceOption = None,
-    each_point: Annotated[bool, typer.Option("--each-point", help="verge anew at every point")] = False,
+    each_point: Annotated[bool, typer.Option("--each-point", help="verge again at every point")] = False,
     exposure_ms: ExposureOption = None,
     stack: StackOption = None,
     rail_mm: RailOption = None,
@@ -101,12 +99,12 @@ def capture(
 
 
 def _flag_given(flags: Mapping[str, bool], *, server: str | None) -> str | None:
-    """Return the flag that was given, if one was; refuse two, and one about a server without its address."""
+    """Return the given flag, if any; raise for two, and for a flag about a server without its address."""
     given = [flag for flag, wanted in flags.items() if wanted]
     if len(given) > 1:
-        raise InvalidInput(f"{' and '.join(given)}: one thing at a time; leave the others out")
+        raise InvalidInput(f"{' and '.join(given)}: one at a time; leave the others out")
     if server is None and given and given[0] in ("--watch", "--cancel"):
-        raise InvalidInput(f"{given[0]}: it is about a server's capture; say whose with --server URL")
+        raise InvalidInput(f"{given[0]}: it is about a server's capture; name the server with --server URL")
     return given[0] if given else None
 
 

@@ -1,4 +1,4 @@
-"""What is typed after `foveacam capture`: a plan as file or options; and the lines that it prints."""
+"""Parses the plan (file or options) of `foveacam capture`, and formats the lines that it prints."""
 
 import json
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ INTERRUPTED = 130
 def plan_of(
     path: Path | None, options: Mapping[str, object], *, begun: str | None = None
 ) -> RasterPlan | None:
-    """Return the plan of a file or of options; refuse both together.
+    """Return the plan of a file or of options; raise for both together.
 
     `begun`: the option for an existing capture with its own plan, such as --resume; then return None.
     """
@@ -66,7 +66,7 @@ class CaptureOrder:
 
 
 def estimate_words(found: "EstimateDocument | models.EstimateDocument") -> str:
-    """Return a line on a plan's time and size."""
+    """Return a line of text on a plan's time and size."""
     return (
         f"{found.points} points, {found.files} images: at least {found.total_s:.1f} s,"
         f" {found.stored_bytes / 1e6:.0f} MB of {found.free_bytes / 1e6:.0f} MB free"
@@ -82,7 +82,7 @@ def codec_of(text: str) -> ImageCodec:
 
 
 def capture_words(found: "CaptureDocument | models.CaptureDocument") -> str:
-    """Return a line on a capture's state and size."""
+    """Return a line of text on a capture's state and size."""
     points = found.points
     return (
         f"{found.folder}: {found.state}, {points.taken} of {points.planned} points,"

@@ -1,6 +1,6 @@
 """`foveacam capture --server`: start, resume, watch and cancel the capture jobs of a running server.
 
-Ctrl-C cancels a capture that this command started or resumed; with `--watch` it only ends the watching.
+Ctrl-C cancels a capture that this command started or resumed; with `--watch` it only ends the display.
 """
 
 import json
@@ -27,7 +27,7 @@ from foveacam_server.resources.capturing.captures.schema import CaptureRequest, 
 
 
 class CaptureAction(StrEnum):
-    """What a command does with a server's capture."""
+    """Actions of the command on a server's capture."""
 
     TAKE = "take"
     RESUME = "resume"
@@ -37,7 +37,7 @@ class CaptureAction(StrEnum):
 
 
 def run_at(rig_options: RigOptions, order: CaptureOrder, action: CaptureAction, *, server: str) -> None:
-    """Let the server do it and print the result; end with status 130 when the capture is not finished."""
+    """Carry out an action on the server and print the result; exit with 130 if the capture is unfinished."""
     console = Console(stderr=True, quiet=rig_options.as_json)
     with server_rig(server, token=rig_options.settings.token) as rig:
         if action is CaptureAction.ESTIMATE:
@@ -103,7 +103,7 @@ def _follow(
 
 
 def _print_result(rig: Rig, order: CaptureOrder, *, as_json: bool) -> None:
-    """Print the capture, if it has a point."""
+    """Print the capture, if it has at least one point."""
     found = _find(rig, order.name)
     if found is None:
         typer.echo(f"capture {order.name} ended before its first point: nothing was taken", err=True)
@@ -130,4 +130,4 @@ def _json_of(document: models.CaptureDocument | models.EstimateDocument) -> str:
 
 def _unwatched_words(order: CaptureOrder, server: str) -> str:
     words = shlex.join(["foveacam", "capture", "--cancel", "--name", order.name, "--server", server])
-    return f"no longer watched, it goes on; to cancel it: {words}"
+    return f"no longer displayed, it continues; to cancel it: {words}"

@@ -33,22 +33,22 @@ from foveacam_server.resources.capturing.captures.estimates import PlanToEstimat
 from foveacam_server.resources.capturing.captures.schema import CaptureDocument, EstimateDocument
 
 _OF_A_SERVER = {"distance_assumed", "warnings", "coverage"}
-"""Parts of an estimate that only a server answers."""
+"""Fields of an estimate that only a server's answer has."""
 
 
 class CaptureProgressBar:
-    """Implements `CaptureWatcher` with a `ProgressBar`; asks the operator on its console."""
+    """Implements `CaptureWatcher` with a `ProgressBar`; prompts the operator in the terminal."""
 
     def __init__(self, bar: ProgressBar, console: Console) -> None:
         self._bar, self._console = bar, console
 
     def progress(self, report: CaptureReport) -> None:
-        """Move the bar."""
+        """Advance the bar."""
         note = report.note or f"{report.phase.value}, {report.written_bytes / 1e6:.0f} MB"
         self._bar.progress(report.done, total=report.total, note=note)
 
     def cancelled(self) -> bool:
-        """Tell whether Ctrl-C was pressed."""
+        """Return whether Ctrl-C was pressed."""
         return self._bar.cancelled()
 
     def paused(self) -> bool:
@@ -61,7 +61,7 @@ class CaptureProgressBar:
             self._console.input(f"{request} [Enter]: ")
         except EOFError as error:
             raise Cancelled(
-                f"{request}: nobody is there to do it; what was taken is kept, resume it"
+                f"{request}: no operator is present; what was taken is kept, resume it"
             ) from error
 
     def show_frames(self, frames: tuple[Frame, ...]) -> None:
@@ -96,7 +96,7 @@ def run_order(rig_options: RigOptions, order: CaptureOrder) -> None:
 
 
 def _folder(captures: DatasetCollection, order: CaptureOrder) -> Path:
-    """Return the capture's folder; refuse what cannot be captured before a device is opened."""
+    """Return the capture's folder; raise for an impossible capture before a device is opened."""
     if order.plan is not None:
         return captures.new_folder(order.name)
     kept = captures.named(order.name)
@@ -137,6 +137,6 @@ def _estimate(
 
 def _print_capture(captures: DatasetCollection, folder: Path, *, as_json: bool) -> None:
     if not (folder / "dataset.json").exists():
-        return  # it ended before its first point
+        return  # absent when it ended before its first point
     found = CaptureDocument.of(captures.named(folder.name)).model_copy(update={"folder": str(folder)})
     typer.echo(json.dumps(found.as_json()) if as_json else capture_words(found))

@@ -37,7 +37,7 @@ ScaleOption = Annotated[float, typer.Option(help="scale of the images: 0.5 or 1.
 
 
 class PictureKind(StrEnum):
-    """What a picture shows."""
+    """Kinds of pictures of a dataset."""
 
     SHEET = "sheet"
     COVERAGE = "coverage"
@@ -46,7 +46,7 @@ class PictureKind(StrEnum):
 
 @app.command(name="check")
 def check_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Verify every file, hash, count and row; end with status 1 when something is wrong."""
+    """Verify every file, hash, count and row; exit with 1 when something is wrong."""
     from foveacam_pipeline.capture.dataset import check_dataset
 
     folder = dataset_folder(dataset, data)
@@ -61,7 +61,7 @@ def check_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonO
 
 @app.command(name="info")
 def info_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonOption = False) -> None:
-    """Say what a dataset holds."""
+    """Describe the content of a dataset."""
     from foveacam_pipeline.capture.dataset import dataset_info
 
     found = asdict(dataset_info(dataset_folder(dataset, data)))
@@ -85,7 +85,7 @@ def export(
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a dataset for another program."""
+    """Export a dataset in another program's format."""
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.dataset.export import ExportChoice, export_dataset
     from foveacam_server.foundation.progress_bar import progress_bar
@@ -110,7 +110,7 @@ def rectify(
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Keep rectified pairs beside the frames of a dataset."""
+    """Store rectified pairs beside the frames of a dataset."""
     from foveacam_pipeline.capture.dataset import Dataset, RectifyChoice, rectify_dataset
     from foveacam_server.foundation.progress_bar import progress_bar
 
@@ -162,19 +162,22 @@ def picture(
 @app.command()
 def mosaic(
     dataset: WhichDataset,
-    output: Annotated[Path, typer.Argument(help="folder to make, or one that was begun, to go on with")],
+    output: Annotated[Path, typer.Argument(help="folder to make, or an unfinished one to resume")],
     eye: Annotated[str, typer.Option(help="whose picture: left or right")] = "left",
     scan: Annotated[int, typer.Option(help="which scan, from 0", min=0)] = 0,
-    bracket: Annotated[int, typer.Option(help="which exposure, from 0", min=0)] = 0,
+    bracket: Annotated[int, typer.Option(help="index of the exposure, from 0", min=0)] = 0,
     quality: Annotated[int, typer.Option(help="quality of the JPEG tiles", min=1, max=100)] = 90,
     network: Annotated[
         str | None,
-        typer.Option(help="what computes the depth of pairs: foveal, or the card of another network (YAML)"),
+        typer.Option(help="depth backend of pairs: foveal, or the card of another network (YAML)"),
     ] = None,
     data: DataOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Lay all foveae of a scan side by side: Deep Zoom picture, depth, cloud and mesh. Ctrl-C may end it."""
+    """Make the mosaic of a scan: Deep Zoom picture, depth, cloud and mesh.
+
+    Ctrl-C ends it; repeat to resume.
+    """
     from foveacam_pipeline.capture.dataset import Dataset
     from foveacam_pipeline.capture.mosaic.build import build_mosaic
     from foveacam_pipeline.capture.mosaic.depth_tiles import write_depth_tiles
@@ -229,9 +232,9 @@ def reference(
     dataset: WhichDataset,
     scan: Annotated[
         int | None,
-        typer.Option(help="whose depth is judged; without it the scan nearest to the middle", min=0),
+        typer.Option(help="scan whose depth is evaluated; without it the one nearest to the middle", min=0),
     ] = None,
-    bracket: Annotated[int, typer.Option(help="which exposure, from 0", min=0)] = 0,
+    bracket: Annotated[int, typer.Option(help="index of the exposure, from 0", min=0)] = 0,
     across: Annotated[int, typer.Option(help="samples over the width of a view", min=2, max=40)] = 10,
     rail_mm: Annotated[
         float, typer.Option(help="standard error of a place on the rail, mm; 0: exact", min=0.0, max=50.0)

@@ -1,4 +1,4 @@
-"""Plans of captures checked and estimated by the facts of the rig."""
+"""Checks plans of captures and estimates their time and size from the rig's properties."""
 
 import math
 import shutil
@@ -24,7 +24,7 @@ from foveacam_server.resources.capturing.captures.schema import (
 
 
 def check_possible(plan: RasterPlan, calibration: Calibration, facts: CaptureRigFacts) -> None:
-    """Refuse a plan that the rig cannot do at its distance, or at any where the plan names none."""
+    """Raise for a plan that the rig cannot capture at its distance, or at any where the plan has none."""
     check_rail(plan, facts.rail)
     check_exposures(plan, facts.exposures_ns)
     check_plan(fill_in_plan(plan, calibration, average_m=math.inf), calibration, rail=facts.rail)
@@ -32,7 +32,7 @@ def check_possible(plan: RasterPlan, calibration: Calibration, facts: CaptureRig
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanToEstimate:
-    """A plan with the facts of the rig; `assumed_m`: distance where the plan names none."""
+    """A plan with the rig's properties; `assumed_m`: distance used where the plan has none."""
 
     plan: RasterPlan
     calibration: Calibration

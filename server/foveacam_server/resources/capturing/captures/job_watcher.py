@@ -1,4 +1,4 @@
-"""Reports a running capture (progress as events, frames as views) and passes on pause and cancel."""
+"""Reports a running capture (progress as events, frames as views), and applies pause and cancel."""
 
 import threading
 from dataclasses import dataclass, field
@@ -19,14 +19,14 @@ from foveacam_server.rig.ports import PictureSink
 
 @dataclass(slots=True, kw_only=True)
 class LiveCapture:
-    """A capture that waits, runs or is paused; written by its job, read by requests."""
+    """A queued, running or paused capture; written by its job, read by requests."""
 
     id: str
     name: str
     job_id: str
     report: CaptureReport | None = None
     manual_action: str = ""
-    """What the operator is asked to do by hand before it goes on."""
+    """Manual action that the operator is asked for before the capture continues."""
     pausing: threading.Event = field(default_factory=threading.Event)
 
     @property
@@ -60,7 +60,7 @@ class CaptureJobWatcher:
         self._gaze: StereoVolts | None = None
 
     def progress(self, report: CaptureReport) -> None:
-        """Report the progress, at most once a period but for another phase and the end."""
+        """Report the progress, at most once per period except at a change of phase and at the end."""
         turned = report.phase is not self._phase
         self._live.report = report
         if not self._pace.is_due(at_once=turned or report.stored >= report.total):
@@ -87,7 +87,7 @@ class CaptureJobWatcher:
         return self._context.cancelled()
 
     def paused(self) -> bool:
-        """Return whether the capture shall wait."""
+        """Return whether the capture is to pause."""
         if not self._live.pausing.is_set():
             self._live.manual_action = ""
             return False

@@ -46,7 +46,7 @@ router = GuardedRouter("/captures", tags=["captures"], reading=Right.VIEW, chang
 
 
 class CaptureProduct(Protocol):
-    """A product that is computed of captures: mosaics or references."""
+    """A product computed from captures: mosaics or references."""
 
     def check_idle(self, capture_id: str, asked: str) -> None:
         """Raise `Busy` while the product of this capture is being computed."""
@@ -80,7 +80,7 @@ async def create(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Queue a capture as a job; a name, a plan or a disk that will not do is refused before it starts."""
+    """Queue a capture as a job; an unusable name or plan or a full disk is refused before it starts."""
     lease.check(x_lease)
     job = await run_in_threadpool(captures.start, request, idempotency_key=idempotency_key)
     return await job_answer(jobs, job, prefer=prefer, result=captures.get)
@@ -88,14 +88,14 @@ async def create(
 
 @router.post(
     "/estimates",
-    summary="What a plan takes",
+    summary="Estimate a plan",
     responses=problems(409, 503, 504),
 )
 @needs(Right.VIEW)
 async def estimate(
     request: EstimateRequest, captures: Provided[CaptureService], computing: Provided[ComputeQueue]
 ) -> EstimateDocument:
-    """Return time, size and room on the disk, warnings, and where every view lies in the wide image."""
+    """Return time, size, free disk space, warnings, and the outline of every view in the wide image."""
     asked = await run_in_threadpool(captures.plan_to_estimate, request)
     return await computing.run_apart(estimate_plan, asked)
 
@@ -106,14 +106,14 @@ def every(
     text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
 ) -> list[CaptureDocument]:
-    """Return all captures, or those that hold every word of `text`."""
+    """Return all captures, or those that contain every word of `text`."""
     return captures.search(text=text, removed=removed == "true")
 
 
 @router.delete("/trash", summary="Empty the trash")
 @needs(Right.ADMINISTER)
 def empty_trash(captures: Provided[CaptureService]) -> TrashEmptied:
-    """Delete for good what was removed."""
+    """Delete the captures in the trash for good."""
     return TrashEmptied(deleted=captures.collection.empty_trash())
 
 
@@ -129,7 +129,7 @@ def one(capture_id: CaptureId, captures: Provided[CaptureService]) -> CaptureDoc
     responses=problems(404, 409),
 )
 def patch(capture_id: CaptureId, change: CapturePatch, captures: Provided[CaptureService]) -> CaptureDocument:
-    """Change its label or its licence."""
+    """Change a capture's label or licence."""
     return captures.edit(capture_id, change)
 
 
@@ -141,7 +141,7 @@ def remove(
     captures: Provided[CaptureService],
     products: Provided[CaptureProducts],
 ) -> None:
-    """Move it to the trash, from which it can be restored."""
+    """Move a capture to the trash, from which it can be restored."""
     for product in products:
         product.check_idle(capture_id, "remove its capture")
     captures.remove(capture_id)
@@ -149,18 +149,18 @@ def remove(
 
 @router.post(
     "/{capture_id}/restore",
-    summary="Take a capture out of the trash",
+    summary="Restore a capture from the trash",
     responses=problems(404),
 )
 def restore(capture_id: CaptureId, captures: Provided[CaptureService]) -> CaptureDocument:
-    """Undo its removal."""
+    """Restore a capture from the trash."""
     return captures.restore(capture_id)
 
 
 @router.post(
     "/{capture_id}/resume",
     status_code=202,
-    summary="Go on with a partial capture",
+    summary="Resume a partial capture",
     response_model=JobDocument,
     responses={
         200: {"model": CaptureDocument, "description": "ended in time"},
@@ -176,7 +176,7 @@ async def resume(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Queue the rest of a capture, from the exact next point, with its own plan and calibration."""
+    """Queue the rest of a capture, from exactly the next point, with its own plan and calibration."""
     lease.check(x_lease)
     job = await run_in_threadpool(captures.resume, capture_id, idempotency_key=idempotency_key)
     return await job_answer(jobs, job, prefer=prefer, result=captures.get)
@@ -184,7 +184,7 @@ async def resume(
 
 @router.post(
     "/{capture_id}/pause",
-    summary="Let a running capture wait",
+    summary="Pause a running capture",
     responses=problems(404, 409),
 )
 def pause(
@@ -193,14 +193,14 @@ def pause(
     captures: Provided[CaptureService],
     x_lease: LeaseHeader = None,
 ) -> CaptureDocument:
-    """Wait after the present point; the rig stays reserved for the capture."""
+    """Pause after the present point; the rig stays reserved for the capture."""
     lease.check(x_lease)
     return captures.pause(capture_id)
 
 
 @router.post(
     "/{capture_id}/continue",
-    summary="Let a paused capture go on",
+    summary="Continue a paused capture",
     responses=problems(404, 409),
 )
 def go_on(
@@ -209,7 +209,7 @@ def go_on(
     captures: Provided[CaptureService],
     x_lease: LeaseHeader = None,
 ) -> CaptureDocument:
-    """Continue; also confirms that what was asked for by hand is done."""
+    """Continue a paused capture; also confirms that the requested manual action is done."""
     lease.check(x_lease)
     return captures.go_on(capture_id)
 
@@ -222,7 +222,7 @@ def go_on(
     dependencies=[LONG_READ],
 )
 def download(capture_id: CaptureId, captures: Provided[CaptureService]) -> StreamingResponse:
-    """Send the dataset's folder, files as they are."""
+    """Send the dataset's folder with unchanged files."""
     kept = captures.collection.get(capture_id)
     readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
@@ -242,7 +242,7 @@ async def picture_of(
     captures: Provided[CaptureService],
     computing: Provided[ComputeQueue],
 ) -> StoredFile:
-    """Draw the capture as far as it has come."""
+    """Draw the capture's points so far."""
     collection = captures.collection
     path = await computing.run(
         lambda: capture_picture(collection, collection.get(capture_id), picture, form=form)
@@ -278,13 +278,13 @@ def media_type(form: Form) -> str:
 
 @router.get("/{capture_id}/points", summary="Its points", responses=problems(404))
 def points(capture_id: CaptureId, captures: Provided[CaptureService]) -> PointsDocument:
-    """Return the points that were taken, with their places on the contact sheet, and those passed over."""
+    """Return the captured points, with their places on the contact sheet, and the skipped ones."""
     return PointsDocument.of(readable_dataset(captures.collection.get(capture_id)))
 
 
 @router.get(
     "/{capture_id}/points/{index}/{role}.{form}",
-    summary="What one camera saw at a point",
+    summary="Picture of one camera at a point",
     response_class=Response,
     responses=file_responses("image/jpeg"),
 )
@@ -296,7 +296,7 @@ def picture(
     captures: Provided[CaptureService],
     bracket: Bracket = "0",
 ) -> Response:
-    """Return one picture at full size, 8 bits; of a stack its mean."""
+    """Return one picture at full size, 8 bits; the mean of a stack."""
     point = point_of(captures.collection.get(capture_id), index)
     content = frame_picture(point.stacked(Role(role), bracket=int(bracket)), form=form)
     return Response(content, media_type=media_type(form))
@@ -304,12 +304,12 @@ def picture(
 
 @router.post(
     "/{capture_id}/check",
-    summary="Is all as it was written",
+    summary="Verify the dataset's files",
     responses=problems(404),
     dependencies=[LONG_READ],
 )
 def check_files(capture_id: CaptureId, captures: Provided[CaptureService]) -> CaptureChecked:
-    """Read every file again and say what is wrong, as `foveacam dataset check` does: seconds a gigabyte."""
+    """Read every file again and list the faults, as `foveacam dataset check` does: seconds per gigabyte."""
     kept = captures.collection.get(capture_id)
     faults = check_dataset(kept.folder)
     return CaptureChecked(id=kept.id, sound=not faults, faults=faults)

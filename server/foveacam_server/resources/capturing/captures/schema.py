@@ -20,10 +20,10 @@ State: TypeAlias = Literal[LiveState, "complete", "partial", "damaged"]
 
 
 class CaptureRequest(RequestModel):
-    """A plan to capture, and its name; an empty plan is the whole field of the rig."""
+    """Request of a capture: its plan and name; an empty plan covers the whole field of the rig."""
 
     name: Annotated[str, Field(max_length=1000)]
-    """Becomes a folder: up to 100 letters, digits, spaces, dots, dashes and underscores."""
+    """Name of the dataset's folder: up to 100 letters, digits, spaces, dots, dashes and underscores."""
     plan: RasterPlan = RasterPlan()
     label: Text = ""
     licence: Text = "all rights reserved"
@@ -32,7 +32,7 @@ class CaptureRequest(RequestModel):
 
 
 class CaptureResumption(RequestModel):
-    """The capture to go on with; stored as the request of the job."""
+    """The capture to resume; stored as the request of the job."""
 
     capture_id: str
 
@@ -63,7 +63,7 @@ class CapturePoints(ResponseModel):
 
     @classmethod
     def of(cls, dataset: Dataset | None) -> Self:
-        """Return the counts of a dataset; None: nothing of it can be read."""
+        """Return the counts of a dataset; zeros for None, a dataset that cannot be read."""
         if dataset is None:
             return cls(planned=0, taken=0, skipped=0, scans=0, frames=0)
         return cls(
@@ -103,7 +103,7 @@ class CaptureProgress(ResponseModel):
 
 
 class CaptureProgressEvent(CaptureProgress):
-    """Data of the event `capture.progress`. `wish`: what the operator is asked to do by hand."""
+    """Data of the event `capture.progress`. `wish`: manual action that the operator is asked for."""
 
     capture_id: str
     job_id: str
@@ -121,7 +121,7 @@ class CaptureEvent(ResponseModel):
 
 
 class CaptureDocument(ResponseModel):
-    """One capture. `why`: what ended a partial one, or what the operator is asked to do before it goes on."""
+    """One capture. `why`: what ended a partial one, or the action that the operator is asked for."""
 
     id: str
     name: str
@@ -137,7 +137,7 @@ class CaptureDocument(ResponseModel):
     rig_id: str | None
     calibration_id: str | None
     plan: dict[str, Any] | None  # Any: a raster plan, of this or an older version
-    conditions: dict[str, Any] | None  # Any: what the rig ran with
+    conditions: dict[str, Any] | None  # Any: the rig's configuration during the capture
     points: CapturePoints
     size_bytes: int
     resumable: bool

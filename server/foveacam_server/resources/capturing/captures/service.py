@@ -1,4 +1,4 @@
-"""Runs captures as jobs: start, pause, continue, resume; one at a time, as each has the rig exclusively."""
+"""Runs captures as jobs (start, pause, continue, resume), one at a time: each needs the rig exclusively."""
 
 import threading
 from pathlib import Path
@@ -44,7 +44,7 @@ _JOB_REQUEST: TypeAdapter[CaptureRequest | CaptureResumption] = TypeAdapter(
 
 
 class CaptureService:
-    """All that REST offers of the captures of this data directory."""
+    """The captures of this data directory: run, list, change, remove."""
 
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
         self.collection = DatasetCollection(folder)
@@ -56,7 +56,7 @@ class CaptureService:
     # Capturing ---------------------------------------------------------------------------------------------
 
     def start(self, request: CaptureRequest, *, idempotency_key: str | None = None) -> Job:
-        """Queue a capture; raise at once what it could not do now."""
+        """Queue a capture; raise at once where it cannot be made now."""
         if self._tools.jobs.has_key(idempotency_key):
             return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
         with self._lock:
@@ -101,7 +101,7 @@ class CaptureService:
         return self.get(capture_id)
 
     def plan_to_estimate(self, request: EstimateRequest) -> PlanToEstimate:
-        """Return a plan with what its estimate needs, at a given distance if the plan has none."""
+        """Return a plan with the rig's properties for its estimate, at `distance_m` if the plan has none."""
         return PlanToEstimate(
             plan=request.plan,
             calibration=self._tools.calibration.require(),
@@ -137,14 +137,14 @@ class CaptureService:
         return self._shown(self.collection.get(capture_id))
 
     def is_running(self, capture_id: str) -> bool:
-        """Return whether a job takes the capture or waits to."""
+        """Return whether a job for the capture runs or is queued."""
         live = self._current()
         return live is not None and live.id == capture_id
 
     def edit(self, capture_id: str, change: CapturePatch) -> CaptureDocument:
         """Change label or licence; raise while the capture is being written."""
         change_labels(self.collection.get(capture_id).folder, label=change.label, licence=change.licence)
-        self.report_update(capture_id, "a capture was described anew")
+        self.report_update(capture_id, "label or licence of a capture was changed")
         return self.get(capture_id)
 
     def report_update(self, capture_id: str, message: str) -> None:
@@ -161,7 +161,7 @@ class CaptureService:
         self._tools.events.emit("capture.removed", f"capture {kept.name} is in the trash", data=event)
 
     def restore(self, capture_id: str) -> CaptureDocument:
-        """Take a capture out of the trash."""
+        """Restore a capture from the trash."""
         kept = self.collection.restore(capture_id)
         self.report_update(kept.id, f"capture {kept.name} is out of the trash")
         return self.get(kept.id)
@@ -202,7 +202,7 @@ class CaptureService:
             raise refusals.in_use(asked, holder)
 
     def _current(self) -> LiveCapture | None:
-        """Return the capture that waits or runs; a job that was cancelled before it began leaves none."""
+        """Return the queued or running capture; None also after its job was cancelled while queued."""
         live = self._live
         if live is None or self._tools.jobs.get(live.job_id).state.ended:
             return None

@@ -1,1 +1,1 @@
-"""Mosaics made of captures, in processes of their own."""
+"""Mosaics of captures, computed in child processes."""

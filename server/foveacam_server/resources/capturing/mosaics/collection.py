@@ -101,7 +101,7 @@ class StoredMosaic:
         return f"{self.made_ns:x}"
 
     def describe(self, capture_id: str, dataset: Dataset | None) -> MadeMosaic:
-        """Return the mosaic as REST shows it; `dataset`: of its capture, None for a damaged one."""
+        """Return the mosaic's document; `dataset`: of its capture, None for a damaged one."""
         settings, chart, figures = self.file.recipe.settings, self.file.recipe.chart, self.file.figures
         url, has_mesh = mosaic_url(capture_id), (self.folder / "mesh.glb").is_file()
         calibration = None if dataset is None else dataset.calibration

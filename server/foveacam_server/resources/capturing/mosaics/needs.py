@@ -1,4 +1,4 @@
-"""Check whether a mosaic of a dataset is possible, estimate its size, and check the disk's room."""
+"""Checks whether a mosaic of a dataset is possible, and whether the disk has space for its estimated size."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
     from foveacam_pipeline.capture.mosaic.views import MosaicView
 
 BYTES_PER_PX = 0.5
-"""Of a grey picture, all levels: JPEG at quality 90 takes 0.17 in the `bench` scene, 0.44 of pure noise."""
+"""Bytes per pixel of a grey picture, all levels: JPEG at quality 90 takes 0.17 in `bench`, 0.44 for noise."""
 BYTES_PER_CELL = 40.0
-"""Depth, its error, their pictures, the mesh."""
+"""Bytes per cell of depth, its error, their pictures and the mesh."""
 BYTES_PER_FOVEA_CELL = 12 * 3
-"""The pairs' results, stored until the end, three numbers a cell; 14 bytes over 16 foveae of `bench`."""
+"""Bytes per cell of a pair's results, stored until the end: three numbers; 14 bytes over 16 foveae of
+`bench`."""
 FIXED_BYTES = 20_000_000
-"""Cloud and overview, whatever the size."""
+"""Size of cloud and overview, for a mosaic of any size."""
 
 
 def needs_of(dataset: Dataset, request: MosaicRequest, folder: Path) -> MosaicNeedsDocument:
@@ -88,8 +89,7 @@ def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
         )
     if not any(_overlap(a, b) for k, a in enumerate(views) for b in views[:k]):
         raise InvalidInput(
-            f"no two of the {len(views)} views of dataset {name} overlap: nothing says how they lie side by "
-            "side",
+            f"no two of the {len(views)} views of dataset {name} overlap: their relative position is unknown",
             asked=f"the mosaic of dataset {name}",
             found=f"{len(views)} views, no two of which overlap",
             remedy="capture a raster with more points or a smaller field",
@@ -97,5 +97,5 @@ def _check_overlap(views: Sequence["MosaicView"], name: str) -> None:
 
 
 def _overlap(a: "MosaicView", b: "MosaicView") -> bool:
-    """Tell whether two views overlap; boxes are left, top, right, bottom."""
+    """Return whether two views overlap; boxes are left, top, right, bottom."""
     return a.box[0] < b.box[2] and b.box[0] < a.box[2] and a.box[1] < b.box[3] and b.box[1] < a.box[3]

@@ -13,7 +13,7 @@ from foveacam_server.resources.capturing.mosaics.collection import recipe_in
 from foveacam_server.resources.capturing.mosaics.schema import MosaicRequest
 
 COSTS = {"depth of the pairs": 8.0, "depth where views overlap": 7.0, "overlaps": 3.0}
-"""Duration of one fovea's step, in units of a tile's; measured at full resolution."""
+"""Duration of one fovea's step relative to a tile's, for the progress; measured at full resolution."""
 
 
 def make(dataset: Path, folder: Path, request: MosaicRequest, *, card: Path | None) -> None:

@@ -40,7 +40,7 @@ Made = Annotated[str | None, Query(max_length=40, description="version of the mo
 IfNoneMatch = Annotated[str | None, Header(max_length=400, description="what the caller has kept")]
 _MEDIA = {"jpg": "image/jpeg", "png": "image/png"}
 _FOR_GOOD = "private, max-age=31536000, immutable"
-"""The content of a URL with a mosaic's version never changes."""
+"""Cache header of a URL with a mosaic's version: its content never changes."""
 _ASK_AGAIN = "no-cache"
 _TILE = file_responses("image/jpeg") | {304: {"description": "the caller has it"}}
 
@@ -63,7 +63,7 @@ async def make(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Queue it, or the rest of an unfinished one, as a job that leaves the rig free; refuse what cannot be.
+    """Queue a mosaic, or the rest of an unfinished one, as a job without the rig; refuse an impossible one.
 
     An older mosaic of the capture stays until the new one is finished.
     """
@@ -75,13 +75,13 @@ async def make(
 
 @router.get("", summary="A capture's mosaic", responses=problems(404))
 def one(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocument:
-    """Return its state, the progress of its job, and what it would take, or why there can be none."""
+    """Return the mosaic's state, its job's progress, and its estimated size or why none is possible."""
     return mosaics.get(capture_id)
 
 
 @router.delete("", status_code=204, summary="Remove a capture's mosaic", responses=problems(404, 409))
 def remove(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> None:
-    """Remove its files, those of an unfinished one too; the capture stays."""
+    """Remove the files of the mosaic, also of an unfinished one; the capture stays."""
     mosaics.remove(capture_id)
 
 
@@ -91,7 +91,7 @@ def remove(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> None:
     responses=problems(404, 409, 503),
 )
 def show(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocument:
-    """Show its surface in the 3D scene, instead of another's."""
+    """Show the mosaic's surface in the 3D scene, replacing another mosaic's."""
     mosaics.show(capture_id)
     return mosaics.get(capture_id)
 
@@ -102,7 +102,7 @@ def show(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocum
     responses=problems(404),
 )
 def hide(capture_id: CaptureId, mosaics: Provided[MosaicService]) -> MosaicDocument:
-    """Remove its surface from the 3D scene, if it is there."""
+    """Remove the mosaic's surface from the 3D scene, if it is there."""
     mosaics.hide(capture_id)
     return mosaics.get(capture_id)
 
@@ -195,7 +195,7 @@ def _sent(
     if kept is not None and tag in kept:
         return Response(status_code=304, headers=headers)
     try:
-        content = path.read_bytes()  # read at once: the file may be removed at any moment
+        content = path.read_bytes()  # read completely now: the file may be removed at any moment
     except FileNotFoundError:
         raise NotFound(f"{path.name} went with its mosaic", asked=path.name) from None
     return Response(content, media_type=_MEDIA[path.suffix[1:]], headers=headers)

@@ -12,19 +12,19 @@ State = Literal["none", "unfinished", "building", "complete"]
 
 
 class MosaicRequest(RequestModel):
-    """The eye, the scan and the exposure of the dataset to use."""
+    """Eye, scan and exposure of the dataset of which the mosaic is made."""
 
     eye: Eye = "left"
     scan: Index = 0
     bracket: Bracket = 0
 
     def settings(self) -> MosaicSettings:
-        """Return the settings of the mosaic that was asked for."""
+        """Return the pipeline's settings for this request."""
         return MosaicSettings(eye=Role(self.eye), scan=self.scan, bracket=self.bracket)
 
 
 class MosaicNeedsDocument(ResponseModel):
-    """What computing a mosaic takes: views, px, space on the disk."""
+    """Estimated size of a mosaic: views, px, disk space."""
 
     views: int
     width: int
@@ -46,7 +46,7 @@ class MosaicLayer(ResponseModel):
 
 
 class MosaicSeams(ResponseModel):
-    """Distances of corresponding points of overlapping views, fovea px."""
+    """Seams: distances between corresponding points of overlapping views, fovea px."""
 
     links: int
     rejected: int
@@ -59,7 +59,7 @@ class MosaicSeams(ResponseModel):
 
 
 class MosaicDepth(ResponseModel):
-    """The fused depth; shares of 1."""
+    """Figures of the fused depth; shares from 0 to 1."""
 
     known: float
     seen_twice: float
@@ -69,13 +69,13 @@ class MosaicDepth(ResponseModel):
 
 
 class MosaicMatching(ResponseModel):
-    """What computed the depth of the pairs."""
+    """Backend that computed the depth of the pairs."""
 
     backend: str = "sgbm"
     sha256: str | None = None
-    """Of the graph, where the backend is a network."""
+    """SHA-256 of the network's graph; null where the backend is not a network."""
     failed_pairs: int = 0
-    """Pairs that the network failed on; semi-global matching did them."""
+    """Number of pairs on which the network failed and semi-global matching was used."""
 
 
 class MadeMosaic(ResponseModel):
@@ -114,7 +114,7 @@ class MadeMosaic(ResponseModel):
 
 
 class MosaicDocument(ResponseModel):
-    """The state of a capture's mosaic, and what computing one would take or why there can be none.
+    """The state of a capture's mosaic, and the estimated size of one or why none is possible.
 
     `outdated`: points were added to the capture since. `in_scene`: its surface is in the 3D scene.
     """

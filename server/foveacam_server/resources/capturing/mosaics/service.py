@@ -40,14 +40,14 @@ PROCESS = "foveacam_server.resources.capturing.mosaics.process"
 NEAREST_SHARE = 0.8
 """Distance of the viewpoint, as a share of the nearest depth."""
 FIT_WIDTHS = 1.5
-"""Distance in field widths from which the whole field is visible."""
+"""Distance of the viewpoint, in field widths, from which the whole field is visible."""
 LIFT = 0.06
-"""Offset of the viewpoint aside and above, per metre of distance; head-on a surface looks flat."""
+"""Offset of the viewpoint aside and above, per metre of distance: seen head-on, a surface looks flat."""
 Point: TypeAlias = tuple[float, float, float]
 
 
 class MosaicService:
-    """All that REST offers of the mosaics of this data directory."""
+    """The mosaics of this data directory: compute, serve, show in the 3D scene."""
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class MosaicService:
     ) -> None:
         """Open the collection; `viewer`: the 3D scene, if there is one.
 
-        `network_in_use` is asked when a mosaic is begun: it computes the depth of the pairs.
+        `network_in_use` is called when a mosaic begins, for the network of its depth.
         """
         self.collection = MosaicCollection(tools.captures.collection.folder / MOSAICS)
         tools.captures.collection.on_delete(self.collection.remove)
@@ -78,7 +78,7 @@ class MosaicService:
         )
 
     def get(self, capture_id: str) -> MosaicDocument:
-        """Return the state of a capture's mosaic and what computing one would take; raise NotFound."""
+        """Return the state of a capture's mosaic and the estimated size of one; raise NotFound."""
         kept, made = self._captures.collection.get(capture_id), self.collection.made(capture_id)
         job = self._making.running_job(capture_id)
         begun = recipe_in(self.collection.making(capture_id)) is not None
@@ -112,7 +112,7 @@ class MosaicService:
         self._making.check_idle(capture_id, asked)
 
     def show(self, capture_id: str) -> None:
-        """Show the mosaic's surface in the 3D scene instead of another's."""
+        """Show the mosaic's surface in the 3D scene, replacing another mosaic's."""
         kept, made = self._captures.collection.get(capture_id), self.collection.require(capture_id)
         content = self.collection.file(capture_id, "mesh.glb").read_bytes()
         if self._viewer is None:
@@ -147,7 +147,7 @@ class MosaicService:
         return mosaic_url(kept.id)
 
     def _outlook(self, kept: StoredCapture) -> tuple[MosaicNeedsDocument | None, Problem | None]:
-        """Return what a mosaic of the left eye would take, or why there can be none."""
+        """Return the estimated size of a mosaic of the left eye, or why none is possible."""
         try:
             needs = self._needs(kept, MosaicRequest())
             check_room(needs)
@@ -160,7 +160,7 @@ class MosaicService:
 
 
 def viewpoint_of(chart: Chart, depth: DepthTilesFile) -> tuple[Point, Point]:
-    """Return eye and target of a good view, m, rig frame: before the nearest depth, to the centre."""
+    """Return viewpoint and its target, m, rig frame: before the nearest depth, towards the centre."""
     if depth.near_m is None or depth.far_m is None:
         return (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
     z_m = (depth.near_m + depth.far_m) / 2

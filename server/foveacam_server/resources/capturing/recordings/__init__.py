@@ -1,1 +1,1 @@
-"""Recordings: tapped from the live frames, shown by moments, depth anew, films."""
+"""Recordings of live frames: make, list, play, recompute depth, export films."""

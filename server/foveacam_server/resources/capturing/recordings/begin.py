@@ -1,4 +1,4 @@
-"""Preparations of a recording: describe the rig, get the frame rates, check the disk's room."""
+"""Prepares a recording: describes the rig, gets the frame rates, checks the disk space."""
 
 from collections.abc import Iterable
 

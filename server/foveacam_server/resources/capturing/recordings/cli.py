@@ -32,7 +32,7 @@ SECONDS_HELP = f"how long; it ends sooner, whole, at the {RESERVE_TEXT}"
 TARGET_HELP = "film (.mp4, .mov), pictures (.zip) or array (.npy) to make"
 CODEC_HELP = "h264 (the usual one), hevc, vp9, av1, mpeg4; for .mov prores, prores_hq, prores_4444"
 WIDE = ""
-"""`show` value for the wide stream, whatever its name."""
+"""Default of `show`: the wide stream, whatever its name."""
 FileArgument = Annotated[Path, typer.Argument(help="recording: .fcap, or the authors' older .fovea")]
 
 
@@ -80,7 +80,7 @@ def record(
 
 @app.command()
 def info(file: FileArgument, *, as_json: JsonOption = False) -> None:
-    """Say what a recording holds: streams, times, rig, and what was lost."""
+    """Describe a recording: streams, times, rig, losses."""
     from foveacam_server.resources.capturing.recordings.information import information, information_shown
 
     found = information(file)
@@ -106,7 +106,7 @@ def export(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a film of one stream, of both eyes side by side, or as an anaglyph; or pictures, or an array."""
+    """Export a film of one stream, of both eyes side by side or as an anaglyph; or pictures, or an array."""
     from foveacam_pipeline.capture.recording.movie import MovieSpec
     from foveacam_server.resources.capturing.recordings.export import chosen_format, film_table, make_film
 

@@ -28,7 +28,7 @@ from foveacam_server.resources.capturing.recordings.documents import counts_of
 from foveacam_server.resources.capturing.recordings.schema import RecordedFile
 
 ReportProgress = Callable[[float, str], None]
-"""Called with the seconds recorded and a note."""
+"""Callback of the progress: seconds recorded, and a note."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,9 +58,9 @@ def record_rig(rig_options: RigOptions, spec: RecordingSpec, *, report: ReportPr
 def record_opened(
     rig: Rig, spec: RecordingSpec, *, calibration: Calibration | None, report: ReportProgress
 ) -> RecordedFile:
-    """Record a rig that is open and enabled; raise the fault that ended it early, such as a full disk."""
+    """Record with an open and enabled rig; raise the fault that ended it early, such as a full disk."""
     volts = gaze_of(spec, calibration)
-    if spec.file.parent.is_dir():  # else the recorder raises
+    if spec.file.parent.is_dir():  # otherwise the recorder raises
         check_room((), duration_s=None, free_bytes=free_bytes(spec.file.parent))
     session = RecordingSession(timestamp=datetime.now(UTC).isoformat(), rig=identity_of(rig, calibration))
     options = RecordingOptions(compress=spec.compress)

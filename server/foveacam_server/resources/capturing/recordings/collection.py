@@ -43,9 +43,10 @@ _Stamp = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredRecording:
-    """One recording on the disk. `contents`: None when it cannot be read, for `trouble`.
+    """One recording on the disk.
 
-    `counts`: what its recorder counted, by stream; empty in a recording that was not ended.
+    `contents`: None when it cannot be read, because of `trouble`. `counts`: its recorder's counts by stream;
+    empty in a recording that was cut off.
     """
 
     path: Path
@@ -107,11 +108,11 @@ class RecordingCollection:
         return self._adopt(file, name, lambda path: file.rename(path))
 
     def link(self, file: Path, *, name: str) -> StoredRecording:
-        """Add a recording that stays where it lies; raise as `add`."""
+        """Add a recording whose file stays in its folder; raise as `add`."""
         return self._adopt(file, name, lambda path: path.symlink_to(file))
 
     def every(self, *, but: Path | None = None) -> list[StoredRecording]:
-        """Return all recordings, newest first; `but`: one that is being written."""
+        """Return all recordings except `but`, which is being written; newest first."""
         return _newest_first([self._load(path) for path in _files(self.folder) if path != but])
 
     def trash(self) -> list[StoredRecording]:
@@ -203,7 +204,7 @@ def _numbered(name: str, used: set[str]) -> str:
 
 
 def _check_frames(file: Path, held: RecordingContents, *, name: str) -> None:
-    """Raise `InvalidInput` for a recording without frames, with the channels that it has."""
+    """Raise `InvalidInput`, naming the channels, for a recording without frames."""
     if any(stream.frames for stream in held.streams.values()):
         return
     with Recording(file) as recording:
@@ -217,7 +218,7 @@ def _check_frames(file: Path, held: RecordingContents, *, name: str) -> None:
 
 
 def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
-    """Return the counts that can be read of a recorder's statistics."""
+    """Return the counts of a recorder's statistics, as far as they can be read."""
     found = {}
     for stream, text in record.items():
         with suppress(ValidationError):
@@ -226,22 +227,23 @@ def _counts(record: Mapping[str, str]) -> dict[str, StreamCounts]:
 
 
 class _AboutRecording(BaseModel):
-    """What the archive says of a recording."""
+    """The archive's record of a recording."""
 
     contents: RecordingContents
     counts: dict[str, StreamCounts]
 
 
 def _read(path: Path) -> tuple[RecordingContents | None, dict[str, StreamCounts], str]:
-    """Return what a file holds and what its recorder counted, or why it cannot be read.
+    """Return the contents and the recorder's counts of a file, or why it cannot be read.
 
-    Of one that is in the archive alone its record tells, so that it is listed without the archive.
+    For a file that is only in the archive they are read from its local record, so that it is listed without
+    the archive.
     """
     archived = None if path.exists() else read_record(archive_record_path(path))
     if archived is not None:
         with suppress(ValidationError):
-            told = _AboutRecording.model_validate(archived.manifest.about)
-            return told.contents.model_copy(update={"file": str(path)}), told.counts, ""
+            about = _AboutRecording.model_validate(archived.manifest.about)
+            return about.contents.model_copy(update={"file": str(path)}), about.counts, ""
     try:
         with Recording(path) as recording:
             return contents_of(recording), _counts(recording.metadata.get(STATISTICS, {})), ""
@@ -252,7 +254,7 @@ def _read(path: Path) -> tuple[RecordingContents | None, dict[str, StreamCounts]
 def _files(home: Path) -> list[Path]:
     archived = {path.with_name(path.name.removesuffix(f".{RECORD}")) for path in home.glob(f"*.{RECORD}")}
     here = {path for path in home.iterdir() if path.is_file() or path.is_symlink()}
-    return [  # a link whose file is gone is shown, and says so
+    return [  # a link to a missing file is listed with that fault
         path
         for path in here | archived
         if path.suffix in (SUFFIX, OLD_SUFFIX) and not path.name.startswith(".")
@@ -268,12 +270,12 @@ def _move(path: Path, target: Path, *, notes_of: StoredRecording) -> None:
     notes, moved = notes_path(path), notes_path(target)
     moved.unlink(missing_ok=True)
     try:
-        moved.hardlink_to(notes)  # needs no room, so it works on a full disk
+        moved.hardlink_to(notes)  # needs no space, so works on a full disk
     except OSError:
         write_notes(target, notes_of.notes)
     with suppress(FileNotFoundError):
         archive_record_path(path).rename(archive_record_path(target))
-    if os.path.lexists(path):  # else it is in the archive alone
+    if os.path.lexists(path):  # otherwise the file is only in the archive
         path.rename(target)
     notes.unlink(missing_ok=True)
     with suppress(FileNotFoundError):

@@ -24,16 +24,16 @@ from foveacam_server.resources.capturing.recordings.opened import OpenRecordings
 from foveacam_server.rig.encoder import encode_jpeg
 
 KEPT = 4
-"""Results in memory, so that fetching their picture computes nothing."""
+"""Number of results cached in memory, so that a picture is served without computing again."""
 QUALITY = 88
 CENTRE_SHARE = 0.1
 """Side of the central box whose median is reported, as a share of the picture's."""
 CENTRE_KNOWN = 0.05
-"""Below this share of known pixels the centre has no depth."""
+"""Share of known pixels in the box below which the centre has no depth."""
 
 
 class BackendsByName(Protocol):
-    """Opens the backends that compute depth."""
+    """Opens depth backends by name."""
 
     def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
         """Return a backend and the SHA-256 of its graph; raise NotFound or InvalidInput."""
@@ -42,7 +42,7 @@ class BackendsByName(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DepthOrder:
-    """By what depth is computed. `looks`: most looks to fuse, while the mirrors do not move."""
+    """Depth estimator and fusion. `looks`: most looks to fuse, while the mirrors do not move."""
 
     backend: str = "sgbm"
     research_confirmed: bool = False

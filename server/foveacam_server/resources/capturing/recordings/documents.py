@@ -124,7 +124,7 @@ def _live_stream(name: str, found: StreamStatistics) -> RecordedStreamDocument:
 
 
 def counts_of(found: StreamStatistics) -> StreamCounts:
-    """Return the counts of a stream as they are stored."""
+    """Return the stored form of a stream's counts."""
     return StreamCounts.model_validate(found.document())
 
 
@@ -138,14 +138,14 @@ def _state(stored: StoredRecording) -> tuple[RecordingState, str]:
         return "truncated", stored.notes.why or f"{lost.reason}; {lost_mb:.1f} MB are lost"
     if held.finalized:
         return "complete", stored.notes.why if stored.notes.ended is EndCause.DISK_RESERVE else ""
-    return "partial", stored.notes.why or "its program did not end it as meant; what it holds is whole"
+    return "partial", stored.notes.why or "its program did not end it properly; its content is complete"
 
 
 def tracks_document(recording: Recording, *, whole: Container[str] = ()) -> TracksDocument:
     """Return cameras, telemetry and boxes of a recording over time.
 
-    `whole`: names of the streams of which the recorder counted that nothing is missing; they have no drops,
-    however uneven their rate.
+    `whole`: names of the streams that are complete by the recorder's counts; no drops are inferred for them
+    from an uneven rate.
     """
     begin_ns, end_ns = recording.span_ns
     frames = [

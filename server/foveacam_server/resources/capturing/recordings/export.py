@@ -33,7 +33,7 @@ def chosen_format(codec: str | None, target: Path) -> ExportFormat:
 def make_film(
     file: Path, spec: MovieSpec, target: Path, *, form: ExportFormat, progress: Progress
 ) -> FilmFacts:
-    """Make the export and return its facts."""
+    """Make the export and return its description."""
     with Recording(file) as recording:
         filled = replace(spec, show=spec.show or _wide_stream(recording), codec=form.codec or MovieCodec.H264)
         if form.codec is not None:
@@ -59,13 +59,13 @@ def _wide_stream(recording: Recording) -> str:
     wide = recording.stream_of_role(Role.WIDE)
     if wide is None:
         raise InvalidInput(
-            f"export: there is no wide stream; say --show and {', '.join(recording.streams) or 'none'}"
+            f"export: there is no wide stream; give --show and {', '.join(recording.streams) or 'none'}"
         )
     return wide.name
 
 
 def film_table(found: FilmFacts) -> Table:
-    """Return the film's facts as a table."""
+    """Return the description of a film as a table."""
     table = Table(title=found.file)
     table.add_column("what")
     table.add_column("value", justify="right")

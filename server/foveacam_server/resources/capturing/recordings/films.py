@@ -1,4 +1,4 @@
-"""Films and other exports of recordings, and the service that makes them as jobs beside all others.
+"""Exports of recordings, such as films, and the service that makes them as jobs in parallel to all others.
 
 They are stored beside the recordings until the trash is emptied.
 """
@@ -47,7 +47,7 @@ REPORT_EVERY = 25
 
 
 def film_name(spec: FilmRequest) -> str:
-    """Return the name of an export's file: the same export has the same name."""
+    """Return the file name of an export, equal for equal exports."""
     wanted = f"{spec.show} {spec.fps} {spec.start_s} {spec.end_s}"
     if spec.format != "h264" or spec.undistorted:
         wanted += f" {spec.format} {spec.undistorted}"
@@ -56,7 +56,7 @@ def film_name(spec: FilmRequest) -> str:
 
 
 def check_film(recording: Recording, spec: FilmRequest) -> None:
-    """Raise `InvalidInput` for an export that the recording cannot give, or this machine not write."""
+    """Raise `InvalidInput` for an export that the recording lacks data for or this machine cannot write."""
     check_format(FORMATS[spec.format])
     for role in (Role.LEFT, Role.RIGHT) if spec.show in LAYOUTS else (Role(spec.show),):
         stream_of(recording, role)
@@ -70,7 +70,7 @@ def check_film(recording: Recording, spec: FilmRequest) -> None:
 
 
 def movie_spec(recording: Recording, spec: FilmRequest) -> MovieSpec:
-    """Return what the pipeline exports."""
+    """Return the pipeline's specification of an export."""
     return MovieSpec(
         show=spec.show if spec.show in LAYOUTS else stream_of(recording, Role(spec.show)).name,
         fps=spec.fps,
@@ -136,7 +136,7 @@ def film_document(stored: StoredRecording, path: Path) -> FilmDocument:
 
 
 class RecordingLibrary(Protocol):
-    """The recordings, as the film service needs them."""
+    """Access of the film service to the recordings."""
 
     @property
     def collection(self) -> RecordingCollection:
@@ -145,7 +145,7 @@ class RecordingLibrary(Protocol):
 
     @property
     def opened(self) -> OpenRecordings:
-        """The recordings that are open for reading."""
+        """The cache of open recordings."""
         ...
 
     def readable(self, recording_id: str) -> StoredRecording:
@@ -161,7 +161,7 @@ class FilmService:
         self._jobs = jobs
         self._lock = threading.Lock()
         self._encoding: dict[tuple[str, str], threading.Lock] = {}
-        """Of each film that was asked for: two jobs may ask for the same."""
+        """A lock for each requested film, as two jobs may request the same one."""
         clear_unfinished(library.collection)
         jobs.handle(KIND, self._work, parallel=True, at_once=2)
 

@@ -18,13 +18,13 @@ from foveacam_server.resources.capturing.recordings.schema import (
 
 
 def information(file: Path) -> RecordingContents:
-    """Return what a recording file holds; raise `InvalidInput` for another file."""
+    """Return the description of a recording file; raise `InvalidInput` for another file."""
     with Recording(file) as recording:
         return contents_of(recording)
 
 
 def contents_of(recording: Recording) -> RecordingContents:
-    """Return what an open recording holds."""
+    """Return the description of an open recording."""
     first_ns, last_ns = recording.span_ns
     session = recording.metadata.get(SESSION, {})
     return RecordingContents(
@@ -79,7 +79,7 @@ def _rig(recording: Recording) -> RigFacts | None:
 
 def information_shown(found: RecordingContents) -> Group:
     """Return the document as a table."""
-    end = "ended as meant" if found.finalized else "not ended as meant"
+    end = "ended as meant" if found.finalized else "not ended properly"
     if (lost := found.truncated) is not None:
         held = f", among them {lost.lost}" if lost.lost else ""
         end = f"cut off: {lost.reason}; {lost.lost_bytes} bytes lost{held}"

@@ -20,14 +20,14 @@ Name = Annotated[str, Field(max_length=300)]
 
 
 class TrackLayout(RequestModel):
-    """One track of the timeline, in its place; one that is off is not shown in a pane."""
+    """One track of the timeline, in order; a track that is off has no pane."""
 
     name: Name
     on: bool
 
 
 class PlayerLayout(RequestModel):
-    """How the player shows a recording. `panes`: as in the address of a window of views.
+    """Arrangement of the player. `panes`: as in the address of a window of views.
 
     `from_s`, `to_s`: the part of the recording that the timeline shows.
     """
@@ -45,14 +45,14 @@ class PlayerLayout(RequestModel):
 
 
 class LayoutRequest(RequestModel):
-    """An arrangement to keep; `replace`: also over one that cannot be used."""
+    """An arrangement to store; `replace`: also over one that cannot be used."""
 
     layout: PlayerLayout
     replace: bool = False
 
 
 class LayoutDocument(ResponseModel):
-    """The arrangement that is kept. `state`: `none`, `kept`, or why it cannot be used; `why`: in words."""
+    """The stored arrangement. `state`: `none`, `kept`, or why it cannot be used; `why`: in words."""
 
     state: Literal["none", "kept", "unreadable", "of another recording"]
     why: str
@@ -60,7 +60,7 @@ class LayoutDocument(ResponseModel):
 
 
 class _LayoutFile(BaseModel):
-    """`recording`: digest of what the recording holds, so that a layout is not used for another one."""
+    """`recording`: digest of the recording's content, so that a layout is not used for another one."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -84,7 +84,7 @@ def read_layout(stored: StoredRecording) -> LayoutDocument:
 
 
 def write_layout(stored: StoredRecording, change: LayoutRequest) -> LayoutDocument:
-    """Keep an arrangement; raise `InvalidInput` for one that would overwrite a file that is not its own."""
+    """Store an arrangement; raise `InvalidInput` for a foreign or damaged file without `replace`."""
     before = read_layout(stored)
     if before.layout is None and before.state != "none" and not change.replace:
         raise InvalidInput(

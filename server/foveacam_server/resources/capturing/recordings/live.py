@@ -35,12 +35,12 @@ class LiveRecording:
     label: str
     bounds: RecordingBounds
     every: bool
-    """Whether frames come as fast as the rig can deliver them, or at the live views' rate."""
+    """Whether frames are recorded at the rig's full rate instead of the live views' rate."""
     begun_ns: int
     packed: bool = False
     options: RecordingOptions = DEFAULT_OPTIONS
     boxes: Callable[[Frame], list[TrackedBox]]
-    """Returns the followed targets that a wide frame shows."""
+    """Returns the boxes of the followed targets in a wide frame."""
     created_utc: str = field(default_factory=utc_now)
     recorder: Recorder | None = None
     failure: FoveaError | None = None
@@ -67,7 +67,7 @@ class LiveRecording:
 
     @property
     def size_bytes(self) -> int:
-        """Length of the file so far."""
+        """Size of the file so far, bytes."""
         return 0 if self.recorder is None else self.recorder.bytes_written
 
     @property

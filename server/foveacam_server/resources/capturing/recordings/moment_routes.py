@@ -1,4 +1,4 @@
-"""Routes of a recording's moments: its times, its arrangement, frames, stereo pictures and depth."""
+"""Routes of the player: a recording's times, arrangement, frames, stereo pictures and depth."""
 
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
@@ -67,16 +67,16 @@ OrderDep = Annotated[DepthOrder, Depends(_depth_order)]
 StyleQuery = Annotated[AnaglyphName, Query(description="colours of the left and the right glass")]
 QUALITY = 85
 _LASTING = {"Cache-Control": "private, max-age=3600"}
-"""A recording never changes, so a page need not fetch its pictures again."""
+"""Cache header of a recording's pictures, which never change."""
 
 
 @router.get(
     "/{recording_id}/timeline",
-    summary="When every frame was exposed",
+    summary="Exposure times of all frames",
     responses=problems(404, 409),
 )
 def timeline(recording_id: RecordingId, recordings: Provided[RecordingService]) -> TimelineDocument:
-    """Return the moments of all frames, by camera."""
+    """Return the exposure times of all frames, by camera."""
     with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         return moments.timeline_document(recording)
 
@@ -96,23 +96,26 @@ def tracks(recording_id: RecordingId, recordings: Provided[RecordingService]) ->
 
 @router.get(
     "/{recording_id}/layout",
-    summary="How the player was arranged",
+    summary="Stored arrangement of the player",
     responses=problems(404, 409),
 )
 def layout(recording_id: RecordingId, recordings: Provided[RecordingService]) -> LayoutDocument:
-    """Return the arrangement that is kept beside the recording, or why it cannot be used."""
+    """Return the arrangement stored beside the recording, or why it cannot be used."""
     return read_layout(recordings.readable(recording_id))
 
 
 @router.put(
     "/{recording_id}/layout",
-    summary="Keep how the player is arranged",
+    summary="Store the arrangement of the player",
     responses=problems(404, 409, 502),
 )
 def keep_layout(
     recording_id: RecordingId, change: LayoutRequest, recordings: Provided[RecordingService]
 ) -> LayoutDocument:
-    """Keep it beside the recording. One that cannot be used is overwritten with `replace` alone."""
+    """Store the arrangement beside the recording.
+
+    One that cannot be used is overwritten only with `replace`.
+    """
     return write_layout(recordings.readable(recording_id), change)
 
 
@@ -130,7 +133,7 @@ def frames(
         str | None, Query(pattern=r"^-?\d{1,9}$", description="number of a frame; -1 is the last")
     ] = None,
 ) -> MomentDocument:
-    """Return what all cameras saw nearest to a moment, or to a frame of one of them: poses and outlines."""
+    """Return all cameras' frames nearest to a time, or to a frame of one camera, with poses and outlines."""
     if (role is None) != (index is None):
         raise InvalidInput("frames: role and index go together; give both, or t_s alone")
     with recordings.opened.reading(_path(recordings, recording_id)) as recording:
@@ -172,7 +175,7 @@ def anaglyph(
     t_s: Moment = 0.0,
     style: StyleQuery = "red_cyan",
 ) -> Response:
-    """Return both foveae over each other, rectified where poses and calibration were recorded."""
+    """Return both foveae as an anaglyph, rectified where poses and calibration were recorded."""
     pair, look = _pair(recordings, recording_id, t_s)
     return _jpeg(encode_jpeg(moments.anaglyph(pair, look, AnaglyphStyle(style)), quality=QUALITY))
 
@@ -186,11 +189,11 @@ def anaglyph(
 def difference(
     recording_id: RecordingId, recordings: Provided[RecordingService], t_s: Moment = 0.0
 ) -> Response:
-    """Return their difference about middle grey, rectified where poses and calibration were recorded."""
+    """Return left minus right about middle grey, rectified where poses and calibration were recorded."""
     return _jpeg(encode_jpeg(moments.difference(*_pair(recordings, recording_id, t_s)), quality=QUALITY))
 
 
-@router.get("/{recording_id}/depth", summary="Depth of a moment, computed anew", responses=problems(404, 409))
+@router.get("/{recording_id}/depth", summary="Depth of a moment, recomputed", responses=problems(404, 409))
 def depth(
     recording_id: RecordingId,
     recordings: Provided[RecordingService],
@@ -242,7 +245,7 @@ def _path(recordings: RecordingService, recording_id: str) -> FilePath:
 def _pair(
     recordings: RecordingService, recording_id: str, t_s: float
 ) -> tuple[tuple[RecordedFrame, RecordedFrame], tuple[Sighting, Calibration] | None]:
-    """Return both foveae of a moment, and as an observation where they can be rectified."""
+    """Return both foveae's frames at a time, with an observation where they can be rectified."""
     with recordings.opened.reading(_path(recordings, recording_id)) as recording:
         pair = moments.pair_at(recording, t_s)
         try:

@@ -1,4 +1,4 @@
-"""A time of a recording: every camera's nearest frame with its pose and footprint, as documents and pairs."""
+"""A moment of a recording: every camera's nearest frame, pose and footprint, as documents and pairs."""
 
 import math
 
@@ -31,7 +31,8 @@ from foveacam_server.resources.capturing.recordings.schema import (
 )
 
 NEAREST_M, FARTHEST_M = 0.3, 300.0
-"""Limits of the gazes' meeting distance; outside they count as parallel, with footprints at infinity."""
+"""Limits of the distance at which gazes cross; outside, they count as parallel, with footprints at
+infinity."""
 RECTIFIED_SCALE = 0.5
 
 
@@ -118,7 +119,7 @@ def difference(
 
 
 def _same_size(pair: tuple[RecordedFrame, RecordedFrame]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return both frames as RGB, cut to the size that they share."""
+    """Return both frames as RGB, cropped to their common size."""
     left, right = (rgb_picture(frame) for frame in pair)
     height, width = (min(left.shape[axis], right.shape[axis]) for axis in (0, 1))
     return left[:height, :width], right[:height, :width]
@@ -181,8 +182,8 @@ def _footprint(
 ) -> list[tuple[float, float]] | None:
     """Return a fovea's corners (x, y) in the wide picture, px, clockwise; None when they are unknown.
 
-    From the calibration, or, in a recording without one, from the affine stored with the frame, which is for
-    infinity.
+    From the calibration, or, in a recording without one, from the affine transform stored with the frame,
+    which is for infinity.
     """
     calibration = calibration_of(recording)
     if calibration is not None and pose.volts is not None:

@@ -1,4 +1,4 @@
-"""The notes of a recording in a file beside it: id, label, why it ended; it is readable without."""
+"""The notes of a recording in a file beside it: id, label, why it ended; a recording is readable without."""
 
 import hashlib
 import logging

@@ -26,7 +26,7 @@ class _Open:
 
 
 class OpenRecordings:
-    """Gives open recordings to one thread at a time each."""
+    """Cache of open recordings, each lent to one thread at a time."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -48,7 +48,7 @@ class OpenRecordings:
             return any(key[0] == path for key in self._open)
 
     def forget(self, path: Path) -> None:
-        """Close a recording that is removed, if it is open, so that its disk room is freed."""
+        """Close a removed recording, if it is open, so that its disk space is freed."""
         with self._lock:
             gone = [self._open.pop(key) for key in list(self._open) if key[0] == path]
         for entry in gone:

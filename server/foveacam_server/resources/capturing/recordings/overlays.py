@@ -1,4 +1,4 @@
-"""What stands over the wide picture of a recording: boxes of targets, and where the gazes cross."""
+"""Overlays of a recording's wide picture: boxes of targets, and the point where the gazes cross."""
 
 import math
 
@@ -13,11 +13,11 @@ from foveacam_pipeline.geometry.angles import angles_from_rays, angles_from_tan
 from foveacam_server.resources.capturing.recordings.schema import RecordedBox
 
 BOX_AGE_NS = 250_000_000
-"""A box is shown with a wide frame that is at most so long before or after it: targets take turns."""
+"""Largest time between a box and the wide frame with which it is shown: targets are tracked in turn."""
 
 
 def wide_boxes(recording: Recording, t_ns: int) -> list[RecordedBox]:
-    """Return the boxes of the targets about the wide frame nearest to a time, px of that frame."""
+    """Return the boxes of the targets near the wide frame that is nearest to a time, px of that frame."""
     wide = recording.stream_of_role(Role.WIDE)
     if wide is None or len(wide) == 0:
         return []
@@ -27,7 +27,7 @@ def wide_boxes(recording: Recording, t_ns: int) -> list[RecordedBox]:
         if box.bbox_px is None:
             continue
         x, y, width, height = box.bbox_px
-        if not _is_ours(recording):  # theirs lie in the undistorted picture
+        if not _is_ours(recording):  # the authors' boxes are in the undistorted picture
             moved = distorted_px(recording, np.array([[x + width / 2.0, y + height / 2.0]]))[0]
             x, y = float(moved[0]) - width / 2.0, float(moved[1]) - height / 2.0
         found.append(
@@ -44,7 +44,7 @@ def wide_boxes(recording: Recording, t_ns: int) -> list[RecordedBox]:
 
 
 def wide_pixel(recording: Recording, point_m: NDArray[np.float64]) -> tuple[float, float] | None:
-    """Return the raw wide px of a point (3,) m of the rig frame; None where the lens is not known."""
+    """Return the raw wide px of a point (3,) m, rig frame; None where the lens is unknown."""
     lens = recording.wide_lens
     if lens is None:
         return None
@@ -64,9 +64,9 @@ def distorted_px(recording: Recording, undistorted_px: NDArray[np.float64]) -> N
 
 
 def crossing_of_angles(recording: Recording, left: FramePose, right: FramePose) -> NDArray[np.float64] | None:
-    """Return where gazes of recorded angles cross, (3,) m; None without angles or baseline, or in front.
+    """Return where gazes of recorded angles cross, (3,) m; None without them or if they do not.
 
-    The eyes stand at half the baseline on either side (Sec. 3.2).
+    The eyes are at half the baseline on either side (Sec. 3.2).
     """
     recorded = read_wide_lens(recording.metadata)
     baseline_m = None if recorded is None else recorded[1]

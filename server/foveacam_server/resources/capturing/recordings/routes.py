@@ -61,7 +61,10 @@ async def create(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Begin a recording as a job. It moves nothing and holds nothing: other work goes on, and is recorded."""
+    """Begin a recording as a job.
+
+    It does not move or reserve the rig: other work goes on, and is recorded.
+    """
     job = await run_in_threadpool(recordings.start, request, idempotency_key=idempotency_key)
     return await job_answer(jobs, job, prefer=prefer, result=recordings.get)
 
@@ -72,7 +75,7 @@ def every(
     text: Annotated[str, Query(max_length=200, description="words of name, label, id or state")] = "",
     removed: Annotated[Literal["true", "false"], Query(description="those in the trash")] = "false",
 ) -> list[RecordingDocument]:
-    """Return all recordings, or those that hold every word of `text`."""
+    """Return all recordings, or those that contain every word of `text`."""
     return recordings.search(text=text, removed=removed == "true")
 
 
@@ -82,7 +85,7 @@ def name(
     wanted: Annotated[str, Query(alias="name", max_length=1000)] = "",
     numbered: Annotated[Literal["true", "false"], Query(description="with the next free number")] = "true",
 ) -> NameDocument:
-    """Return the name with its number, and whether something can be recorded under it now."""
+    """Return the name with its number, and whether a recording of that name can be made now."""
     return recordings.name_of(wanted, numbered=numbered == "true")
 
 
@@ -95,13 +98,13 @@ def formats() -> list[FormatDocument]:
 @router.delete("/trash", summary="Empty the trash")
 @needs(Right.ADMINISTER)
 def empty_trash(recordings: Provided[RecordingService]) -> TrashEmptied:
-    """Delete for good what was removed, and the films made of it."""
+    """Delete the recordings in the trash for good, with their films."""
     return TrashEmptied(deleted=recordings.collection.empty_trash())
 
 
 @router.get("/{recording_id}", summary="One recording", responses=problems(404))
 def one(recording_id: RecordingId, recordings: Provided[RecordingService]) -> RecordingDocument:
-    """Return one recording; while it is being made, with its counts so far."""
+    """Return one recording; in progress, with its counts so far."""
     return recordings.get(recording_id)
 
 
@@ -113,7 +116,7 @@ def one(recording_id: RecordingId, recordings: Provided[RecordingService]) -> Re
 def patch(
     recording_id: RecordingId, change: RecordingPatch, recordings: Provided[RecordingService]
 ) -> RecordingDocument:
-    """Change its label."""
+    """Change a recording's label."""
     return recordings.edit(recording_id, label=change.label)
 
 
@@ -124,17 +127,17 @@ def patch(
     responses=problems(404, 409, 502),
 )
 def remove(recording_id: RecordingId, recordings: Provided[RecordingService]) -> None:
-    """Move it to the trash, from which it can be restored."""
+    """Move a recording to the trash, from which it can be restored."""
     recordings.remove(recording_id)
 
 
 @router.post(
     "/{recording_id}/restore",
-    summary="Take a recording out of the trash",
+    summary="Restore a recording from the trash",
     responses=problems(404, 502),
 )
 def restore(recording_id: RecordingId, recordings: Provided[RecordingService]) -> RecordingDocument:
-    """Undo its removal."""
+    """Restore a recording from the trash."""
     return recordings.restore(recording_id)
 
 
@@ -144,7 +147,7 @@ def restore(recording_id: RecordingId, recordings: Provided[RecordingService]) -
     responses=problems(404),
 )
 def stop(recording_id: RecordingId, recordings: Provided[RecordingService]) -> RecordingDocument:
-    """End it, and answer when its file is complete; one that has ended stays as it is."""
+    """End a recording; returns when its file is complete. No effect on one that has ended."""
     return recordings.stop(recording_id)
 
 
@@ -155,7 +158,7 @@ def stop(recording_id: RecordingId, recordings: Provided[RecordingService]) -> R
     responses={**stored_file_responses("application/octet-stream"), **problems(409)},
 )
 def download(recording_id: RecordingId, recordings: Provided[RecordingService]) -> StoredFile:
-    """Send the file as it is, or the part that a Range header asks for."""
+    """Send the unchanged file, or the part that a Range header asks for."""
     path = recordings.readable(recording_id).path
     if not path.exists():
         found, remedy = "its bytes are in the archive alone", "fetch it first"
@@ -181,7 +184,7 @@ async def make_film(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Queue a film as a job; the same one is not made twice."""
+    """Queue a film as a job; an existing equal film is reused."""
     job = await run_in_threadpool(
         recordings.films.start, recording_id, request, idempotency_key=idempotency_key
     )

@@ -22,7 +22,7 @@ class RecordingRequest(RequestModel):
     """The cameras to record, for how long, and the name."""
 
     name: Annotated[str, Field(max_length=1000)]
-    """Becomes a file: up to 100 letters, digits, spaces, dots, dashes and underscores."""
+    """Name of the file: up to 100 letters, digits, spaces, dots, dashes and underscores."""
     roles: Annotated[list[RoleName], Field(min_length=1, max_length=3)] = Field(
         default=["wide", "left", "right"]
     )
@@ -34,11 +34,11 @@ class RecordingRequest(RequestModel):
     """`full`: look after look, with the wide camera's frames between them; `live`: what live views show."""
     label: Text = ""
     numbered: bool = False
-    """Whether a number follows the name: the first free one, of four digits."""
+    """Whether to append the first free number of four digits to the name."""
     compress: bool = False
-    """Each frame by zlib, without loss; it may not keep up at the full rate."""
+    """Compress each frame losslessly by zlib; may be too slow for the full rate."""
     packed: bool = False
-    """Grey of twelve bits in three bytes for two pixels."""
+    """Pack grey pixels of twelve bits: two pixels in three bytes."""
 
 
 class NameDocument(ResponseModel):
@@ -56,7 +56,7 @@ class RecordingPatch(RequestModel):
 
 
 class StreamCounts(ResponseModel):
-    """What the recorder counted of one stream; None where an older recorder did not count it."""
+    """The recorder's counts of one stream; None where an older recorder did not count."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -94,7 +94,7 @@ class RecordedStreamDocument(ResponseModel):
 
 
 class TruncationDocument(ResponseModel):
-    """A recording that was cut off: how much was lost after its last complete record, and why."""
+    """Loss of a recording that was cut off: bytes after its last complete record, and the reason."""
 
     at_byte: int
     lost_bytes: int
@@ -117,7 +117,7 @@ class StreamFacts(ResponseModel):
 
 
 class RigFacts(ResponseModel):
-    """The rig that a file names."""
+    """The rig named in a file."""
 
     rig_id: str
     name: str
@@ -127,7 +127,7 @@ class RigFacts(ResponseModel):
 
 
 class RecordingContents(ResponseModel):
-    """What a recording's file holds; `slots`: names of the tracked boxes."""
+    """Description of a recording's file; `slots`: names of the tracked boxes."""
 
     file: str
     bytes: int
@@ -154,11 +154,9 @@ class RecordedFile(ResponseModel):
 class RecordingDocument(ResponseModel):
     """One recording. `why`: what ended it early. `playable`: whether it has frames to show.
 
-    `ended`: the cause of its end; null while it is made, and when unknown. While it is made, `left_s`: time
-    until it ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that
-    lasts at its rate.
-
-    `truncated`: what was cut off; the rest is found by reading the file through and is complete.
+    `ended`: the cause of its end; null in progress, and when unknown. In progress, `left_s`: time until it
+    ends by itself; `room_bytes`: free space on the disk beyond the reserve, `room_s`: how long that lasts at
+    its rate. `truncated`: what was cut off; the rest was recovered by scanning the file and is complete.
     """
 
     id: str
@@ -201,9 +199,9 @@ class TimelineStream(ResponseModel):
 class TrackDocument(ResponseModel):
     """One channel of a recording over time, seconds from its begin.
 
-    `runs`: first and last message of each; between two runs nothing came. `drops`: messages before and after
-    an interval in a run that lacks some, and how many by the period; none where a stream keeps no period, and
-    none where the recorder counted that nothing is missing.
+    `runs`: first and last message of each run; between two runs there is no message. `drops`: messages before
+    and after an interval in a run that lacks some, and how many by the period; none for a stream without a
+    period, or one that is complete by the recorder's counts.
     """
 
     name: str
@@ -216,7 +214,7 @@ class TrackDocument(ResponseModel):
 
 
 class TracksDocument(ResponseModel):
-    """All channels of a recording over time, told from its index alone."""
+    """All channels of a recording over time, from its index alone."""
 
     duration_s: float
     recorded: str | None
@@ -251,7 +249,7 @@ class RecordedFrameDocument(ResponseModel):
 
 
 class RecordedBox(ResponseModel):
-    """The box of a followed target in the wide picture; `late_ms`: how long after its frame it was found."""
+    """The box of a followed target in the wide picture; `late_ms`: latency of its detection."""
 
     slot: str
     x_px: float
@@ -307,11 +305,11 @@ class FormatDocument(ResponseModel):
 
 
 class FilmRequest(RequestModel):
-    """A film of one camera, of both foveae side by side or as an anaglyph; or of a part of it.
+    """Request of an export: one camera, or both foveae side by side or as an anaglyph; whole or a part.
 
     `format`: `png` gives a ZIP of pictures with their times, `npy` an array of one camera's pixels at full
-    depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: the wide camera
-    alone.
+    depth. `fps`: resampled in time; null: every frame, at the recorded rate. `undistorted`: for the wide
+    camera only.
     """
 
     show: Show = "wide"
@@ -323,7 +321,7 @@ class FilmRequest(RequestModel):
 
 
 class FilmOrder(FilmRequest):
-    """A film as its job stores it."""
+    """A film's request as stored with its job."""
 
     recording_id: str
 

@@ -65,10 +65,10 @@ _log = logging.getLogger(__name__)
 KIND = "recording"
 ID_PREFIX = "rec-"
 CHECK_S = 0.1
-"""Interval at which the job checks whether it shall or must end: well within 2 s of a disk's failure."""
+"""Interval at which the job checks whether to end: well within 2 s of a disk's failure."""
 REPORT_PERIOD_NS = 5_000_000_000
 STOP_WAIT_S = 40.0
-"""Longest wait of `stop` for the end of the file; the recorder gives up sooner."""
+"""Timeout of `stop` for the completion of the file; the recorder's own timeout is shorter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,11 +87,11 @@ class RecordingTools:
     free_bytes: Callable[[Path], int] = free_bytes
     """Returns the free space on the disk of a folder."""
     folders: Sequence[Path] = ()
-    """Folders from which recordings are opened, besides the data directory's own."""
+    """Further folders from which recordings are opened, besides that of the data directory."""
 
 
 class RecordingService:
-    """All that REST offers of the recordings of this data directory.
+    """The recordings of this data directory: make, list, change, remove.
 
     One is made at a time; it does not reserve the rig.
     """
@@ -110,13 +110,13 @@ class RecordingService:
         )
 
     def close(self) -> None:
-        """Close the files that are open for reading; after the jobs have ended."""
+        """Close the files that are open for reading; call after the jobs have ended."""
         self.opened.close()
 
     # Recording ---------------------------------------------------------------------------------------------
 
     def start(self, request: RecordingRequest, *, idempotency_key: str | None = None) -> Job:
-        """Start a recording; raise at once what it could not do now."""
+        """Start a recording; raise at once where it cannot be made now."""
         jobs = self._tools.jobs
         with self._lock:
             if jobs.has_key(idempotency_key):
@@ -157,7 +157,7 @@ class RecordingService:
         return job
 
     def name_of(self, name: str, *, numbered: bool) -> NameDocument:
-        """Return the name that a recording would get, and why it could not be recorded."""
+        """Return the name that a recording would get, and why none could be made now, if so."""
         try:
             self.collection.check_writable()
             path = self.collection.new_file(name, numbered=numbered)
@@ -176,7 +176,7 @@ class RecordingService:
     def _report_import(self, stored: StoredRecording) -> None:
         self._emit("recording.imported", f"recording {stored.name} was added", stored.id)
 
-    # What lies on the disk --------------------------------------------------------------------------------
+    # Recordings on the disk ------------------------------------------------------------------------------
 
     def search(self, *, text: str = "", removed: bool = False) -> list[RecordingDocument]:
         """Return recordings whose name, label, id or state contains all words of `text`, newest first.
@@ -207,7 +207,7 @@ class RecordingService:
         return self.opened.is_open(self.collection.get(recording_id).path)
 
     def readable(self, recording_id: str) -> StoredRecording:
-        """Return a recording that has ended and can be read; raise Busy or InvalidInput for another."""
+        """Return a recording that has ended and can be read; raise Busy or InvalidInput otherwise."""
         live = self._current()
         if live is not None and live.id == recording_id:
             raise Busy(
@@ -225,10 +225,10 @@ class RecordingService:
         """Change the label, also while it is being made."""
         live = self._current()
         if live is not None and live.id == recording_id:
-            live.label = label  # written when it ends
+            live.label = label  # written to its notes when it ends
         else:
             self.collection.set_label(self.collection.get(recording_id), label=label)
-        self.report_update(recording_id, "a recording was described anew")
+        self.report_update(recording_id, "the label of a recording was changed")
         return self.get(recording_id)
 
     def remove(self, recording_id: str) -> None:
@@ -242,7 +242,7 @@ class RecordingService:
         self._emit("recording.removed", f"recording {kept.name} is in the trash", recording_id)
 
     def restore(self, recording_id: str) -> RecordingDocument:
-        """Take a recording out of the trash."""
+        """Restore a recording from the trash."""
         kept = self.collection.restore(recording_id)
         self.report_update(recording_id, f"recording {kept.name} is out of the trash")
         return self.get(recording_id)
@@ -258,7 +258,7 @@ class RecordingService:
             live = self._live
         if live is None or live.job_id != context.job.id:
             raise AssertionError("a recording is begun under the lock that it is known by")
-        ended, why = EndCause.FAILED, "an error that nobody foresaw; the cause is in the server's log"
+        ended, why = EndCause.FAILED, "an unexpected error; the cause is in the server's log"
         try:
             ended = self._record(context, live)
             why = early_end_message(live.path) if ended is EndCause.DISK_RESERVE else ""
@@ -271,7 +271,7 @@ class RecordingService:
         return f"{URL}/{live.id}"
 
     def _record(self, context: JobContext, live: LiveRecording) -> EndCause:
-        """Record until the end and return its cause; raise what made it fail."""
+        """Record until the end and return its cause; raise the error that made it fail."""
         live.recorder = recorder = _create_file(live)
         try:
             with (
@@ -306,7 +306,7 @@ class RecordingService:
         context.progress(round(elapsed_s), total=_whole(longest_s), note=live.summary(), left_s=left_s)
 
     def _end(self, live: LiveRecording, *, ended: EndCause, why: str) -> None:
-        """Write the notes of its end and emit an event; a full disk may not take the notes either."""
+        """Write the notes of its end, which may fail on a full disk, and emit an event."""
         counts = {stream: counts_of(found) for stream, found in live.statistics.items()}
         notes = RecordingNotes(
             id=live.id,
@@ -317,7 +317,7 @@ class RecordingService:
             statistics=counts,
         )
         try:
-            if live.recorder is not None:  # else there is no file
+            if live.recorder is not None:  # otherwise there is no file
                 write_notes(live.path, notes)
         except FoveaError as error:
             _log.warning("recording %s: its notes could not be written: %s", live.name, error)
@@ -332,7 +332,7 @@ class RecordingService:
     # Helpers -----------------------------------------------------------------------------------------------
 
     def _current(self) -> LiveRecording | None:
-        """Return the recording that is being made; a job that was cancelled before it began leaves none."""
+        """Return the recording in progress; None also after its job was cancelled while queued."""
         live = self._live
         if live is None or self._tools.jobs.get(live.job_id).state.ended:
             return None

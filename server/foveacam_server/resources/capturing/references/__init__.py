@@ -1,1 +1,1 @@
-"""Reference depth of captures over the rail's long baselines."""
+"""References: depth of captures over the rail's long baselines, to evaluate the rig's own depth."""

@@ -1,6 +1,6 @@
 """Make one reference over long baselines in a child process: `python -m` this module.
 
-It may be killed at any time; the dataset then has its former reference.
+It may be killed at any time; the dataset then keeps its former reference.
 """
 
 import sys
@@ -10,7 +10,7 @@ from foveacam_server.foundation.child_work import StdoutProgress, run_child
 from foveacam_server.resources.capturing.references.schema import ReferenceRequest
 
 COSTS = {"depth of the pairs": 2.0, "views from other places": 3.0, "matching over long baselines": 3.0}
-"""Relative duration of a pair's steps; measured at full resolution over three stops."""
+"""Relative durations of a pair's steps, for the progress; measured at full resolution over three stops."""
 
 
 def make(dataset: Path, request: ReferenceRequest) -> None:

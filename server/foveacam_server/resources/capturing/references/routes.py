@@ -29,7 +29,7 @@ router = GuardedRouter(
 
 
 class StoredCaptures(Protocol):
-    """The collection of captures."""
+    """Access of the routes to the stored captures."""
 
     def get(self, capture_id: str) -> StoredCapture:
         """Return one capture; raise `NotFound`."""
@@ -37,7 +37,7 @@ class StoredCaptures(Protocol):
 
 
 class CaptureSource(Protocol):
-    """The service of captures."""
+    """The service that holds the collection of captures."""
 
     @property
     def collection(self) -> StoredCaptures:
@@ -66,7 +66,7 @@ async def make(
     prefer: PreferHeader = None,
     idempotency_key: IdempotencyHeader = None,
 ) -> JSONResponse:
-    """Queue it as a job that leaves the rig free; refuse at once what the capture's index rules out.
+    """Queue a reference as a job without the rig; refuse at once one that the capture's index rules out.
 
     An older reference of the capture stays until the new one is finished.
     """
@@ -78,13 +78,13 @@ async def make(
 
 @router.get("", summary="A capture's reference", response_model=ReferenceDocument, responses=problems(404))
 def one(capture_id: CaptureId, references: Provided[ReferenceService]) -> ReferenceDocument:
-    """Return its figures and files, the progress of its job, or why there can be none."""
+    """Return the reference's figures and files, its job's progress, or why none is possible."""
     return references.get(capture_id)
 
 
 @router.delete("", status_code=204, summary="Remove a capture's reference", responses=problems(404, 409, 502))
 def remove(capture_id: CaptureId, references: Provided[ReferenceService]) -> None:
-    """Remove its files; the capture stays."""
+    """Remove the files of the reference; the capture stays."""
     references.remove(capture_id)
 
 
@@ -108,7 +108,7 @@ def picture(
     responses=file_responses("text/csv"),
 )
 def samples(capture_id: CaptureId, captures: Provided[CaptureSource]) -> Response:
-    """Return one row a sample: its position, its depth by the rig and by the reference, their errors."""
+    """Return one row per sample: position, depth by the rig and by the reference, and their errors."""
     return _sent(captures, capture_id, REFERENCE_SAMPLES)
 
 

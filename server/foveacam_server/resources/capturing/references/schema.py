@@ -11,10 +11,11 @@ Place = tuple[float, float, float]
 
 
 class ReferenceRequest(RequestModel):
-    """What to measure. `scan`: whose depth is compared; null: the scan nearest to the middle.
+    """Settings of a reference.
 
-    `bracket`: which exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of
-    a position on the rail; 0: exact.
+    `scan`: that whose depth is compared; null: the scan nearest to the middle. `bracket`: index of the
+    exposure. `across`: samples over the width of a view. `rail_sigma_m`: standard error of a position on the
+    rail; 0: exact.
     """
 
     scan: Index | None = None
@@ -47,9 +48,9 @@ class FoundStop(ResponseModel):
 
 
 class ReferenceDepthRange(ResponseModel):
-    """Samples of a range of depths, the rig's own baseline against the reference.
+    """Comparison in a range of depths, the rig's own baseline against the reference.
 
-    `expected_*`: error of either baseline's depth if the disparity's error is equal over all depths.
+    `expected_*`: error of either baseline's depth for a disparity error that is equal at all depths.
     """
 
     from_m: float
@@ -111,7 +112,7 @@ class MadeReference(ResponseModel):
 
 
 class ReferenceDocument(ResponseModel):
-    """The state of a capture's reference, or why there can be none. `stops`: known positions on the rail.
+    """The state of a capture's reference, or why none is possible. `stops`: known positions on the rail.
 
     `outdated`: points were added to the capture since.
     """

@@ -40,7 +40,7 @@ PROCESS = "foveacam_server.resources.capturing.references.process"
 
 
 class ReferenceService:
-    """All that REST offers of the references of this data directory's captures."""
+    """The references of this data directory's captures: compute, describe, remove."""
 
     def __init__(self, tools: DerivedProductTools) -> None:
         self._captures = tools.captures
@@ -56,7 +56,7 @@ class ReferenceService:
         )
 
     def get(self, capture_id: str) -> ReferenceDocument:
-        """Return a capture's reference, its progress, or why there can be none; raise NotFound."""
+        """Return a capture's reference, its progress, or why none is possible; raise NotFound."""
         kept = self._captures.collection.get(capture_id)
         job, made = self._making.running_job(capture_id), _read_made(kept)
         places_m = {} if kept.dataset is None else rail_positions_m(kept.dataset)
@@ -100,7 +100,7 @@ class ReferenceService:
         reference_basis(self._making.ended_dataset(kept), scan=request.scan, bracket=request.bracket)
 
     def _refusal(self, kept: StoredCapture) -> Problem | None:
-        """Return why the capture can have no reference at all."""
+        """Return why no reference of the capture is possible at all."""
         try:
             self._check(kept, ReferenceRequest())
         except FoveaError as error:
@@ -116,7 +116,7 @@ def reference_url(capture_id: str) -> str:
 def reference_file(stored: StoredCapture, name: str) -> bytes:
     """Return one file of a capture's reference or raise `NotFound`; `name` must not come from a request."""
     try:
-        return (stored.folder / REFERENCE / name).read_bytes()  # whole: it may be removed at any moment
+        return (stored.folder / REFERENCE / name).read_bytes()  # whole now: it may be removed at any moment
     except FileNotFoundError:
         raise NotFound(
             f"capture {stored.id} has no reference",

@@ -1,1 +1,1 @@
-"""How long captures, recordings and stills are kept, and what goes to the trash then."""
+"""Retention: rules by age and size that move captures, recordings and stills to the trash."""

@@ -1,4 +1,4 @@
-"""Routes of retention: what the rules would remove, and removing it."""
+"""Routes of retention: preview what the rules would remove, and remove it."""
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
@@ -24,5 +24,5 @@ def show(retention: Provided[RetentionService]) -> RetentionPreview:
     "", summary="Move it to the trash, or delete it where its kind has none", responses=problems(404, 409)
 )
 def apply(request: RetentionRequest, retention: Provided[RetentionService]) -> RetentionApplied:
-    """Remove exactly what a preview named, by its digest; nothing, when something changed meanwhile."""
+    """Remove exactly the items of a preview, by its digest; nothing when something changed meanwhile."""
     return retention.apply(request.digest)

@@ -26,7 +26,7 @@ GB = 1_000_000_000
 
 
 class RetainedDocument(Protocol):
-    """One that is kept, as the rules see it."""
+    """An item to which the rules apply."""
 
     @property
     def id(self) -> str:
@@ -40,12 +40,12 @@ class RetainedDocument(Protocol):
 
     @property
     def label(self) -> str:
-        """Its label; one that has a label is kept always."""
+        """Its label; an item with a label is never removed."""
         ...
 
     @property
     def created_utc(self) -> str | None:
-        """When it was made; one of unknown age is kept always."""
+        """When it was made; an item of unknown age is never removed."""
         ...
 
     @property
@@ -56,7 +56,7 @@ class RetainedDocument(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RetentionSource:
-    """One kind: returns all of it, says whether one is in use, moves one to the trash.
+    """Source of one kind of items: lists them, knows which are in use, moves one to the trash.
 
     `for_good`: the kind has no trash, and `remove` deletes.
     """
@@ -71,7 +71,7 @@ Sources = Mapping[RetainedKind, RetentionSource]
 
 
 class RetainedLooks(Protocol):
-    """The fixations and clouds of a data directory, and which of those that were read last are in use."""
+    """Lists fixations and clouds of a data directory; which are in use is known of those listed last."""
 
     def fixations(self) -> Sequence[RetainedDocument]:
         """Return all fixations."""
@@ -112,7 +112,7 @@ def read_rules(data: Path) -> RetentionRules:
     except FileNotFoundError:
         return RetentionRules()
     except (OSError, ValueError) as error:
-        raise InvalidInput(f"{path} cannot be read ({error}); mend it or remove it") from error
+        raise InvalidInput(f"{path} cannot be read ({error}); correct it or remove it") from error
     try:
         if set(found) - {"retention"}:
             raise InvalidInput(f"{path}: it has other tables than [retention]; remove them")
@@ -136,7 +136,7 @@ def preview(data: Path, sources: Sources) -> RetentionPreview:
 
 
 def _due(kind: RetainedKind, source: RetentionSource, rule: RetentionRule) -> list[DueItem]:
-    """Return those of a kind that are too old, or beyond its size, the newest counted first."""
+    """Return the items of a kind that are too old or beyond its size limit, counted from the newest."""
     if rule.keep_days is None and rule.keep_gb is None:
         return []
     found, counted_bytes = list[DueItem](), 0

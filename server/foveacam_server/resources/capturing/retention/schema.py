@@ -10,7 +10,7 @@ RetainedKind = Literal["captures", "recordings", "stills", "clouds", "fixations"
 
 
 class RetentionRule(ResponseModel):
-    """How much of a kind is kept: none older than `keep_days`, and the newest up to `keep_gb`; null: all."""
+    """Limits of a kind: keep none older than `keep_days`, and the newest up to `keep_gb`; null: no limit."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -43,7 +43,7 @@ class RetentionRules(ResponseModel):
 
 
 class DueItem(ResponseModel):
-    """One that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted."""
+    """An item that the rules would remove, and why; `for_good`: its kind has no trash, it is deleted."""
 
     kind: RetainedKind
     id: str
@@ -55,7 +55,10 @@ class DueItem(ResponseModel):
 
 
 class RetentionPreview(ResponseModel):
-    """What the rules would remove now; `digest`: stands for exactly that. `file`: the rules'."""
+    """Preview of what the rules would remove now; `digest`: identifies exactly these items.
+
+    `file`: of the rules.
+    """
 
     file: str
     rules: RetentionRules
@@ -65,13 +68,13 @@ class RetentionPreview(ResponseModel):
 
 
 class RetentionRequest(RequestModel):
-    """Which preview to carry out: its digest."""
+    """Digest of the preview to carry out."""
 
     digest: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class RetentionApplied(ResponseModel):
-    """What was moved to the trash, or deleted for good."""
+    """The items moved to the trash or deleted for good."""
 
     items: list[DueItem]
     size_bytes: int

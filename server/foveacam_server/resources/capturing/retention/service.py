@@ -1,4 +1,4 @@
-"""Applies the rules of retention: what a preview named, and once an hour where they are automatic."""
+"""Applies the rules of retention: on request as previewed, and once an hour where they are automatic."""
 
 import threading
 from pathlib import Path
@@ -12,7 +12,7 @@ PERIOD_S = 3600.0
 
 
 class RetentionService:
-    """The rules of a data directory over its collections."""
+    """Applies the rules of a data directory to its collections."""
 
     def __init__(self, data: Path, sources: Sources) -> None:
         self._data, self._sources = data, sources
@@ -32,7 +32,7 @@ class RetentionService:
         return preview(self._data, self._sources)
 
     def apply(self, digest: str) -> RetentionApplied:
-        """Remove exactly what a preview named; raise EditedMeanwhile for an older preview."""
+        """Remove exactly the items of a preview; raise EditedMeanwhile for an outdated one."""
         with self._lock:
             found = self.preview()
             if found.digest != digest:

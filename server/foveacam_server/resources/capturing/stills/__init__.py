@@ -1,1 +1,1 @@
-"""Stills: taken where the mirrors point, held until they are saved or discarded."""
+"""Stills: stacks of frames at the mirrors' present pose, held until they are kept or discarded."""

@@ -26,7 +26,7 @@ def still(
         typer.Option(help="press the button of a running server, such as http://127.0.0.1:8000"),
     ] = None,
 ) -> None:
-    """Take a stack of every camera where the mirrors stand: at rest, unless a server has the rig."""
+    """Take a stack of every camera at the mirrors' present pose: at rest, unless a server has the rig."""
     from foveacam_server.resources.capturing.stills.cli_run import StillOrder, run_order
 
     order = StillOrder.checked(

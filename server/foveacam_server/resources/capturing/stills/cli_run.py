@@ -26,7 +26,7 @@ WAIT_S = 60.0
 
 
 def take_on_server(server: str, request: StillRequest, *, token: SecretStr | None) -> "models.StillDocument":
-    """Let a server take a still and return it; raise the server's problem as an error."""
+    """Take a still on a server and return it; raise the server's problem as an error."""
     from foveacam_client import models
 
     order = models.StillRequest.model_validate(request.as_json())
@@ -91,7 +91,7 @@ class _SilentWatcher(SilentProgress):
 
 
 def run_order(rig_options: RigOptions, order: StillOrder, *, server: str | None) -> None:
-    """Take and print the still; when a camera stalled, store the other frames and raise its error."""
+    """Take and print a still; when a camera stalls, store the other frames and raise its error."""
     if server is not None:
         found = take_on_server(server, order.request(), token=rig_options.settings.token)
         _print_still(found, as_json=rig_options.as_json)
@@ -104,7 +104,7 @@ def run_order(rig_options: RigOptions, order: StillOrder, *, server: str | None)
 
 def _take_on_own_rig(rig_options: RigOptions, order: StillOrder) -> tuple[StillDocument, FoveaError | None]:
     from foveacam_server.commands.calibration_data import (
-        open_data,  # SciPy and the database: not for a server's
+        open_data,  # imports SciPy and the database, not needed with --server
     )
     from foveacam_server.commands.rig import OwnRig, RigChoice, open_enabled_rig
 
@@ -118,7 +118,7 @@ def _take_on_own_rig(rig_options: RigOptions, order: StillOrder) -> tuple[StillD
         write_still(folder, still, data.calibration.current, labels)
         found = stills.keep(still_id)
         return StillDocument.of(found), still.missing_error(
-            kept=f"what came is kept in {found.stored.folder}"
+            kept=f"the frames so far are in {found.stored.folder}"
         )
 
 

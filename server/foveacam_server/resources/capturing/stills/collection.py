@@ -1,4 +1,4 @@
-"""The stills of a data directory: held ones that wait for a decision, kept ones, and the trash.
+"""The stills of a data directory: held (waiting for a decision), kept, and in the trash.
 
 Their pictures are drawn on request and cached on the disk.
 """
@@ -76,7 +76,7 @@ class StillCollection:
         raise NotFound(f"there is no still {still_id}; see {URL} for those there are", asked=still_id)
 
     def read(self, still_id: str, read: Callable[[StoredStill], T]) -> T:
-        """Return what `read` returns of a still; read again where it was kept, and so moved, meanwhile."""
+        """Return `read` of a still; read again if the still was moved meanwhile because it was kept."""
         found = self.get(still_id)
         try:
             return read(found)
@@ -141,11 +141,11 @@ class StillCollection:
 
     @property
     def drawn(self) -> DatasetCollection:
-        """The collection of the kept stills, with the folders of drawn pictures."""
+        """The kept stills, with the folders of drawn pictures."""
         return self._kept
 
     def _free_name(self, wanted: str) -> str:
-        """Return the name, with a number after it if it is used."""
+        """Return the name, with a number appended if it is used."""
         taken = {
             found.stored.name for state in (StillState.HELD, StillState.KEPT) for found in self.every(state)
         }
@@ -155,7 +155,7 @@ class StillCollection:
         return name
 
     def _clear_leftovers(self) -> None:
-        """Delete the empty stills of killed programs; nobody knows of them."""
+        """Delete the empty stills that killed programs left."""
         for found in self.every(StillState.HELD):
             dataset, folder = found.stored.dataset, found.stored.folder
             if dataset is not None and not len(dataset) and not is_being_written(folder):
@@ -177,7 +177,7 @@ def still_picture(
     path = collection.pictures(found.stored.id) / name
     if path.exists():
         return path
-    if whole is not None:  # it is in the archive alone
+    if whole is not None:  # its files are only in the archive
         content = memoryview(read_stored(found.stored.folder, whole))
     else:
         taken = point.stacked(camera) if frame is None else point.frame(camera, stack=frame)
@@ -189,7 +189,7 @@ def still_picture(
 
 
 def _stored_file(point: DatasetPoint, camera: Role, *, form: str, frame: int | None) -> str | None:
-    """Return the still's own file that is this picture; None without one."""
+    """Return the still's stored file of this picture; None without one."""
     files = [stored for stored in point.frames if stored.role is camera]
     wanted = [stored for stored in files if stored.stack == frame] if frame is not None else files
     if form == PREVIEW or len(wanted) != 1:

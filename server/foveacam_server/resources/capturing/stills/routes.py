@@ -67,7 +67,7 @@ async def create(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Queue a still as a job. Where a camera stalls the job fails and names it; what came is held."""
+    """Queue a still as a job. If a camera stalls, the job fails and names it; the frames so far are held."""
     lease.check(x_lease)
     job = await run_in_threadpool(stills.start, request, idempotency_key=idempotency_key)
     return await job_answer(jobs, job, prefer=prefer, result=stills.get)
@@ -79,14 +79,14 @@ def every(
     text: Annotated[str, Query(max_length=200, description="words of name, label or id")] = "",
     state: Annotated[StateName, Query(description="held: neither kept nor discarded")] = "kept",
 ) -> list[StillDocument]:
-    """Return all stills of one state, or those that hold every word of `text`."""
+    """Return all stills of one state, or those that contain every word of `text`."""
     return stills.search(text=text, state=StillState(state))
 
 
 @router.delete("/trash", summary="Empty the trash")
 @needs(Right.ADMINISTER)
 def empty_trash(stills: Provided[StillService]) -> TrashEmptied:
-    """Delete for good what was removed or discarded."""
+    """Delete the stills in the trash for good."""
     return TrashEmptied(deleted=stills.collection.empty_trash())
 
 
@@ -98,7 +98,7 @@ def one(still_id: StillId, stills: Provided[StillService]) -> StillDocument:
 
 @router.patch("/{still_id}", summary="Describe a still", responses=problems(404, 409))
 def patch(still_id: StillId, change: StillPatch, stills: Provided[StillService]) -> StillDocument:
-    """Change its label or its licence."""
+    """Change a still's label or licence."""
     return stills.edit(still_id, change)
 
 
@@ -110,7 +110,7 @@ def patch(still_id: StillId, change: StillPatch, stills: Provided[StillService])
 def keep(
     still_id: StillId, stills: Provided[StillService], change: StillKeepRequest | None = None
 ) -> StillDocument:
-    """Keep it, under another name if one is given."""
+    """Keep a held still, under another name if one is given."""
     return stills.keep(still_id, change or StillKeepRequest())
 
 
@@ -118,17 +118,17 @@ def keep(
     "/{still_id}", status_code=204, summary="Discard or remove a still", responses=problems(404, 409)
 )
 def remove(still_id: StillId, stills: Provided[StillService]) -> None:
-    """Move it to the trash, from which it can be restored."""
+    """Move a still to the trash, from which it can be restored."""
     stills.remove(still_id)
 
 
 @router.post(
     "/{still_id}/restore",
-    summary="Take a still out of the trash",
+    summary="Restore a still from the trash",
     responses=problems(404),
 )
 def restore(still_id: StillId, stills: Provided[StillService]) -> StillDocument:
-    """Undo its removal; a discarded one is kept afterwards."""
+    """Restore a still from the trash; a discarded one is kept afterwards."""
     return stills.restore(still_id)
 
 
@@ -136,7 +136,7 @@ def restore(still_id: StillId, stills: Provided[StillService]) -> StillDocument:
     "/{still_id}/check", summary="Verify every file", responses=problems(404), dependencies=[LONG_READ]
 )
 def check_files(still_id: StillId, stills: Provided[StillService]) -> StillCheck:
-    """Read every file of the still's dataset again, and list what is not as it was written."""
+    """Read every file of the still's dataset again, and list those that have changed since it was written."""
     faults = check_dataset(stills.collection.get(still_id).stored.folder)
     return StillCheck(id=still_id, sound=not faults, faults=faults)
 
@@ -149,7 +149,7 @@ def check_files(still_id: StillId, stills: Provided[StillService]) -> StillCheck
     dependencies=[LONG_READ],
 )
 def download(still_id: StillId, stills: Provided[StillService]) -> StreamingResponse:
-    """Send the dataset's folder, files as they are."""
+    """Send the dataset's folder with unchanged files."""
     kept = stills.collection.get(still_id).stored
     readable_dataset(kept)
     headers = {"Content-Disposition": f'attachment; filename="{kept.id}.zip"'}
@@ -158,7 +158,7 @@ def download(still_id: StillId, stills: Provided[StillService]) -> StreamingResp
 
 @router.get(
     "/{still_id}/cameras/{camera}.{form}",
-    summary="What one camera saw",
+    summary="Picture of one camera",
     response_class=StoredFile,
     responses=stored_file_responses("image/jpeg"),
 )

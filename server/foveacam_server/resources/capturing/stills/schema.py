@@ -16,7 +16,7 @@ from foveacam_server.resources.capturing.stills.collection import URL, StoredSti
 
 CameraName = Literal["wide", "left", "right"]
 Name = Annotated[str, Field(max_length=1000)]
-"""Becomes a folder: up to 100 letters, digits, spaces, dots, dashes and underscores."""
+"""Name of the still's folder: up to 100 letters, digits, spaces, dots, dashes and underscores."""
 StateName = Literal["held", "kept", "removed"]
 UNCALIBRATED = (
     "the rig was not calibrated: pictures and volts are kept, no angles, and no pair can be rectified"
@@ -26,11 +26,12 @@ _PLAN = TypeAdapter(StillPlan)
 
 
 class StillRequest(RequestModel):
-    """A still to take; the mirrors do not move."""
+    """Request of a still; the mirrors do not move."""
 
     stack_frames: Annotated[int, Field(ge=1, le=MOST_FRAMES)] = 5
     stack_keep: Literal["mean", "all"] = "mean"
-    """The mean in 16 bits, or every frame as the camera gave it; a single frame is stored as it is."""
+    """`mean`: the stack's mean in 16 bits; otherwise every frame as delivered. A single frame is stored
+    unchanged."""
     cameras: Annotated[tuple[CameraName, ...], Field(min_length=1, max_length=3, strict=False)] = (
         "wide",
         "left",
@@ -42,7 +43,7 @@ class StillRequest(RequestModel):
     licence: Text = "all rights reserved"
     codec: CodecName = "png"
     save: bool = False
-    """Keep it at once; else it is held until it is kept or discarded."""
+    """Keep the still at once; otherwise it is held until it is kept or discarded."""
 
     @model_validator(mode="after")
     def _once_each(self) -> "StillRequest":
@@ -52,7 +53,7 @@ class StillRequest(RequestModel):
 
 
 class StillKeepRequest(RequestModel):
-    """Name and label of a held still that is kept; those left out stay."""
+    """Name and label of a held still to keep; fields left out stay."""
 
     name: Name | None = None
     label: Text | None = None
@@ -66,7 +67,7 @@ class StillPatch(RequestModel):
 
 
 class MissingCamera(BaseModel):
-    """A camera that delivered fewer frames than requested, as its dataset states it."""
+    """A camera that delivered fewer frames than requested, as stored in the dataset."""
 
     role: Role
     detail: str
@@ -74,7 +75,7 @@ class MissingCamera(BaseModel):
 
 
 class StillConditions(BaseModel):
-    """What the conditions of a still's dataset state of its frames."""
+    """The conditions of a still's dataset, as far as they concern its frames."""
 
     exposures: list[StillFrame] = []
     missing: list[MissingCamera] = []
@@ -137,7 +138,10 @@ class StillCamera(ResponseModel):
 
 
 class StillDocument(ResponseModel):
-    """One still. `trouble`: why it cannot be read; `distance_m`: where the gazes cross, None: they do not."""
+    """One still.
+
+    `trouble`: why it cannot be read; `distance_m`: at which the gazes cross; None: they do not.
+    """
 
     id: str
     name: str
@@ -164,7 +168,7 @@ class StillDocument(ResponseModel):
 
     @classmethod
     def of(cls, found: StoredStill) -> Self:
-        """Return a still on the disk; a damaged one has no cameras and says why."""
+        """Return the document of a still on the disk; a damaged one has no cameras, and a `trouble`."""
         stored, dataset = found.stored, found.stored.dataset
         header = None if dataset is None else dataset.document.header
         calibration = None if header is None else header.calibration
@@ -211,7 +215,7 @@ class StillEvent(ResponseModel):
 
 
 class StillCheck(ResponseModel):
-    """Whether every file is as it was written; `faults`: what is not, a sentence each."""
+    """Whether every file is unchanged; `faults`: a sentence for each difference."""
 
     id: str
     sound: bool

@@ -1,4 +1,4 @@
-"""Takes stills as jobs where the mirrors stand; holds them on the disk until they are kept or discarded."""
+"""Takes stills as jobs at the mirrors' present pose; holds them on the disk until kept or discarded."""
 
 import shutil
 import threading
@@ -45,7 +45,7 @@ class StillJobWatcher:
         self._context, self._tools = context, tools
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Report how many frames were taken."""
+        """Report the number of frames taken."""
         self._context.progress(done, total=total, note=note)
 
     def cancelled(self) -> bool:
@@ -61,7 +61,7 @@ class StillJobWatcher:
 
 
 class StillService:
-    """All that REST offers of the stills of this data directory."""
+    """The stills of this data directory: take, list, keep, change, remove."""
 
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
         self.collection = StillCollection(folder)
@@ -70,7 +70,7 @@ class StillService:
         tools.jobs.handle(KIND, self._work)
 
     def start(self, request: StillRequest, *, idempotency_key: str | None = None) -> Job:
-        """Queue a still; raise at once what it could not do now."""
+        """Queue a still; raise at once where it cannot be taken now."""
         jobs, hardware = self._tools.jobs, self._tools.hardware
         if jobs.has_key(idempotency_key):
             return jobs.submit(KIND, request, idempotency_key=idempotency_key)
@@ -107,7 +107,7 @@ class StillService:
         folder = self.collection.get(still_id).stored.folder
         change_labels(folder, label=change.label, licence=change.licence)
         found = self.collection.get(still_id)
-        self._emit("still.updated", f"still {found.stored.name} was described anew", found)
+        self._emit("still.updated", f"still {found.stored.name} has another label or licence", found)
         return StillDocument.of(found)
 
     def remove(self, still_id: str) -> None:
@@ -117,7 +117,7 @@ class StillService:
         self._emit("still.removed", f"still {kept.name} is in the trash", found)
 
     def restore(self, still_id: str) -> StillDocument:
-        """Take a still out of the trash; it is kept afterwards."""
+        """Restore a still from the trash; it is kept afterwards."""
         found = self.collection.restore(still_id)
         self._emit("still.updated", f"still {found.stored.name} is out of the trash", found)
         return StillDocument.of(found)
@@ -142,7 +142,7 @@ class StillService:
         )
         write_still(folder, still, tools.calibration.current, labels)
         context.job.result_url = url = f"{URL}/{still_id}"
-        trouble = still.missing_error(kept=f"what came is held, keep or discard it: {url}")
+        trouble = still.missing_error(kept=f"the frames so far are held, keep or discard them: {url}")
         if trouble is None and request.save:
             self.collection.keep(still_id)
         self._emit("still.taken", f"still {folder.name} was taken", self.collection.get(still_id))
@@ -153,7 +153,7 @@ class StillService:
     def _check_room(self, plan: StillPlan) -> None:
         facts = answer_of(self._tools.hardware.submit(rig_facts), asked="the rig's settings")
         calibration = self._tools.calibration.current
-        if calibration is None:  # the pictures' sizes are unknown; the writer reports a full disk
+        if calibration is None:  # sizes of the pictures are unknown; the writer raises for a full disk
             return
         fovea, wide = facts.sizes(calibration)
         free_bytes = shutil.disk_usage(self.collection.folder).free

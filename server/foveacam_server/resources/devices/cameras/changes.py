@@ -29,7 +29,10 @@ REST_NAMES = tuple("exposure_ms" if name == "exposure_ns" else name for name in 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraChange:
-    """The settings to change; None stays. An exposure or rate without a mode switches its automatic off."""
+    """The settings to change; None: unchanged.
+
+    An exposure or rate without a mode switches the automatic off.
+    """
 
     exposure_ns: int | None = None
     exposure_auto: AutoMode | None = None
@@ -41,7 +44,7 @@ class CameraChange:
 
     @property
     def changes(self) -> Mapping[str, object]:
-        """The changed settings by name, with the modes that follow from them."""
+        """The changed settings by name, with the modes that they imply."""
         every = {name: getattr(self, name) for name in SETTING_NAMES}
         if self.exposure_auto is None and self.exposure_ns is not None:
             every["exposure_auto"] = AutoMode.OFF
@@ -51,7 +54,7 @@ class CameraChange:
 
     @property
     def lasting(self) -> Mapping[str, object]:
-        """The settings to restore at every start: an exposure found once is not searched again."""
+        """The settings to restore at every start, without `once`: a found exposure is not searched again."""
         changes = dict(self.changes)
         if self.exposure_auto is AutoMode.ONCE:
             changes["exposure_auto"] = AutoMode.OFF
@@ -63,12 +66,12 @@ class CameraChange:
 
 
 def waits_for_pulses(role: Role, settings: CameraSettings) -> bool:
-    """Return whether the camera is a fovea that the controller's pulse exposes."""
+    """Return whether the camera is a fovea triggered by the controller's pulse."""
     return role in FOVEAE and settings.triggered and settings.trigger_source is TriggerSource.HARDWARE
 
 
 def refuse_own_exposure(camera: Camera, asked: CameraSettings) -> None:
-    """Raise `OutOfRange` for automatic exposure of a fovea that one pulse exposes with the other."""
+    """Raise `OutOfRange` for automatic exposure of a hardware-triggered fovea: one pulse exposes both."""
     if asked.exposure_auto is AutoMode.OFF or not waits_for_pulses(camera.role, asked):
         return
     raise OutOfRange(

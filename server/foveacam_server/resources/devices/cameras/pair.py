@@ -1,4 +1,4 @@
-"""Compares the settings of both foveae: one pulse exposes both, and their pictures are matched. Pure."""
+"""Compares the settings of both foveae, which one pulse exposes and whose pictures are matched."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 from foveacam_hardware.contract import AutoMode, CameraRanges, CameraSettings, ValueRange, same_exposure
 
 TOLERANCE = 0.005
-"""Share of a setting's range; foveae further apart count as different."""
+"""Share of a setting's range above which the foveae's values count as different."""
 
 
 Setting: TypeAlias = Literal[
@@ -38,8 +38,8 @@ def differences(
 ) -> tuple[PairDifference, ...]:
     """Return the settings in which the foveae differ, but for the frame rate, which the trigger sets.
 
-    Exposures are compared on a logarithmic scale, as their control has, and must be so close that one pulse
-    can expose both. They are not compared where both cameras set theirs themselves.
+    Exposures are compared on a logarithmic scale, like that of their control, and must be close enough for
+    one pulse to expose both. They are not compared where both cameras have automatic exposure.
     """
     by_hand = AutoMode.OFF in (left.exposure_auto, right.exposure_auto)
     apart = not same_exposure(left.exposure_ns, right.exposure_ns)

@@ -1,6 +1,6 @@
-"""Finds one exposure for both foveae by looking; the brighter picture decides.
+"""Searches one exposure for both foveae by test exposures; the brighter picture decides.
 
-Works with any camera whose exposure can be set; stops by itself, and the exposure stays fixed afterwards.
+Works with any camera whose exposure can be set; ends after a few looks with a fixed exposure.
 """
 
 import math
@@ -14,18 +14,18 @@ from foveacam_hardware.contract import FoveaError, Frame, Sighting, StereoVolts,
 MEAN = 0.5
 """Target mean of the brighter picture, share of full scale."""
 HIGHLIGHT, HIGHLIGHT_PERCENT = 0.92, 98.0
-"""This percentile must not exceed this share of full scale: clipped pixels cannot be matched."""
+"""Share of full scale that this percentile must not exceed: clipped pixels cannot be matched."""
 CLIPPED, CLIPPED_STOPS = 0.995, 0.5
-"""A percentile at full scale may be any amount brighter: go down by at least this many stops."""
+"""At this share of full scale the true brightness is unknown: step down by at least this many stops."""
 GOOD_STOPS = 0.1
 """Tolerance: 7 %."""
 STEP_STOPS = 2.0
 """Largest step after one look."""
 LOOKS = 8
 LONGEST_NS = 33_000_000
-"""Longest exposure that is tried, as looks would get slow; the operator may set a longer one."""
+"""Longest exposure that the search tries, to keep looks fast; the operator may set a longer one."""
 STRIDE = 8
-"""Distance of the measured pixels, along rows and columns."""
+"""Stride of the evaluated pixels along rows and columns."""
 
 
 class PairHead(Protocol):
@@ -59,7 +59,7 @@ class PairExposure:
 
     @property
     def good(self) -> bool:
-        """Whether the exposure is within the tolerance; if not, no possible exposure is."""
+        """Whether the exposure is within the tolerance; if not, no allowed exposure is."""
         return abs(self.too_bright_stops) <= GOOD_STOPS
 
     @property
@@ -75,7 +75,7 @@ class PairExposure:
 
 
 def find_exposure(head: PairHead, before: PairSettings, *, gaze: StereoVolts) -> PairExposure:
-    """Look and step until both foveae are exposed well; on any error restore the settings of before."""
+    """Change the exposure look by look until both foveae are well exposed; restore it on an error."""
     try:
         return _find(head, before, gaze)
     except FoveaError:

@@ -29,7 +29,7 @@ def every(camera_presets: Provided[CameraPresets]) -> list[CameraPreset]:
 def save(
     name: NamePath, camera_presets: Provided[CameraPresets], hardware: Provided[HardwareThread]
 ) -> CameraPreset:
-    """Save what all connected cameras have now, over a preset of the same name."""
+    """Save the present settings of all connected cameras, replacing a preset of the same name."""
     return camera_presets.save(name, hardware)
 
 

@@ -1,4 +1,4 @@
-"""Named settings of all cameras: what is in force is saved under a name, and applied later."""
+"""Presets: the settings of all cameras, saved under a name and applied later."""
 
 from foveacam_hardware.contract import AutoMode, FoveaError, NotConnected, PixelFormat, Role, ValueRange
 from foveacam_server.foundation.named_documents import NamedDocument, NamedDocuments
@@ -12,7 +12,7 @@ from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.status import CameraStatus
 
 CHANGED_S = 30.0
-"""A camera is stopped, set and started again."""
+"""Timeout of a change, in which each camera is stopped, set and started again."""
 
 
 class PresetCamera(ResponseModel):
@@ -36,14 +36,14 @@ class CameraPreset(NamedDocument):
 
 
 class CameraPresets:
-    """Saves and applies presets; callable from any thread but the hardware's."""
+    """Saves and applies presets; callable from any thread except the hardware thread."""
 
     def __init__(self, presets: NamedDocuments[CameraPreset], cameras: CameraSettingsService) -> None:
         self.presets = presets
         self._cameras = cameras
 
     def save(self, name: str, hardware: HardwareThread) -> CameraPreset:
-        """Save what the cameras have now; raise `NotConnected` without a camera."""
+        """Save the cameras' present settings; raise `NotConnected` without a camera."""
         present = [camera for camera in hardware.status.cameras if camera.connected]
         if not present and not hardware.status.opened:
             raise refusals.not_open(hardware.status)
@@ -54,7 +54,7 @@ class CameraPresets:
         return preset
 
     def apply(self, name: str, hardware: HardwareThread) -> CameraPreset:
-        """Change every camera of a preset that is connected, or none; raise what a change raises."""
+        """Apply a preset to all its connected cameras or to none; raise as a change of settings does."""
         preset = self.presets.get(name)
         present = {camera.role: camera for camera in hardware.status.cameras if camera.connected}
         done: list[CameraStatus] = []
@@ -91,7 +91,7 @@ def _saved(camera: CameraStatus) -> PresetCamera:
 
 
 def _change_to(wanted: PresetCamera, camera: CameraStatus) -> CameraChange:
-    """Return the change that gives a camera these settings, without those that it cannot be given."""
+    """Return the change that gives a camera these settings, without those that it does not support."""
     ranges = camera.ranges
     by_itself = wanted.exposure_auto is not AutoMode.OFF
     return CameraChange(

@@ -25,7 +25,7 @@ VERSION = 1
 
 
 class CameraRecord(BaseModel):
-    """The settings of one camera that are restored at every start; None was never set."""
+    """The settings of one camera that are restored at every start; None: never set."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

@@ -90,7 +90,7 @@ def tests(trigger_tests: Provided[TriggerTests]) -> list[TriggerTestDocument]:
     return trigger_tests.every()
 
 
-@router.get("/self_tests/newest", summary="What is known of both triggers")
+@router.get("/self_tests/newest", summary="Newest trigger test")
 def newest_test(trigger_tests: Provided[TriggerTests]) -> TriggerTestDocument:
     """Return the newest trigger test; before the first both eyes are `untested`."""
     return trigger_tests.newest()
@@ -125,10 +125,10 @@ async def change(
     calibration: Provided[CalibrationInForce],
     x_lease: LeaseHeader = None,
 ) -> CamerasChangedDocument:
-    """Change settings now and at every start; answer what the camera accepted, or refuse with its range.
+    """Change settings now and at every start; return what the camera accepted, or refuse with its range.
 
     `linked` changes both foveae, or neither. Hardware-triggered foveae have no automatic exposure; `once`
-    with `linked` looks a few times where the mirrors stand, and sets one exposure for both.
+    with `linked` takes a few looks at the mirrors' present pose, and sets one exposure for both.
     """
     lease.check(x_lease)
     _status(role, hardware)
@@ -169,7 +169,7 @@ def camera_document(
     calibration_in_force: CalibrationInForce,
     cameras: CameraSettingsService,
 ) -> CameraDocument:
-    """Return one camera as REST shows it."""
+    """Return the document of a camera."""
     now_ns = clock.now_ns()
     age_ms = None if camera.newest_t_ns is None else round((now_ns - camera.newest_t_ns) / 1e6, 1)
     calibration = calibration_in_force.current

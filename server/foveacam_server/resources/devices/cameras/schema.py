@@ -12,14 +12,14 @@ Verdict = Literal["untested", "ok", "ok_software_only", "camera", "wiring", "no_
 
 
 class SpanDocument(ResponseModel):
-    """Accepted values, both ends included; `low` = `high`: it cannot be set."""
+    """Accepted range, both ends included; `low` = `high`: the setting is fixed."""
 
     low: float
     high: float
 
 
 class CameraRangesDocument(ResponseModel):
-    """Accepted values of a camera's settings; no formats before it was opened."""
+    """Accepted ranges of a camera's settings; `pixel_formats` is empty before the camera was opened."""
 
     exposure_ms: SpanDocument
     exposure_auto: list[ExposureAutoName]
@@ -28,7 +28,7 @@ class CameraRangesDocument(ResponseModel):
     black_level: SpanDocument
     frame_rate_hz: SpanDocument
     frame_rate_auto: bool
-    """Whether it has an automatic frame rate."""
+    """Whether the camera offers an automatic frame rate."""
     pixel_formats: list[PixelFormatName]
 
 
@@ -46,7 +46,8 @@ class CameraSettingsDocument(ResponseModel):
     frame_rate_auto: bool
     pixel_format: PixelFormatName
     binning: Binning
-    """In force now: sensor pixels along each side of a picture's. Set for all cameras: `/rig/binning`."""
+    """In force now: sensor pixels along each side of a picture's pixel. Set for all cameras at
+    `/rig/binning`."""
     trigger: Literal["none", "hardware", "software"]
     kept: bool
 
@@ -69,22 +70,22 @@ class CameraDocument(ResponseModel):
     model: str
     serial: str
     version: str
-    """Firmware; empty when unknown."""
+    """Version of the firmware; empty when unknown."""
     connected: bool
     width: int | None
-    """Of the sensor, px, however it is binned; null before the first frame."""
+    """Width of the unbinned sensor, px; null before the first frame."""
     height: int | None
     px_per_deg: float | None
-    """Sensor pixels a degree, straight ahead, by the calibration in force; null without one."""
+    """Sensor pixels per degree on the optical axis, by the calibration in force; null without one."""
     exposure_ms: float
     frame_rate_hz: float
     """Measured rate."""
     frame_age_ms: float | None
     delivered: int
     skipped: int
-    """Complete frames that were not read because newer ones were there."""
+    """Complete frames not read because newer ones had arrived."""
     dropped: int
-    """Frames that never came: their numbers are missing."""
+    """Frames lost before arrival, counted by gaps in the sequence numbers."""
     incomplete: int
     late: int
     underrun: int
@@ -102,9 +103,9 @@ class DifferenceDocument(ResponseModel):
 
 
 class CameraPatch(RequestModel):
-    """Settings to change; those left out stay. `linked`: both foveae at once.
+    """Settings to change; fields left out stay.
 
-    An exposure or a rate without its mode switches the automatic off.
+    `linked`: both foveae at once. An exposure or a rate without its mode switches the automatic off.
     """
 
     exposure_ms: ExposureMs | None = None
@@ -125,7 +126,7 @@ class CamerasChangedDocument(ResponseModel):
 
 
 class CamerasConfigured(ResponseModel):
-    """Data of the event that cameras were configured; `reset`: as the rig file says."""
+    """Data of the event that cameras were configured; `reset`: to the rig file's settings."""
 
     roles: list[str]
     reset: bool

@@ -39,7 +39,7 @@ OPEN = (CameraPhase.READY, CameraPhase.STREAMING, CameraPhase.DEGRADED)
 
 
 class CameraSettingsService:
-    """Changes settings through the hardware thread, of one camera or of both foveae at once."""
+    """Changes settings of one camera, or of both foveae at once, through the hardware thread."""
 
     def __init__(self, records: CameraRecords, *, events: EventLog) -> None:
         self._records = records
@@ -47,14 +47,14 @@ class CameraSettingsService:
         self._before: dict[str, CameraSettings] = {}
         self._pending: dict[Role, CameraSettings] = {}
         self._seeking: set[Role] = set()
-        """Cameras that are still searching their exposure once; used in the hardware thread alone."""
+        """Cameras whose automatic exposure `once` is still running; used in the hardware thread only."""
 
     def restore_when_back(self, settings: Mapping[Role, CameraSettings]) -> None:
-        """Give cameras that were lost during a change these settings once they are connected again."""
+        """Store settings to apply to cameras that were lost during a change, when they reconnect."""
         self._pending.update(settings)
 
     def restore(self, rig: AssembledRig) -> None:
-        """Apply its record to each camera that was opened for the first time; hardware thread only."""
+        """Apply the stored settings to each newly opened camera; hardware thread only."""
         for camera in (rig.wide, rig.left, rig.right):
             if camera.link.phase not in OPEN:
                 continue
@@ -69,7 +69,7 @@ class CameraSettingsService:
                 self._restore_record(camera, record)
 
     def notice(self, rig: AssembledRig) -> None:
-        """Store the exposure of each camera that has found one; hardware thread only."""
+        """Store the exposure of each camera whose automatic `once` has finished; hardware thread only."""
         for camera in (rig.wide, rig.left, rig.right):
             if camera.role in self._seeking and camera.settings.exposure_auto is AutoMode.OFF:
                 self._seeking.discard(camera.role)
@@ -80,13 +80,13 @@ class CameraSettingsService:
                 except (
                     StorageFull,
                     DeviceFault,
-                ) as error:  # no request waits for it
+                ) as error:  # logged: no request waits for it
                     self._emit(f"{message}, which is not kept: {error}", [camera], level=EventLevel.WARNING)
                 else:
                     self._emit(message, [camera])
 
     def forget(self) -> None:
-        """Forget the cameras of a rig that was closed, not what is stored for them; hardware thread only."""
+        """Forget the cameras of a closed rig, but keep their stored settings; hardware thread only."""
         self._before.clear()
         self._pending.clear()
         self._seeking.clear()
@@ -94,7 +94,7 @@ class CameraSettingsService:
     def change(
         self, hardware: HardwareThread, roles: tuple[Role, ...], change: CameraChange
     ) -> "Future[None]":
-        """Change all cameras or none; raise `Busy` and `InvalidInput` at once, other errors by the future."""
+        """Change all cameras or none; raise `Busy`, `InvalidInput` at once, other errors by the future."""
         if not change.changes:
             raise InvalidInput(
                 "asked to change a camera, and no setting is named",
@@ -112,9 +112,9 @@ class CameraSettingsService:
         return hardware.submit(work)
 
     def find_pair_exposure(self, hardware: HardwareThread) -> PairExposure:
-        """Find one exposure for both foveae by several looks and store it; call it off the event loop.
+        """Find one exposure for both foveae by several looks and store it; blocks, so not on the event loop.
 
-        Raise `Busy` or what looks raise; the foveae then have their earlier settings.
+        Raise `Busy` or any error of a look; the foveae then have their earlier settings.
         """
         hardware.use.check_free("change a camera")
         self._check_alike(hardware.status)
@@ -148,7 +148,7 @@ class CameraSettingsService:
             )
 
     def reset(self, hardware: HardwareThread, role: Role) -> "Future[None]":
-        """Delete a camera's record and apply the rig file's settings."""
+        """Delete a camera's stored settings and apply the rig file's."""
         hardware.use.check_free("change a camera")
 
         def work(rig: AssembledRig) -> None:
@@ -162,7 +162,7 @@ class CameraSettingsService:
                 _put_back([(camera, found)])
                 raise
             self._seeking.discard(role)
-            self._emit(f"camera {role.value} runs as the rig file says", [camera], reset=True)
+            self._emit(f"camera {role.value} has the rig file's settings again", [camera], reset=True)
             hardware.refresh(rig)
 
         return hardware.submit(work)
@@ -242,7 +242,7 @@ def _camera(rig: AssembledRig, role: Role) -> Camera:
 
 
 def _pair(status: RigStatus) -> PairSettings:
-    """Return the settings of both foveae, which are equal."""
+    """Return the common settings of both foveae."""
     left, right = (next(camera for camera in status.cameras if camera.role is role) for role in FOVEAE)
     spans_ns = (left.ranges.exposure_ns, right.ranges.exposure_ns)
     both_ns = ValueRange(low=max(span.low for span in spans_ns), high=min(span.high for span in spans_ns))

@@ -28,11 +28,11 @@ from foveacam_server.rig.ports import AssembledRig
 _log = logging.getLogger(__name__)
 
 STILL_MS = 200.0
-"""A camera has stopped delivering once no frame has come for this time."""
+"""Time without a frame after which a camera counts as having stopped delivering."""
 MIN_WAIT_MS = 1000.0
 MARGIN_MS = 500.0
 LONGEST_AFTER_PULSE_US = 4000
-"""An exposure must end this soon after the pulse: the controller gives up 5 ms after it."""
+"""Longest time from the end of the pulse to that of the exposure: the controller times out after 5 ms."""
 
 
 class TriggerVerdict(StrEnum):
@@ -59,16 +59,16 @@ class EyeTestResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriggerProbe:
-    """Result of one kind of trigger: the time until the frame, or why none came."""
+    """Result of one kind of trigger: the time until the frame, or the reason why none came."""
 
     took_ms: float | None = None
     why: str = ""
     possible: bool = True
-    """Whether it could be tried at all."""
+    """Whether this kind of trigger could be tested at all."""
 
 
 def patience_ms(settings: CameraSettings) -> float:
-    """Return the longest wait for a triggered frame."""
+    """Return the timeout of a triggered frame, ms."""
     return max(MIN_WAIT_MS, 2.0 * settings.exposure_ns / 1e6 + MARGIN_MS)
 
 
@@ -108,7 +108,7 @@ def probe_by_pulse(
         rig.mirrors.expose(gaze, settle_us=0, pulse_us=pulse_us)
     except (NotConnected, Stopped):
         return None
-    except FoveaError as error:  # perhaps one strobe is missing: the frames show which
+    except FoveaError as error:  # one strobe may be missing: the frames show whose
         complaint = str(error)
     for camera in cameras:
         if not found[camera.role].why:
@@ -145,8 +145,8 @@ def verdict_of(role: Role, software: TriggerProbe, hardware: TriggerProbe | None
         return found(
             TriggerVerdict.NO_PROBE, f"it takes no commands, and no pulse could be given: {software.why}"
         )
-    told = "commands expose it and pulses do not" if by_command else "pulses do not expose it"
-    return found(TriggerVerdict.WIRING, f"{told}: {hardware.why}; check its trigger and strobe cables")
+    finding = "commands expose it and pulses do not" if by_command else "pulses do not expose it"
+    return found(TriggerVerdict.WIRING, f"{finding}: {hardware.why}; check its trigger and strobe cables")
 
 
 def put_back(cameras: Iterable[Camera], before: Mapping[Role, CameraSettings]) -> dict[Role, CameraSettings]:
@@ -162,7 +162,7 @@ def put_back(cameras: Iterable[Camera], before: Mapping[Role, CameraSettings]) -
 
 
 def _arm_for_pulse(rig: AssembledRig, camera: Camera, exposure_ns: int) -> TriggerProbe:
-    """Set a camera to hardware trigger; return why that failed."""
+    """Set a camera to hardware trigger; return the result, with the reason if that failed."""
     by_hand = replace(camera.settings, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF)
     settings = replace(by_hand, triggered=True, trigger_source=TriggerSource.HARDWARE)
     try:
@@ -182,7 +182,7 @@ def _after_pulse(rig: AssembledRig, camera: Camera, began_ns: int) -> TriggerPro
 
 
 def _await_silence(rig: AssembledRig, camera: Camera) -> None:
-    """Read frames until none comes any more; raise `DeviceFault` when they do not stop."""
+    """Read frames until no more arrive; raise `DeviceFault` when they do not stop."""
     until_ns = rig.clock.now_ns() + round(patience_ms(camera.settings) * 1e6)
     while rig.clock.now_ns() < until_ns:
         try:
@@ -190,6 +190,5 @@ def _await_silence(rig: AssembledRig, camera: Camera) -> None:
         except Timeout:
             return
     raise DeviceFault(
-        f"camera {camera.role}: told to wait for a trigger, and it goes on delivering; check its trigger"
-        " setting"
+        f"camera {camera.role}: set to wait for a trigger, and it still delivers; check its trigger setting"
     )

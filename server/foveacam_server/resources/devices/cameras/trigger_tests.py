@@ -25,7 +25,7 @@ URL = "/api/v1/cameras/self_tests"
 EYES = (Role.LEFT, Role.RIGHT)
 STEPS = 3
 LONGEST_STEP_S = 60.0
-"""Exposures may be long, and each step waits for two."""
+"""Timeout of a test step; exposures may be long, and each step waits for two."""
 
 T = TypeVar("T")
 
@@ -69,7 +69,7 @@ class TriggerTests:
         return [found for path in paths if (found := _read(path)) is not None]
 
     def newest(self) -> TriggerTestDocument:
-        """Return the newest test; before the first, one that finds both eyes untested."""
+        """Return the newest test; before the first, a document with both eyes `untested`."""
         for known in self.every()[:1]:
             return known
         untested = [
@@ -111,7 +111,7 @@ class TriggerTests:
         ]
 
     def _pulse(self) -> dict[Role, test.TriggerProbe] | None:
-        """Give a pulse, unless the stop is engaged: the lines then stay untested."""
+        """Give one pulse, unless the stop is engaged: the trigger lines then stay untested."""
         if self._hardware.halted:
             return None
         gaze = self._hardware.gaze

@@ -117,7 +117,7 @@ def _corners(squares: str) -> Mapping[str, int]:
 def _write(
     pattern: Mapping[str, object], page: Mapping[str, object], *, output: Path | None, as_json: bool
 ) -> None:
-    """Write the PDF, and say what it is."""
+    """Write the PDF, and print its description."""
     from foveacam_pipeline.storage.disk import disk_errors, write_file
     from foveacam_server.resources.devices.displays.printing import print_pattern
     from foveacam_server.resources.devices.displays.schema import PrintQuery, StoredPattern

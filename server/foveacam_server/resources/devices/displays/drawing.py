@@ -25,14 +25,14 @@ MARKER_DICTIONARY = "4X4_50"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PatternDrawing:
-    """A request, the pattern it asks for (None: blank) and its description for people."""
+    """A request, its pattern (None: blank) and its description in words."""
 
     asked: ShownPattern
     pattern: Pattern | None
     description: str
 
     def describe(self) -> PatternDocument:
-        """Return it as REST shows it."""
+        """Return its document."""
         pattern = self.pattern
         return PatternDocument(
             pattern=self.asked,
@@ -47,7 +47,7 @@ class PatternDrawing:
 
 
 def draw(asked: ShownPattern, *, dictionary: str = MARKER_DICTIONARY) -> PatternDrawing:
-    """Return the drawing of a request; raise `InvalidInput` for a board that cannot be.
+    """Return the drawing of a request; raise `InvalidInput` for an impossible board.
 
     `dictionary`: of a ChArUco board's markers.
     """

@@ -20,7 +20,7 @@ _OF_THE_PRINT = {"dictionary", "paper", "margin_mm"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PatternPrint:
-    """A pattern as PDF, its description and its number of sheets in words."""
+    """A pattern as PDF, with its description and number of sheets in words."""
 
     pattern: ShownPattern
     content: bytes
@@ -29,12 +29,12 @@ class PatternPrint:
 
     @property
     def file_name(self) -> str:
-        """Name of the file, of the pattern's kind."""
+        """File name, made from the pattern's kind."""
         return f"{self.pattern.kind}.pdf"
 
 
 def asked_pattern(query: PrintQuery) -> ShownPattern | None:
-    """Return the pattern of a query, None where it names none; raise `InvalidInput` for half a pattern."""
+    """Return the pattern of a query, None without one; raise `InvalidInput` for an incomplete pattern."""
     given = query.model_dump(exclude=_OF_THE_PRINT, exclude_none=True)
     return validated(StoredPattern, {"pattern": given}).pattern if given else None
 
@@ -70,7 +70,7 @@ def print_pattern(pattern: ShownPattern, query: PrintQuery) -> PatternPrint:
 
 
 def _squares_words(pattern: ShownPattern, *, dictionary: str) -> str:
-    """Return what a board's description leaves out: its squares, and its markers."""
+    """Return the squares and markers of a board in words, which its description leaves out."""
     if not isinstance(pattern, CharucoPattern | CheckerboardPattern):
         return ""
     columns, rows = pattern.columns + 1, pattern.rows + 1

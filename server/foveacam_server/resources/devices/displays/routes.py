@@ -28,7 +28,7 @@ DisplayIdPath = Annotated[DisplayId, Path(description="what the screen calls its
 
 @router.get("", summary="Connected displays")
 async def connected(displays: Provided[PatternDisplayService]) -> list[DisplayDocument]:
-    """Return the screens that show the pattern; one that was not heard of for 15 s is left out."""
+    """Return the screens that show the pattern; a screen silent for 15 s is left out."""
     return displays.connected()
 
 
@@ -45,7 +45,7 @@ def show(
     displays: Provided[PatternDisplayService],
     x_lease: LeaseHeader = None,
 ) -> PatternDocument:
-    """Let all screens show a pattern at its true size, now and after a restart."""
+    """Show a pattern at its true size on all screens, now and after a restart."""
     lease.check(x_lease)
     return displays.show(request)
 
@@ -68,9 +68,9 @@ def svg(displays: Provided[PatternDisplayService]) -> Response:
     responses=file_responses("application/pdf"),
 )
 def pdf(displays: Provided[PatternDisplayService], query: Annotated[PrintQuery, Query()]) -> Response:
-    """Return the pattern of the query, without `kind` that of the displays, to be printed at 100 %.
+    """Return the pattern of the query (without `kind`, that of the displays), to be printed at 100 %.
 
-    One that is larger than the paper comes on up to nine sheets, with crop marks.
+    A pattern larger than the paper is split over up to nine sheets, with crop marks.
     """
     printed = displays.print(query)
     headers = {"Content-Disposition": f'attachment; filename="{printed.file_name}"'}
@@ -82,12 +82,12 @@ def pdf(displays: Provided[PatternDisplayService], query: Annotated[PrintQuery, 
 async def register(
     display_id: DisplayIdPath, request: DisplayRequest, displays: Provided[PatternDisplayService]
 ) -> PatternDocument:
-    """Register a screen, or say that it is still there; to be repeated within 15 s. Return what it shows."""
+    """Register a screen or renew its registration, to be repeated within 15 s; return its pattern."""
     return displays.register(display_id, request)
 
 
-@router.delete("/{display_id}", status_code=204, summary="Take a display off the list")
+@router.delete("/{display_id}", status_code=204, summary="Remove a display from the list")
 @needs(Right.VIEW)
 async def forget(display_id: DisplayIdPath, displays: Provided[PatternDisplayService]) -> None:
-    """Take a screen that shows the pattern no longer off the list."""
+    """Remove a screen that no longer shows the pattern from the list."""
     displays.forget(display_id)

@@ -57,7 +57,7 @@ class MarkersPattern(RequestModel):
 
 
 class BlankPattern(RequestModel):
-    """White all over."""
+    """A blank white screen."""
 
     kind: Literal["blank"]
 
@@ -69,7 +69,7 @@ ShownPattern = Annotated[
 
 
 class PatternDocument(ResponseModel):
-    """The pattern that all screens show; its size is that with the white edge, null when it is blank."""
+    """The pattern that all screens show; its size includes the white edge, and is null when it is blank."""
 
     pattern: ShownPattern
     description: str
@@ -78,7 +78,7 @@ class PatternDocument(ResponseModel):
 
 
 class StoredPattern(RequestModel):
-    """The pattern as it is kept over a restart."""
+    """The stored pattern, which is restored after a restart."""
 
     pattern: ShownPattern
 
@@ -89,7 +89,7 @@ class PrintQuery(RequestModel):
     `dictionary`: of a ChArUco board, 4X4_50 without. `margin_mm`: white on all sides of the paper.
     """
 
-    model_config = ConfigDict(strict=False)  # the values of a query are text
+    model_config = ConfigDict(strict=False)  # query values arrive as text
 
     kind: Literal["charuco", "checkerboard", "marker", "markers"] | None = None
     columns: Corners | None = None
@@ -107,7 +107,8 @@ class PrintQuery(RequestModel):
 class DisplayRequest(RequestModel):
     """A screen as it describes itself.
 
-    `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not set there yet.
+    `width_px`, `height_px`: of the page, device pixels. `px_per_mm`: device pixels; null: not calibrated
+    there yet.
     """
 
     name: Label
@@ -119,7 +120,7 @@ class DisplayRequest(RequestModel):
 class DisplayDocument(ResponseModel):
     """A connected screen; sizes in mm are null until its scale is set there.
 
-    `fits`: whether the pattern fits on it; null when that is not known. `silent_s`: since it was heard last.
+    `fits`: whether the pattern fits on it; null when unknown. `silent_s`: time since its last message.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Keeps the pattern that screens show, over a restart too, and the screens that are connected."""
+"""Stores the pattern that screens show, and lists the connected screens."""
 
 import logging
 import threading
@@ -28,15 +28,15 @@ _log = logging.getLogger(__name__)
 FORMAT = "foveacam-display-pattern"
 VERSION = 1
 SILENT_S = 15.0
-"""A screen that was not heard of for so long is no longer listed."""
+"""Time without a message after which a screen is no longer listed."""
 MOST = 64
-"""Connected screens at a time."""
+"""Largest number of connected screens."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Screen:
     described: DisplayRequest
-    heard_ns: int
+    request_ns: int
 
 
 class PatternDisplayService:
@@ -67,11 +67,11 @@ class PatternDisplayService:
         return svg
 
     def print(self, query: PrintQuery) -> PatternPrint:
-        """Return the print of a query's pattern, without one of the pattern that all screens show."""
+        """Return the print of a query's pattern; without one, that of the pattern that all screens show."""
         return print_pattern(asked_pattern(query) or self._drawing.asked, query)
 
     def show(self, asked: ShownPattern) -> PatternDocument:
-        """Let all screens show a pattern, now and after a restart."""
+        """Show a pattern on all screens, now and after a restart."""
         drawing = draw(asked)
         kept = {"format": FORMAT, "version": VERSION, **StoredPattern(pattern=asked).as_json()}
         write_document(self._path, kept, what="the pattern of the displays")
@@ -81,7 +81,7 @@ class PatternDisplayService:
         return document
 
     def connected(self) -> list[DisplayDocument]:
-        """Return the screens that were heard of, by name."""
+        """Return the connected screens, by name."""
         self._drop_silent()
         with self._lock:
             screens = list(self._screens.items())
@@ -89,7 +89,7 @@ class PatternDisplayService:
         return sorted(found, key=lambda display: (display.name, display.id))
 
     def register(self, display_id: str, described: DisplayRequest) -> PatternDocument:
-        """Note that a screen is there, and how it is; return what it shows. To be repeated within 15 s."""
+        """Register a screen or renew its registration, to be repeated within 15 s; return its pattern."""
         self._drop_silent()
         with self._lock:
             known = self._screens.get(display_id)
@@ -100,13 +100,13 @@ class PatternDisplayService:
                     found=f"{MOST} displays",
                     remedy="close some of them",
                 )
-            self._screens[display_id] = _Screen(described=described, heard_ns=self._clock.now_ns())
+            self._screens[display_id] = _Screen(described=described, request_ns=self._clock.now_ns())
         if known is None or known.described != described:
             self._emit(display_id, f"{described.name} shows the calibration pattern")
         return self.pattern()
 
     def forget(self, display_id: str) -> None:
-        """Note that a screen has left; one that is not known is left out."""
+        """Remove a screen that has left; no effect for an unknown one."""
         with self._lock:
             known = self._screens.pop(display_id, None)
         if known is not None:
@@ -115,17 +115,17 @@ class PatternDisplayService:
     def _drop_silent(self) -> None:
         oldest_ns = self._clock.now_ns() - round(1e9 * SILENT_S)
         with self._lock:
-            silent = [name for name, screen in self._screens.items() if screen.heard_ns < oldest_ns]
+            silent = [name for name, screen in self._screens.items() if screen.request_ns < oldest_ns]
             dropped = [(name, self._screens.pop(name)) for name in silent]
         for display_id, screen in dropped:
-            message = f"{screen.described.name} was not heard of for {SILENT_S:g} s"
+            message = f"{screen.described.name} did not register for {SILENT_S:g} s"
             self._emit(display_id, message)
 
     def _emit(self, display_id: str, message: str) -> None:
         self._events.emit("display.changed", message, data=ItemId(id=display_id))
 
     def _describe(self, display_id: str, screen: _Screen) -> DisplayDocument:
-        described, silent_ns = screen.described, self._clock.now_ns() - screen.heard_ns
+        described, silent_ns = screen.described, self._clock.now_ns() - screen.request_ns
         width_mm, height_mm = _size_mm(described)
         return DisplayDocument(
             id=display_id,

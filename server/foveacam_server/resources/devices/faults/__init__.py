@@ -1,1 +1,1 @@
-"""Faults and warnings of the running server, as a list that says which are still present."""
+"""Faults and warnings of the running server, as a list that shows which are still present."""

@@ -1,4 +1,4 @@
-"""Routes of faults: what fails or failed, and taking it off the list."""
+"""Routes of faults: list them, dismiss them."""
 
 from foveacam_server.accounts.rights import Right
 from foveacam_server.accounts.route_rights import GuardedRouter
@@ -12,17 +12,17 @@ router = GuardedRouter("/faults", tags=["events"], reading=Right.VIEW, changing=
 
 @router.get("", summary="Faults and warnings since the start")
 async def faults(fault_service: Provided[FaultService]) -> list[FaultDocument]:
-    """Return errors first, the newest first within, 50 at most; those that were dismissed are left out."""
+    """Return at most 50 faults without the dismissed ones; errors first, each level newest first."""
     return fault_service.describe()
 
 
-@router.delete("", summary="Dismiss all that are over")
+@router.delete("", summary="Dismiss all faults that are over")
 async def dismiss_over(faults: Provided[FaultService]) -> FaultsDismissed:
-    """Take all faults that are over off the list, for everybody; one that comes again is listed again."""
+    """Remove all faults that are over from the list, for everybody; one that recurs is listed again."""
     return faults.dismiss_over()
 
 
 @router.delete("/{fault_id}", status_code=204, summary="Dismiss a fault", responses=problems(404))
 async def dismiss(fault_id: str, faults: Provided[FaultService]) -> None:
-    """Take a fault off the list, for everybody; it is listed again when it comes again."""
+    """Remove a fault from the list, for everybody; it is listed again when it recurs."""
     faults.dismiss(fault_id)

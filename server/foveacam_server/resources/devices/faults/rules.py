@@ -1,4 +1,4 @@
-"""Which events tell of a fault, of what it is, and which events tell that it is over. Pure functions."""
+"""Rules that derive faults from events: which event begins a fault, and which one ends it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,21 +12,21 @@ CALIBRATE = "check its drift, or calibrate again"
 
 NO_FAULTS = frozenset(
     {
-        "capture.ended",  # its job tells
-        "fixation.done",  # an answer, also where there is no distance
+        "capture.ended",  # reported by its job
+        "fixation.done",  # a regular answer, even without a distance
         "follow.changed",
         "follow.ended",
         "lease.changed",
-        "loop.ended",  # its job tells
-        "rig.state",  # its devices tell
+        "loop.ended",  # reported by its job
+        "rig.state",  # reported by its devices
     }
 )
-"""Kinds of warnings that concern what was looked at, or who looks, or that another event tells as well."""
+"""Kinds of warnings that are no faults: about a target or an operator, or reported by another event too."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultPlace:
-    """What a fault concerns: `name` says which of `scope`."""
+    """What a fault concerns: the `name` of one of `scope`, such as a device."""
 
     scope: str
     name: str
@@ -34,9 +34,9 @@ class FaultPlace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultNews:
-    """What an event tells of a place: a fault, or, without `what`, that the one that lasted is over.
+    """A fault at a place, or, without `what`, the end of the lasting fault there.
 
-    `lasting`: it is present until another event of that place; else it is over at once.
+    `lasting`: present until another event of that place; otherwise it is over at once.
     """
 
     place: FaultPlace
@@ -46,7 +46,7 @@ class FaultNews:
 
 
 def news_of(event: Event) -> FaultNews | None:
-    """Return what an event tells of faults; None when nothing."""
+    """Return the fault that an event begins or ends; None for any other event."""
     rule = _RULES.get(event.kind)
     if rule is not None:
         return rule(event)
@@ -83,7 +83,7 @@ def _job(event: Event) -> FaultNews | None:
 
 
 def _recording(event: Event) -> FaultNews | None:
-    failed = event.data.get("ended") == "failed"  # its job tells
+    failed = event.data.get("ended") == "failed"  # reported by its job
     place = FaultPlace(scope="storage", name="recording")
     return None if failed or event.level is EventLevel.INFO else FaultNews(place=place, what=event.message)
 
@@ -100,7 +100,7 @@ def _stop(event: Event) -> FaultNews:
 
 
 def _lasting(scope: str, name: str, remedy: str | None = None) -> Callable[[Event], FaultNews]:
-    """Return the rule of a kind that tells a fault as a warning, and that it is over as information."""
+    """Return the rule of a kind of event whose warnings begin a fault and whose information ends it."""
     place = FaultPlace(scope=scope, name=name)
 
     def news(event: Event) -> FaultNews:

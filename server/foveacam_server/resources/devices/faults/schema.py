@@ -1,4 +1,4 @@
-"""Schemas of faults, and of the events that the list changed."""
+"""Schemas of faults, and of the events about changes of their list."""
 
 from typing import Literal
 
@@ -6,10 +6,10 @@ from foveacam_server.foundation.schema import ResponseModel
 
 
 class FaultDocument(ResponseModel):
-    """A fault or warning, counted: `name` says which of the scope, such as a device or a kind of job.
+    """A fault or warning with its count; `name`: which of the scope, such as a device or a kind of job.
 
-    `present`: whether it lasts; what only happened, such as a failed job, is over at once. `over_utc`: when
-    it ended, null while it is present.
+    `present`: whether it lasts; an incident, such as a failed job, is over at once. `over_utc`: when it
+    ended, null while it is present.
     """
 
     id: str
@@ -26,6 +26,6 @@ class FaultDocument(ResponseModel):
 
 
 class FaultsDismissed(ResponseModel):
-    """The faults that were taken off the list."""
+    """The faults that were removed from the list."""
 
     ids: list[str]

@@ -1,6 +1,6 @@
-"""Keeps the faults of the running server: counted by place, present or over, until they are dismissed.
+"""Lists the faults of the running server, counted by place, until they are dismissed.
 
-They are read from the event log, as it grows; a restart begins with none.
+They are derived from new events of the log; a restart begins with none.
 """
 
 import threading
@@ -14,12 +14,12 @@ from foveacam_server.resources.devices.faults.rules import FaultNews, FaultPlace
 from foveacam_server.resources.devices.faults.schema import FaultDocument, FaultsDismissed
 
 MOST = 50
-"""Faults on the list; beyond, those at its end that are over leave it first."""
+"""Largest number of faults on the list; beyond it, the last ones that are over are dropped first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Key:
-    """Faults that are one row: of a place, and where they do not last, with the same words."""
+    """Key of a row: lasting faults count together by place, others by place and words."""
 
     place: FaultPlace
     what: str | None
@@ -40,11 +40,11 @@ class _Row:
 
     @property
     def order(self) -> tuple[bool, int]:
-        """Place on the list: errors first, newest first within."""
+        """Sort key: errors first, then newest first."""
         return (self.level != "error", -self.last_event)
 
     def describe(self) -> FaultDocument:
-        """Return the row as REST shows it."""
+        """Return the document of the row."""
         return FaultDocument(
             id=self.id,
             level=self.level,
@@ -67,7 +67,7 @@ class FaultService:
         self._events = events
         self._lock = threading.Lock()
         self._rows: dict[_Key, _Row] = {}
-        events.on_event(self._hear)
+        events.on_event(self._handle_event)
 
     def describe(self) -> list[FaultDocument]:
         """Return all faults, errors first, the newest first within."""
@@ -75,7 +75,7 @@ class FaultService:
             return [row.describe() for row in self._ordered()]
 
     def dismiss(self, fault_id: str) -> None:
-        """Take a fault off the list or raise `NotFound`."""
+        """Remove a fault from the list or raise `NotFound`."""
         with self._lock:
             keys = [key for key, row in self._rows.items() if row.id == fault_id]
             for key in keys:
@@ -90,7 +90,7 @@ class FaultService:
         self._emit_dismissed([fault_id])
 
     def dismiss_over(self) -> FaultsDismissed:
-        """Take all faults that are over off the list."""
+        """Remove all faults that are over from the list."""
         with self._lock:
             over = {key: row.id for key, row in self._rows.items() if row.over_utc is not None}
             for key in over:
@@ -100,7 +100,7 @@ class FaultService:
             self._emit_dismissed(ids)
         return FaultsDismissed(ids=ids)
 
-    def _hear(self, event: Event) -> None:
+    def _handle_event(self, event: Event) -> None:
         news = news_of(event)
         if news is None:
             return

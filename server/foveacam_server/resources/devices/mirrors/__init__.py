@@ -1,1 +1,1 @@
-"""Mirrors: where they point, and steering them by hand."""
+"""Mirrors: their directions, their controller, and steering by hand."""

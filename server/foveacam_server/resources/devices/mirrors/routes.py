@@ -31,10 +31,10 @@ router = GuardedRouter("/mirrors", tags=["rig"], reading=Right.VIEW, changing=Ri
 
 
 class OverlayDistance(Protocol):
-    """Takes the distance for which the overlay of the wide view is drawn."""
+    """Receives the distance for which the overlay of the wide view is drawn."""
 
     def look_at_distance(self, distance_m: float) -> None:
-        """Draw for this distance from now on."""
+        """Draw the overlay for this distance from now on."""
         ...
 
 
@@ -59,7 +59,7 @@ async def steer(
     events: Provided[EventLog],
     x_lease: LeaseHeader = None,
 ) -> MirrorsDocument:
-    """Point both eyes at a direction and distance from the rig's origin; without a distance, parallel."""
+    """Point both eyes at a direction and distance from the rig's origin; in parallel without a distance."""
     lease.check(x_lease)
     calibration = calibration_in_force.require()
     ax_rad, ay_rad = math.radians(request.direction.ax_deg), math.radians(request.direction.ay_deg)
@@ -133,7 +133,7 @@ async def disable(
     return await _switched(lease, hardware, events, calibration, x_lease, on=False)
 
 
-@router.post("/recover", summary="Start the mirrors' DACs anew", responses=problems(409, 502, 503, 504))
+@router.post("/recover", summary="Restart the mirrors' DACs", responses=problems(409, 502, 503, 504))
 async def recover(
     lease: Provided[Lease],
     hardware: Provided[HardwareThread],
@@ -145,7 +145,7 @@ async def recover(
     lease.check(x_lease)
     hardware.mirrors.check()
     await asyncio.wrap_future(hardware.submit(lambda rig: rig.mirrors.recover()))
-    events.emit("mirrors.recovered", "the mirrors' DACs were started anew")
+    events.emit("mirrors.recovered", "the mirrors' DACs were restarted")
     return mirrors_document(hardware, calibration)
 
 
@@ -166,7 +166,7 @@ async def _switched(
 
 
 def mirrors_document(hardware: HardwareThread, calibration: CalibrationInForce) -> MirrorsDocument:
-    """Return both mirrors as REST shows them."""
+    """Return the document of both mirrors."""
     status = hardware.status
     state, telemetry = status.mirrors, status.telemetry
     connected, pose = state is not None and state.connected, hardware.pose

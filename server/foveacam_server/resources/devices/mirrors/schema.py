@@ -8,21 +8,21 @@ from foveacam_server.rig.schema import Direction
 
 
 class SteerRequest(RequestModel):
-    """Direction in which both eyes shall look; without a distance they look parallel."""
+    """Direction at which both eyes point; in parallel without a distance."""
 
     direction: Direction
     distance_m: DistanceM | None = None
 
 
 class EyeVolts(RequestModel):
-    """The differential drive of one mirror."""
+    """Differential volts of one mirror."""
 
     x_v: Volts
     y_v: Volts
 
 
 class VoltsRequest(RequestModel):
-    """Differential drive of each eye's mirror; an eye that is left out stays as it is."""
+    """Differential volts of each eye's mirror; an eye left out stays unchanged."""
 
     left: EyeVolts | None = None
     right: EyeVolts | None = None
@@ -35,13 +35,13 @@ class VoltsRequest(RequestModel):
 
 
 class SteerGaze(SteerRequest):
-    """A gaze of both eyes, and their vertical shift: the left eye looks lower by it, the right one higher."""
+    """A gaze of both eyes, and their vertical shift: by it the left eye points lower, the right higher."""
 
     vertical_shift_deg: Degrees = 0.0
 
 
 class EyeDocument(ResponseModel):
-    """One mirror's drive, and its direction by the calibration; null while unknown.
+    """One mirror's volts, and its direction by the calibration; null while unknown.
 
     They are unknown while the mirrors' controller is not connected: it may have stopped, or lost its supply.
     """
@@ -72,26 +72,26 @@ class ControllerLinkDocument(ResponseModel):
     rx_packets: int
     bad_packets: int
     crc: bool
-    """Whether packets carry a CRC: if the firmware supports it, and the rig file does not forbid it."""
+    """Whether packets carry a CRC: when the firmware supports it and the rig file allows it."""
     crc_errors: int
     """Bad packets that only the CRC detected."""
     lost_answers: int
-    """Requests whose answer was lost: the mirrors were parked, and the request failed."""
+    """Requests whose answer was lost, after which the mirrors were parked and the request failed."""
     tx_bytes_per_s: float
     rx_bytes_per_s: float
     tx_packets_per_s: float
     rx_packets_per_s: float
     queued_bytes: int
-    """Bytes accepted by the system and not yet by the controller."""
+    """Bytes accepted by the operating system but not yet by the controller."""
     rtt_p50_ms: float
     rtt_p95_ms: float
     rtt_p99_ms: float
     rtt_max_ms: float
     update_limit_hz: float
-    """Present limit of position updates a second on the link."""
+    """Present limit of position updates per second on the link."""
     clock_offset_ms: float
     clock_drift_ppm: float | None
-    """By how much the controller's clock runs faster than the host's."""
+    """Rate of the controller's clock relative to the host's; positive: faster."""
     streams: list[PositionStreamDocument]
 
 
@@ -103,7 +103,7 @@ class ControllerDocument(ResponseModel):
     serial: str
     version: str
     port: str
-    """Port that it is attached to; empty before it was."""
+    """Its serial port; empty before it was first connected."""
 
 
 class MirrorsDocument(ResponseModel):

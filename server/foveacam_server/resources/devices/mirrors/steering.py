@@ -1,4 +1,4 @@
-"""The steering socket and one client's session on it: its messages become targets; it is told the state."""
+"""The steering WebSocket and one client's session: turns messages into targets, reports the state."""
 
 import asyncio
 import math
@@ -24,8 +24,8 @@ from foveacam_server.rig.ports import CalibrationInForce
 from foveacam_server.rig.refusals import check_volts
 from foveacam_server.rig.stream import MessageStream
 
-TOLD_S, TOLD_AT_REST_S = 0.1, 0.5
-"""Periods of the state: while the mirrors are steered, and otherwise."""
+STATE_PERIOD_S, REST_PERIOD_S = 0.1, 0.5
+"""Periods of the state's reports, while the mirrors are steered and otherwise."""
 FIRST_MESSAGE_S = 10.0
 _POLICY_VIOLATION = 1008
 
@@ -34,7 +34,7 @@ router = GuardedRouter(tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 @dataclass(frozen=True, slots=True)
 class SteeringServices:
-    """What a steering session uses."""
+    """Services that a steering session needs."""
 
     hardware: HardwareThread
     calibration: CalibrationInForce
@@ -44,9 +44,9 @@ class SteeringServices:
 
 
 class SteeringSession:
-    """Serves one client of the steering socket; used on the event loop alone.
+    """Serves one client of the steering socket; to be used on the event loop only.
 
-    After a stop, a job, a fault or silence nothing moves until the client has let go and pressed again.
+    After a stop, a job, a fault or silence, nothing moves until the client has released and pressed again.
     """
 
     def __init__(self, services: SteeringServices, wire: MessageStream) -> None:
@@ -56,14 +56,14 @@ class SteeringSession:
         self._begin = messages.Begin(type="begin")
         self._course: SteeringCourse | None = None
         self._barred: str | None = None
-        """Why it must let go first."""
+        """Why the client must release before it can steer again."""
         self._refused: str | None = None
         self._wakeup = asyncio.Event()
 
     async def run(self) -> None:
-        """Serve the client until it leaves; raise `FoveaError` when its first message is refused."""
+        """Serve the client until it disconnects; raise `FoveaError` when its first message is refused."""
         await self._begin_with(await self._first())
-        tasks = [asyncio.create_task(self._listen()), asyncio.create_task(self._tell())]
+        tasks = [asyncio.create_task(self._listen()), asyncio.create_task(self._send_states())]
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
@@ -91,7 +91,7 @@ class SteeringSession:
             messages.hello(max_v=self._services.hardware.status.max_v, calibrated=calibrated)
         )
 
-    # What the client says ----------------------------------------------------------------------------------
+    # Messages of the client --------------------------------------------------------------------------------
 
     async def _listen(self) -> None:
         while True:
@@ -118,8 +118,8 @@ class SteeringSession:
             if message.held or message.volts is not None or message.gaze is not None:
                 self._press(message)
             return
-        self._hand.hear(course)  # it is there, whether or not its target is refused
-        self._hand.hear(course, self._target(message, before=course.target))
+        self._hand.record_message(course)  # the client is alive, whether or not its target is refused
+        self._hand.record_message(course, self._target(message, before=course.target))
         if not message.held:
             self._hand.release(course)
 
@@ -159,9 +159,9 @@ class SteeringSession:
         if course is not None and course.over is not None and self._barred is None:
             self._barred = course.over
 
-    # What the client is told -------------------------------------------------------------------------------
+    # Reports to the client ---------------------------------------------------------------------------------
 
-    async def _tell(self) -> None:
+    async def _send_states(self) -> None:
         while True:
             self._wakeup.clear()
             if self._refused is not None:
@@ -170,14 +170,14 @@ class SteeringSession:
             status = self._status()
             await self._wire.send_text(self._state(status))
             active = status in (SteeringStatus.STEERING, SteeringStatus.SILENT)
-            await self._pause(status, TOLD_S if active else TOLD_AT_REST_S)
+            await self._pause(status, STATE_PERIOD_S if active else REST_PERIOD_S)
 
-    async def _pause(self, told: SteeringStatus, wait_s: float) -> None:
-        """Wait for the next report: no sooner than while steering, at once where something has changed."""
-        await asyncio.sleep(TOLD_S)
-        if self._status() is told and self._refused is None and wait_s > TOLD_S:
+    async def _pause(self, sent: SteeringStatus, wait_s: float) -> None:
+        """Wait until the next report is due: the steering period, or longer while nothing changes."""
+        await asyncio.sleep(STATE_PERIOD_S)
+        if self._status() is sent and self._refused is None and wait_s > STATE_PERIOD_S:
             try:
-                async with asyncio.timeout(wait_s - TOLD_S):
+                async with asyncio.timeout(wait_s - STATE_PERIOD_S):
                     await self._wakeup.wait()
             except TimeoutError:
                 return
@@ -202,7 +202,7 @@ class SteeringSession:
         )
 
     def _gaze_rad(self) -> tuple[float, float] | None:
-        """Return the middle of both eyes' directions; None while it is not known."""
+        """Return the mean direction of both eyes; None while it is unknown."""
         pose, calibration = self._services.hardware.pose, self._services.calibration.current
         if pose is None or calibration is None:
             return None

@@ -18,7 +18,7 @@ EXAMPLE = '{"type":"steer","held":true,"volts":{"left":{"x_v":10.0,"y_v":0.0}}}'
 
 
 class Begin(RequestModel):
-    """The first message: who steers, and the lease where somebody holds it."""
+    """The first message: who steers, with the lease's token where the lease is held."""
 
     type: Literal["begin"]
     name: Label = "somebody"
@@ -26,9 +26,9 @@ class Begin(RequestModel):
 
 
 class Steer(RequestModel):
-    """Where to, and whether the client holds on; without a place it says only that the client is there.
+    """A target, and whether the client keeps holding; without a target, a sign of life.
 
-    Not held, the mirrors go to the place, or to the last one, and stay there.
+    When not held, the mirrors go to this or the last target and stay there.
     """
 
     type: Literal["steer"]
@@ -59,7 +59,7 @@ def parse(text: str) -> Begin | Steer:
 
 
 def hello(*, max_v: float, calibrated: bool) -> str:
-    """Return the answer to `begin`: the limits, and how long a client may be silent."""
+    """Return the answer to `begin`: the limits, and the timeout of a silent client."""
     return json.dumps(
         {
             "type": "hello",
@@ -81,9 +81,9 @@ def state(
     target: StereoVolts | None,
     gaze_rad: tuple[float, float] | None,
 ) -> str:
-    """Return what the session does, who holds the mirrors, and where they stand; null: not known.
+    """Return the session's state, who holds the mirrors, and the mirrors' pose; null: unknown.
 
-    `gaze_rad`: (ax, ay) of the middle between both eyes.
+    `gaze_rad`: mean direction (ax, ay) of both eyes.
     """
     return json.dumps(
         {
@@ -99,7 +99,7 @@ def state(
 
 
 def problem(error: FoveaError) -> str:
-    """Return the answer to a message that was refused: the problem as REST tells it."""
+    """Return the answer to a refused message: the problem document as in REST."""
     return json.dumps({**problem_of(error).document().model_dump(exclude_unset=True), "type": "problem"})
 
 

@@ -1,4 +1,4 @@
-"""Where the mirrors are steered to: volts of a request, or of a direction, distance and vertical shift."""
+"""Computes the volts of a steering target: given volts, or a direction, distance and vertical shift."""
 
 import math
 
@@ -8,11 +8,11 @@ from foveacam_server.resources.devices.mirrors.schema import EyeVolts, SteerGaze
 from foveacam_server.rig.refusals import check_direction
 
 SHIFT_LIMIT_DEG = 0.5
-"""Largest vertical shift of the eyes by hand, either way."""
+"""Largest vertical shift in steering by hand, in either direction."""
 
 
 def volts_of(request: VoltsRequest, *, before: StereoVolts) -> StereoVolts:
-    """Return the volts of a request; those of an eye that is left out are as before."""
+    """Return the volts of a request; an eye left out keeps its present ones."""
     return StereoVolts(
         left=_eye(request.left, before=before.left), right=_eye(request.right, before=before.right)
     )

@@ -1,4 +1,4 @@
-"""The pan-tilt through the hardware thread: for REST, and for a job that has the rig exclusively."""
+"""Moves the pan-tilt through the hardware thread, for REST and for a job with exclusive use of the rig."""
 
 from concurrent.futures import Future
 
@@ -33,7 +33,7 @@ class PanTiltService:
 
     @property
     def stations(self) -> tuple[Station, ...]:
-        """The named stations of the rig."""
+        """Named poses of the pan-tilt, from the rig file."""
         return self._hardware.status.stations
 
     def station(self, name: str) -> Station:
@@ -50,7 +50,7 @@ class PanTiltService:
         )
 
     def move(self, pose: PanTiltPose) -> "Future[None]":
-        """Start a move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
+        """Start a move; raise `OutOfRange`, `Busy`, `Stopped`, `NotConnected` at once or by the future."""
         self._check_free("turn the rig")
         return self._hardware.submit(lambda rig: begin_move(rig, pose, halted=lambda: self._hardware.halted))
 
@@ -60,12 +60,12 @@ class PanTiltService:
         return self._hardware.submit(lambda rig: begin_homing(rig, halted=lambda: self._hardware.halted))
 
     def confirm_zero(self) -> "Future[None]":
-        """Take the present position as the zero, as the operator confirms."""
-        self._check_free("take where the pan-tilt stands for its zero")
+        """Take the present position as the zero, on the operator's confirmation."""
+        self._check_free("take the pan-tilt's present pose as its zero")
         return self._hardware.submit(lambda rig: _pan_tilt_of(rig).confirm_zero())
 
     def hold(self) -> None:
-        """Stop moving now, without the queue."""
+        """Stop moving now, bypassing the queue."""
         self._hardware.hold_pan_tilt()
 
     def read_state(self) -> "Future[PanTiltState]":

@@ -30,7 +30,7 @@ ABSENT = PanTiltState(connected=False)
 
 @router.get("", summary="Where the rig points")
 async def pan_tilt(pan_tilt_service: Provided[PanTiltService]) -> PanTiltDocument:
-    """Return where the pan-tilt is now, its limits and the rig's stations."""
+    """Return the pan-tilt's present pose, its limits and the rig's stations."""
     if not pan_tilt_service.usable:
         return pan_tilt_document(pan_tilt_service)
     return await _now(pan_tilt_service)
@@ -44,7 +44,7 @@ async def move(
     events: Provided[EventLog],
     x_lease: LeaseHeader = None,
 ) -> PanTiltDocument:
-    """Start to turn the rig to a station or a bearing; answer while it moves."""
+    """Start to turn the rig to a station or a bearing; returns before it arrives."""
     lease.check(x_lease)
     pose = _pose(request, pan_tilt)
     await asyncio.wrap_future(pan_tilt.move(pose))
@@ -70,7 +70,7 @@ async def home(
 
 
 @router.post(
-    "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
+    "/zero_confirmations", summary="Confirm its zero position", responses=problems(409, 502, 503, 504)
 )
 async def confirm_zero(
     lease: Provided[Lease],
@@ -78,18 +78,18 @@ async def confirm_zero(
     events: Provided[EventLog],
     x_lease: LeaseHeader = None,
 ) -> PanTiltDocument:
-    """Take the present pose as the zero, as the operator confirms; for one without reference switches.
+    """Take the present pose as the zero on the operator's confirmation, without reference switches.
 
     It clears the fault of a board that has restarted; on a shared board it applies to every axis.
     """
     lease.check(x_lease)
     await asyncio.wrap_future(pan_tilt.confirm_zero())
-    events.emit("pan_tilt.zero_confirmed", "pan-tilt: said to stand at its zero")
+    events.emit("pan_tilt.zero_confirmed", "pan-tilt: its present pose was confirmed as its zero")
     return await _now(pan_tilt)
 
 
 def pan_tilt_document(service: PanTiltService, state: PanTiltState | None = None) -> PanTiltDocument:
-    """Return the pan-tilt as REST shows it; `state`: newer than the last status."""
+    """Return the pan-tilt's document; `state`: one newer than the last status."""
     status = service.status
     seen = state or (ABSENT if status is None else status.state)
     info = None if status is None else status.info

@@ -1,4 +1,4 @@
-"""The rail through the hardware thread: its status, moves, and holding it."""
+"""Moves the rail through the hardware thread: status, moves, hold, homing."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -21,7 +21,7 @@ from foveacam_server.rig.ports import AssembledRig
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RailStatus:
-    """The rail at one moment."""
+    """Status of the rail at one moment."""
 
     info: DeviceInfo
     limits: RailLimits
@@ -42,7 +42,7 @@ class RailService:
         return self._hardware.submit(self._read_status)
 
     def move(self, position_m: float) -> "Future[None]":
-        """Start a move; raise `OutOfRange`, `Busy`, `Stopped` or `NotConnected` by the future or at once."""
+        """Start a move; raise `OutOfRange`, `Busy`, `Stopped`, `NotConnected` at once or by the future."""
         return self._begin("move the rig", lambda rail: rail.move_to(position_m))
 
     def move_to_place(self, name: str) -> "Future[float]":
@@ -55,12 +55,12 @@ class RailService:
         return self._begin("home the rail", lambda rail: rail.home())
 
     def confirm_zero(self) -> "Future[None]":
-        """Take the present position as the zero, as the operator confirms."""
-        self._check_free("take where the rail stands for its zero")
+        """Take the present position as the zero, on the operator's confirmation."""
+        self._check_free("take the rail's present position as its zero")
         return self._hardware.submit(lambda rig: self._rail_of(rig).confirm_zero())
 
     def hold(self) -> None:
-        """Stop moving now, without the queue, if there is a rail that was used before."""
+        """Stop moving now, bypassing the queue, if there is a rail that was used before."""
         if self._known is not None:
             self._known.hold()
 

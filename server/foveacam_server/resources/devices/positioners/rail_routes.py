@@ -26,9 +26,9 @@ router = GuardedRouter(
 MM_PER_M = 1e3
 
 
-@router.get("", summary="Where the rig stands on its rail")
+@router.get("", summary="Position of the rig on its rail")
 async def rail(rail_service: Provided[RailService]) -> RailDocument:
-    """Return where the rail is now, its limits and its named places."""
+    """Return the rail's present position, its limits and its named places."""
     try:
         return await _now(rail_service)
     except NotConnected:  # the rig itself is still opening
@@ -43,7 +43,7 @@ async def move(
     events: Provided[EventLog],
     x_lease: LeaseHeader = None,
 ) -> RailDocument:
-    """Start to move the rig to a named place or a position; answer while it moves."""
+    """Start to move the rig to a named place or a position; returns before it arrives."""
     lease.check(x_lease)
     position_mm = await _begin(request, rail)
     events.emit("rail.moved", f"moving the rig to {position_mm:.1f} mm")
@@ -68,7 +68,7 @@ async def home(
 
 
 @router.post(
-    "/zero_confirmations", summary="Say that it stands at its zero", responses=problems(409, 502, 503, 504)
+    "/zero_confirmations", summary="Confirm its zero position", responses=problems(409, 502, 503, 504)
 )
 async def confirm_zero(
     lease: Provided[Lease],
@@ -76,18 +76,18 @@ async def confirm_zero(
     events: Provided[EventLog],
     x_lease: LeaseHeader = None,
 ) -> RailDocument:
-    """Take the present position as the zero, as the operator confirms; for one without reference switches.
+    """Take the present position as the zero on the operator's confirmation, without reference switches.
 
     It clears the fault of a board that has restarted; on a shared board it applies to every axis.
     """
     lease.check(x_lease)
     await asyncio.wrap_future(rail.confirm_zero())
-    events.emit("rail.zero_confirmed", "rail: said to stand at its zero")
+    events.emit("rail.zero_confirmed", "rail: its present position was confirmed as its zero")
     return await _now(rail)
 
 
 def rail_document(seen: RailStatus | None) -> RailDocument:
-    """Return the rail as REST shows it; None when there is none."""
+    """Return the document of the rail; None without a rail."""
     state = RailState(connected=False) if seen is None else seen.state
     info = None if seen is None else seen.info
     return RailDocument(

@@ -8,7 +8,7 @@ from foveacam_server.rig.schema import DeviceInfoDocument
 
 
 class RailLimitsDocument(ResponseModel):
-    """How far the rail reaches, from its middle."""
+    """Range of the rail, from its middle."""
 
     min_mm: float
     max_mm: float
@@ -29,14 +29,14 @@ class RailDocument(ResponseModel):
     moves_itself: bool
     """False when the operator pushes the rig by hand."""
     wanted_mm: float | None
-    """Position to which the operator is asked to push it; null when none, or when it moves itself."""
+    """Position to which the operator is asked to push the rig; null without one, or for a motorised rail."""
     connected: bool
     homed: bool
     moving: bool
     position_mm: float | None
     fault: str | None
     awaits_zero: bool
-    """Whether it awaits the confirmation that it stands at its zero: `zero_confirmations`."""
+    """Whether it waits for the confirmation of its zero by `zero_confirmations`."""
     limits: RailLimitsDocument | None
     places: list[RailPlaceDocument]
 
@@ -76,7 +76,7 @@ class PanTiltDocument(ResponseModel):
     """False when the operator turns the rig by hand."""
     wanted_pan_deg: float | None
     wanted_tilt_deg: float | None
-    """Pose to which the operator is asked to turn it; null when none, or when it moves itself."""
+    """Pose to which the operator is asked to turn the rig; null without one, or for a motorised pan-tilt."""
     connected: bool
     homed: bool
     moving: bool
@@ -84,7 +84,7 @@ class PanTiltDocument(ResponseModel):
     tilt_deg: float | None
     fault: str | None
     awaits_zero: bool
-    """Whether it awaits the confirmation that it stands at its zero: `zero_confirmations`."""
+    """Whether it waits for the confirmation of its zero by `zero_confirmations`."""
     limits: PanTiltLimitsDocument | None
     stations: list[StationDocument]
 

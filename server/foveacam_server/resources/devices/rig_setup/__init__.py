@@ -1,1 +1,1 @@
-"""Setting a rig up: devices found, a draft of its file with faults and advice, the file, opening it."""
+"""Set-up of a rig: found devices, a draft of the rig file with faults and advice, saving, opening."""

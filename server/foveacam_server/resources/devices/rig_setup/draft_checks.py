@@ -1,4 +1,4 @@
-"""What the doctor finds about a draft of a rig, and what is wrong with each of its fields."""
+"""Checks a draft of a rig file: findings of the doctor, and faults field by field."""
 
 from collections.abc import Sequence
 
@@ -22,14 +22,14 @@ FIELDS = {
     "held_devices": "mirrors.port",
     "ftdi_latency": "mirrors.port",
 }
-"""Where the findings belong; all others belong to the cameras as a whole."""
+"""The draft's field of each finding; all other findings belong to the cameras as a whole."""
 CAMERAS = "cameras"
 CAMERA_KEYS = frozenset({"kind", "serial", "source"})
-"""Keys of a camera's table that the draft's choice of a camera stands for."""
+"""Keys of a camera's table that belong to the draft's choice of a camera."""
 
 
 def needs_of_draft(draft: RigDraft) -> RigNeeds:
-    """Return what the devices of a draft need of the machine; simulated ones need nothing."""
+    """Return what the devices of a draft require of the machine; simulated ones require nothing."""
     chosen = [(role, getattr(draft.cameras, role)) for role in ROLES]
     cameras = tuple(
         NamedCamera(role=role, kind=camera.kind, wanted=camera.name)
@@ -42,9 +42,9 @@ def needs_of_draft(draft: RigDraft) -> RigNeeds:
 
 
 def advice_on(draft: RigDraft, search: DeviceSearch, *, ours: bool) -> list[AdviceDocument]:
-    """Run the checks that a draft's devices need, on the cameras that were found last.
+    """Run the checks of a draft's devices, with the cameras of the last search.
 
-    `ours`: whether this server has the draft's devices open, so that their holder is no problem.
+    `ours`: whether this server itself has the draft's devices open, which is then no problem.
     """
     machine, needs = search.machine, needs_of_draft(draft)
     cameras, searched = look_for_cameras(search.remembered(), needs)
@@ -74,7 +74,7 @@ def advice_on(draft: RigDraft, search: DeviceSearch, *, ours: bool) -> list[Advi
 
 
 def _counts(finding: Finding) -> bool:
-    """Return whether a finding says something: what is well is told of the chosen cameras alone."""
+    """Return whether to report a finding: good ones are reported of the chosen cameras only."""
     return finding.level is not Severity.OK or finding.name.removeprefix("camera_") in ROLES
 
 
@@ -89,7 +89,7 @@ def _document(finding: Finding) -> AdviceDocument:
 
 
 def faults_of(draft: RigDraft, content: TomlTable) -> list[DraftFault]:
-    """Return the faults of a draft whose file would have this content."""
+    """Return the faults of a draft; `content`: that of the rig file that it would make."""
     found = [DraftFault(field=_field(fault.key), message=fault.message) for fault in rig_faults(content)]
     return [*_mixed(draft), *found] if is_simulated(draft) else found
 
@@ -108,7 +108,7 @@ def _field(key: str) -> str:
 
 
 def _mixed(draft: RigDraft) -> list[DraftFault]:
-    """Return the faults of a draft that has simulated devices: all are, and each in its own place."""
+    """Return the faults of a simulated draft: all devices must be simulated, each in its own role."""
     faults = []
     if draft.mirrors.port != SIMULATED:
         faults.append(

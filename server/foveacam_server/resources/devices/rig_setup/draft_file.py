@@ -1,6 +1,6 @@
-"""Reads a draft from a rig file and writes it into one; comments, order and other keys of the file stay.
+"""Reads a draft from a rig file and merges it into one; comments, order and other keys of the file stay.
 
-Only what the draft changes against the state `before` is written, so that an edit by hand stays as well.
+Only differences of the draft from `before` are written, so that edits by hand stay as well.
 """
 
 from collections.abc import Set
@@ -46,7 +46,7 @@ KEPT_BY_CAMERAS = frozenset(
     {"exposure_ms", "exposure_auto", "gain_db", "black_level", "pixel_format", "frame_rate_hz"}
     | {"frame_rate_auto", "width_px", "height_px"}
 )
-"""Keys of a role that stay when another kind of camera gets it; lines and packets are the kind's own."""
+"""Keys of a role that stay when the kind of its camera changes; other keys are specific to the kind."""
 NEW_RIG = """\
 # A rig, written by the set-up page. Edit it as you like: comments and other keys stay.
 format = "foveacam-rig"
@@ -94,7 +94,7 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 def is_simulated(draft: RigDraft) -> bool:
-    """Return whether a draft has a device of the simulation."""
+    """Return whether a draft has a simulated device."""
     cameras = (draft.cameras.wide, draft.cameras.left, draft.cameras.right)
     return draft.mirrors.port == SIMULATED or any(
         camera is not None and camera.kind == SIMULATED for camera in cameras
@@ -102,7 +102,7 @@ def is_simulated(draft: RigDraft) -> bool:
 
 
 def draft_of(content: TomlTable) -> RigDraft:
-    """Return the draft that a rig file's content stands for; what it leaves out, or has wrong, is default."""
+    """Return the draft of a rig file's content; missing or invalid values get their defaults."""
     if content.get("kind", SIMULATED) == SIMULATED:
         return _simulated_draft(content)
     cameras = _table(content, "cameras")
@@ -120,7 +120,7 @@ def draft_of(content: TomlTable) -> RigDraft:
 
 
 def merge_draft(text: str | None, draft: RigDraft, *, before: RigDraft | None) -> str:
-    """Return a rig file's text with what the draft changes; `text`, `before` None: a new file."""
+    """Return a rig file's text with the draft's changes merged; `text`, `before` None: a new file."""
     kind = SIMULATED if is_simulated(draft) else "serial"
     document = None if text is None else tomlkit.parse(text)
     if document is None or document.get("kind", SIMULATED) != kind:
@@ -152,7 +152,7 @@ def _merge_head(document: TOMLDocument, draft: RigDraft, before: RigDraft | None
 
 
 def _merge_binning(document: TOMLDocument, draft: RigDraft, before: RigDraft | None) -> None:
-    """Write the working binning, or drop it where the usual one of the rig's kind is to count."""
+    """Write the working binning, or delete it where the default of the rig's kind is to apply."""
     if draft.working_binning == (None if before is None else before.working_binning):
         return
     head = [item for key, item in document.body if key is not None and not isinstance(item, Table | AoT)]
@@ -160,7 +160,7 @@ def _merge_binning(document: TOMLDocument, draft: RigDraft, before: RigDraft | N
         document.pop(BINNING, None)
     elif BINNING in document or not head:
         document[BINNING] = draft.working_binning
-    else:  # after the last one, before what is written above the first table
+    else:  # after the last key, before the comments above the first table
         trivia = head[-1].trivia
         trivia.trail = f"{trivia.trail or chr(10)}{BINNING} = {draft.working_binning}\n"
 
@@ -194,7 +194,7 @@ def _merge_camera(document: TOMLDocument, role: str, camera: DraftCamera | None)
 
 
 def _merge_trigger(document: TOMLDocument, trigger: FoveaTrigger) -> None:
-    """Write what starts the exposures of both foveae, where it is not what the file says already."""
+    """Write the trigger of both foveae where it differs from the file's."""
     cameras = _table(document, "cameras")
     for role in FOVEAE:
         table = cameras.get(role)
@@ -221,7 +221,7 @@ def _merge_pan_tilt(document: TOMLDocument, now: DraftPanTilt | None, before: Dr
 
 
 def _set(table: Table, key: str, value: object) -> None:
-    """Set a key; a new one follows the last one, before what is written above the next table."""
+    """Set a key; a new one is added after the last key, before the comments above the next table."""
     if key in table:
         table[key] = value
         return
@@ -262,7 +262,7 @@ def _fovea_trigger(cameras: TomlTable) -> FoveaTrigger:
 
 
 def _trigger_of(table: TomlTable) -> FoveaTrigger | None:
-    """Return what starts the exposures of a fovea's camera; None without one, or where it is wrong."""
+    """Return the trigger of a fovea's camera; None without a camera or for an invalid trigger."""
     if table.get("kind") not in CAMERAS:
         return None
     given = table.get("trigger", "none" if table["kind"] == "opencv" else "hardware")
@@ -275,9 +275,9 @@ def _table(content: TomlTable, key: str) -> TomlTable:
 
 
 def _valid(model: type[ModelT], content: TomlTable) -> ModelT | None:
-    """Return the model of a table's values; wrong ones are left to the file's own check.
+    """Return the model of a table's values without the invalid ones, which the file's own check reports.
 
-    None where a value that the model must have is missing or wrong.
+    None where a required value is missing or invalid.
     """
     given = {key: content[key] for key in model.model_fields if key in content}
     try:

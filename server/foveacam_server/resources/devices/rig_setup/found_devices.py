@@ -31,14 +31,14 @@ THIS_RIG = "this rig has it open"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviceSearch:
-    """Searches of one machine, with what each found last; a test gives its own."""
+    """Searches of one machine, with the last result of each; tests replace the searches."""
 
     machine: Machine = field(default_factory=Machine)
     cameras: Mapping[str, Discover] = field(default_factory=camera_searches)
     _last: dict[str, list[FoundCamera] | FoveaError] = field(default_factory=dict)
 
     def run(self, *, status: RigStatus, needs: RigNeeds) -> FoundDevices:
-        """Search all buses, which takes seconds. `needs`: of the open rig."""
+        """Search all buses, which takes seconds. `needs`: the open rig's, to name the ports in use."""
         found, silent = [], []
         for kind in self.cameras:
             try:
@@ -53,7 +53,7 @@ class DeviceSearch:
         return FoundDevices(cameras=found, ports=ports, silent=silent)
 
     def require_camera(self, kind: CameraKind, name: str) -> None:
-        """Raise `NotFound` for a camera that its bus does not have now."""
+        """Raise `NotFound` when a camera is not on its bus now."""
         if any(camera.info.serial == name for camera in self._known(kind)):
             return
         names = [camera.info.serial for camera in self._search(kind)] if kind in self.cameras else []
@@ -66,7 +66,7 @@ class DeviceSearch:
             )
 
     def remembered(self) -> Mapping[str, Discover]:
-        """Return searches that answer with what was found last, and search where nothing was yet."""
+        """Return searches that reuse the last result, and search only where there is none yet."""
         return {kind: partial(self._remembered, kind) for kind in self.cameras}
 
     def _remembered(self, kind: str) -> list[FoundCamera]:
@@ -123,7 +123,7 @@ class DeviceSearch:
         return f"{user} may not open it; sudo usermod -aG {group} {user}, then log out and in again"
 
     def _holder(self, device: str) -> str | None:
-        """Return which other program has a device file open; None for none, or another kind of address."""
+        """Return which process has a device file open; None for none or for another kind of address."""
         if not device.startswith("/dev/"):
             return None
         holders = self.machine.holders(self.machine.at(device))
@@ -141,7 +141,7 @@ def _role_of(camera: FoundCamera, status: RigStatus) -> RoleName | None:
 
 
 def _stable_name(port: UsbSerialPort, *, controller: bool) -> str:
-    """Return the name of a port that stays the same when it is plugged in elsewhere, where it has one."""
+    """Return a name of the port that stays the same in another socket, where it has one."""
     if controller and port.serial:
         return f"{BY_SERIAL}{port.serial}"
     return f"{BY_ID}/{port.by_id.removeprefix('by-id/')}" if port.by_id else port.name

@@ -1,4 +1,4 @@
-"""One picture of a found camera: of the open rig's view, or taken with the camera, opened for a moment."""
+"""Takes one picture of a found camera: the open rig's newest, or by opening the camera briefly."""
 
 import threading
 from typing import Protocol
@@ -21,7 +21,7 @@ class NewestPictures(Protocol):
 
 
 class CameraPictures:
-    """Takes one picture at a time; blocks for seconds, so never called on the event loop."""
+    """Takes one picture at a time; blocks for seconds, so not to be called on the event loop."""
 
     def __init__(self, views: NewestPictures, search: DeviceSearch, *, clock: Clock) -> None:
         self._views = views
@@ -30,9 +30,9 @@ class CameraPictures:
         self._one_at_a_time = threading.Lock()
 
     def take(self, kind: CameraKind, name: str, status: RigStatus) -> bytes:
-        """Return a picture as JPEG, half size when it is of the open rig.
+        """Return a picture as JPEG, at half size for a camera of the open rig.
 
-        Raise `NotFound` for a camera that is not there, `NotConnected` for one that another program holds.
+        Raise `NotFound` for a camera that is not there, `NotConnected` for one in use by another program.
         """
         view = _view_of(kind, name, status)
         if view is not None:
@@ -53,7 +53,7 @@ class CameraPictures:
 
 
 def _view_of(kind: CameraKind, name: str, status: RigStatus) -> str | None:
-    """Return the view of a camera that the open rig has; None for another camera."""
+    """Return the view of a camera of the open rig; None for any other camera."""
     for camera in status.cameras:
         mine = camera.role.value if status.simulated else camera.info.serial
         if (kind == SIMULATED) == status.simulated and mine == name and camera.connected:

@@ -1,6 +1,7 @@
-"""The rig files of the data directory and the one of the command line: read, listed, written, put back.
+"""Lists, reads, writes and restores the rig files of the data directory and that of the command line.
 
-A file is written only over the content that its writer has seen; what it replaces is kept as a version.
+A file is overwritten only if it still has the content that the writer saw; the old content is kept as a
+version.
 """
 
 import difflib
@@ -14,7 +15,7 @@ from foveacam_hardware.rig_config import load_rig_config
 from foveacam_server.foundation.errors import EditedMeanwhile, NotFound
 from foveacam_server.foundation.whole_file import write_whole
 
-TomlTable = dict[str, Any]  # Any: not checked yet
+TomlTable = dict[str, Any]  # Any: not validated yet
 """A table of a rig file."""
 RIGS = "rigs"
 """Folder of the data directory with rig files."""
@@ -22,7 +23,7 @@ VERSIONS_KEPT = 50
 
 
 class RigFileFolder:
-    """The rig files that a server may read and write; `given`: the one of the command line, if any."""
+    """The rig files that a server may read and write; `given`: that of the command line, if any."""
 
     def __init__(self, data: Path, *, given: Path | None) -> None:
         self._folder = data / RIGS
@@ -64,7 +65,7 @@ class RigFileFolder:
         return None
 
     def read(self, path: Path) -> str | None:
-        """Return a file's text; None when there is no file; raise `InvalidInput` for one that is no text."""
+        """Return a file's text; None without a file; raise `InvalidInput` when it is not text."""
         try:
             return path.read_text(encoding="utf-8")
         except FileNotFoundError:
@@ -73,18 +74,18 @@ class RigFileFolder:
             raise InvalidInput(f"rig file {path}: cannot be read ({error}); correct it by hand") from error
 
     def write(self, path: Path, text: str, *, seen: str | None) -> None:
-        """Write a file that still has the content that was `seen`, and keep that as a version."""
+        """Write a file if it still has the content with hash `seen`; keep the old content as a version."""
         before = self._check_seen(path, seen)
         if before is not None:
             self._keep(path, before)
         write_whole(path, text, what=f"the rig file {path.name}")
 
     def versions(self, path: Path) -> int:
-        """Return how many earlier versions of a file can be put back."""
+        """Return how many earlier versions of a file can be restored."""
         return len(self._kept(path))
 
     def put_back(self, path: Path, *, seen: str | None) -> None:
-        """Write the last version of a file over the content that was `seen`."""
+        """Restore the last version of a file if it still has the content with hash `seen`."""
         self._check_seen(path, seen)
         kept = self._kept(path)
         if not kept:
@@ -95,7 +96,7 @@ class RigFileFolder:
         kept[-1].unlink()
 
     def _check_seen(self, path: Path, seen: str | None) -> str | None:
-        """Return a file's present text; raise `EditedMeanwhile` when it is not the one that was seen."""
+        """Return a file's present text; raise `EditedMeanwhile` when it has another hash than `seen`."""
         now = self.read(path)
         if hash_of(now) != seen:
             raise EditedMeanwhile(
@@ -137,7 +138,7 @@ def difference(before: str | None, after: str | None, *, name: str) -> str:
 
 
 def content_of(text: str | None) -> TomlTable:
-    """Return the content of a rig file's text; nothing for a text that is no TOML."""
+    """Return the content of a rig file's text; empty when it is not TOML."""
     try:
         return tomllib.loads(text or "")
     except tomllib.TOMLDecodeError:

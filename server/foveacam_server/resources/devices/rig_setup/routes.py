@@ -1,4 +1,4 @@
-"""Routes of the set-up: devices found, their pictures and tries, the draft, its file, opening it."""
+"""Routes of the set-up: found devices, their pictures and tests, the draft, its file, opening it."""
 
 from typing import Annotated
 
@@ -51,7 +51,7 @@ KindQuery = Annotated[CameraKind, Query(description="kind of the camera, as foun
 NameQuery = Annotated[CameraName, Query(description="name of the camera, as found")]
 
 
-@router.get("/devices", summary="What every bus has")
+@router.get("/devices", summary="Cameras and ports on every bus")
 def devices(
     device_search: Provided[DeviceSearch],
     hardware: Provided[HardwareThread],
@@ -73,7 +73,7 @@ def picture(
     camera_pictures: Provided[CameraPictures],
     hardware: Provided[HardwareThread],
 ) -> Response:
-    """Return a picture as JPEG; a camera that nobody has is opened for a moment."""
+    """Return a picture as JPEG; a camera that is not in use is opened briefly."""
     jpeg = camera_pictures.take(kind, name, hardware.status)
     return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
 
@@ -86,13 +86,13 @@ def draft(rig_setup: Provided[RigSetupService]) -> DraftDocument:
 
 @router.put("/draft", summary="Change the draft", responses=problems(507))
 def change_draft(request: RigDraft, rig_setup: Provided[RigSetupService]) -> DraftDocument:
-    """Put other values into the draft; wrong ones are kept, and named in the answer."""
+    """Replace the draft's values; invalid ones are kept, and listed as faults in the answer."""
     return rig_setup.put(request)
 
 
 @router.post("/draft", summary="Begin a draft anew", responses=problems(404, 507))
 def begin_draft(request: DraftStart, rig_setup: Provided[RigSetupService]) -> DraftDocument:
-    """Begin from a rig file of the list, or from nothing; what was not saved is gone."""
+    """Begin from a rig file of the list, or from an empty draft; unsaved changes are lost."""
     return rig_setup.begin(request.path)
 
 
@@ -100,7 +100,7 @@ def begin_draft(request: DraftStart, rig_setup: Provided[RigSetupService]) -> Dr
 def advice(
     rig_setup: Provided[RigSetupService], device_search: Provided[DeviceSearch]
 ) -> list[AdviceDocument]:
-    """Check cameras, ports and machine for the draft's devices; cameras as the last search found them."""
+    """Check cameras, ports and machine for the draft's devices, with the cameras of the last search."""
     draft = rig_setup.draft
     wanted, opened = needs_of_draft(draft).ports, rig_setup.open_needs().ports
     ours = set(wanted.values()) <= set(opened.values())
@@ -109,25 +109,25 @@ def advice(
 
 @router.get("/file", summary="The rig file and what saving changes", responses=problems(422))
 def rig_file(rig_setup: Provided[RigSetupService]) -> RigFileDocument:
-    """Return the file's hash, what saving would make of it, and what others changed meanwhile."""
+    """Return the file's hash, the changes that saving would make, and what others have changed meanwhile."""
     return rig_setup.review()
 
 
 @router.put("/file", summary="Save the rig file", responses=problems(409, 422, 507))
 def save_file(request: FileOrder, rig_setup: Provided[RigSetupService]) -> RigFileDocument:
-    """Write the draft into its file, if that has the hash that was seen; comments and other keys stay."""
+    """Merge the draft into its file if the file still has the seen hash; comments and other keys stay."""
     return rig_setup.save(request.hash)
 
 
 @router.post("/undo", summary="Put the file's last version back", responses=problems(404, 409, 507))
 def undo(request: FileOrder, rig_setup: Provided[RigSetupService]) -> RigFileDocument:
-    """Undo the last saving, if the file has the hash that was seen."""
+    """Undo the last save if the file still has the seen hash."""
     return rig_setup.undo(request.hash)
 
 
 @router.get("/files", summary="The rig files that can be opened")
 def files(rig_setup: Provided[RigSetupService]) -> RigFiles:
-    """Return the command line's rig file and those of the data directory, with what is wrong with each."""
+    """Return the command line's rig file and those of the data directory, with the faults of each."""
     return rig_setup.files()
 
 
@@ -140,7 +140,7 @@ def open_rig(
     hardware: Provided[HardwareThread],
     x_lease: LeaseHeader = None,
 ) -> RigFiles:
-    """Park and close the rig, then open the one of a file, without a restart of the server."""
+    """Park and close the rig, then open that of a rig file, without restarting the server."""
     lease.check(x_lease)
     if jobs.open_jobs:
         raise refusals.in_use("open another rig", "a job")
@@ -148,14 +148,14 @@ def open_rig(
     return rig_setup.files()
 
 
-@router.post("/tries", summary="Ask a device of the draft for an answer")
+@router.post("/tries", summary="Identify a device of the draft")
 def try_device(
     request: TryOrder,
     rig_setup: Provided[RigSetupService],
     hardware_thread: Provided[HardwareThread],
     clock: Provided[Clock],
 ) -> TryResult:
-    """Return what answers on the device's port; nothing moves or is switched on."""
+    """Identify the device on the port; nothing moves or is switched on."""
     setup, hardware = rig_setup, hardware_thread
     ports = set(setup.open_needs().ports.values())
     ports |= {SIMULATED} if hardware.status.simulated else set()
@@ -173,6 +173,6 @@ async def mirror_steps(
     clock: Provided[Clock],
     x_lease: LeaseHeader = None,
 ) -> TryResult:
-    """Move each mirror of the open rig a small step and back; only for the holder of the lease."""
+    """Move each mirror of the open rig a small step and back; needs the lease."""
     lease.require(x_lease, asked="move the mirrors")
     return await run_in_threadpool(step_mirrors, hardware, clock=clock)

@@ -1,4 +1,4 @@
-"""Schemas of the set-up: found devices, the draft of a rig file, its faults and advice, the file itself."""
+"""Schemas of the set-up: found devices, the draft of a rig file, its faults and advice, rig files."""
 
 from typing import Annotated, Literal, TypeAlias
 
@@ -19,13 +19,13 @@ Microseconds: TypeAlias = Annotated[int, Field(ge=0, le=10_000_000)]
 MarkerNumber: TypeAlias = Annotated[int, Field(ge=0, le=1_000_000)]
 ContentHash: TypeAlias = Annotated[str, Field(min_length=64, max_length=64, pattern="^[0-9a-f]*$")]
 SIMULATED: Literal["simulated"] = "simulated"
-"""Kind of the simulated cameras, and name of the port of the simulated controller."""
+"""Kind of the simulated cameras, and port name of the simulated controller."""
 
 
 class FoundCameraDocument(ResponseModel):
-    """A camera that a bus has; nothing was opened to find it.
+    """A camera on a bus, found without opening it.
 
-    `name`: what a draft calls it. `role`, `in_use`: its role in the rig that is open, and who has it.
+    `name`: its name in a draft. `role`, `in_use`: its role in the open rig, and which program has it open.
     `problem`: why it cannot be used.
     """
 
@@ -41,7 +41,7 @@ class FoundCameraDocument(ResponseModel):
 
 
 class FoundPortDocument(ResponseModel):
-    """A serial port; `name`: what a draft calls it. `use`: by the open rig. `controller`: has its USB id."""
+    """A serial port; `name`: its name in a draft. `use`: by the open rig. `controller`: has its USB id."""
 
     name: str
     device: str
@@ -62,7 +62,7 @@ class SilentBus(ResponseModel):
 
 
 class FoundDevices(ResponseModel):
-    """Everything that this machine's buses have now."""
+    """All cameras and serial ports on this machine's buses now."""
 
     cameras: list[FoundCameraDocument]
     ports: list[FoundPortDocument]
@@ -77,7 +77,7 @@ class DraftCamera(RequestModel):
 
 
 class DraftCameras(RequestModel):
-    """The camera of each role; null: none."""
+    """The camera of each role; null: none chosen."""
 
     wide: DraftCamera | None = None
     left: DraftCamera | None = None
@@ -106,7 +106,7 @@ class DraftMarkers(RequestModel):
 
 
 class DraftPanTilt(RequestModel):
-    """What turns the rig; by hand only `kind` counts."""
+    """The pan-tilt of the rig; when it is turned by hand, only `kind` has an effect."""
 
     kind: Literal["grbl", "ptu", "manual"]
     port: PortName = ""
@@ -121,32 +121,33 @@ class DraftPanTilt(RequestModel):
 
 
 class RigDraft(RequestModel):
-    """What the set-up page sets of a rig file; everything else in the file stays as it is."""
+    """The values of a rig file that the set-up page edits; everything else in the file stays."""
 
     rig_id: Text = "my-rig"
     name: Label = "FoveaCam Duo"
     baseline_mm: Millimetres = 200.0
     working_binning: Binning | None = None
-    """Of looks, following and live views; null: the usual one of its kind, 2 simulated and 1 real."""
+    """Binning of looks, following and live views; null: the default of the rig's kind, 2 simulated and 1
+    real."""
     cameras: DraftCameras = DraftCameras()
     fovea_trigger: FoveaTrigger = "hardware"
-    """What starts the exposures of left and right: the controller's pulse, a command, or nothing."""
+    """Trigger of left and right: the controller's pulse, a software command, or none."""
     mirrors: DraftMirrors = DraftMirrors()
     pan_tilt: DraftPanTilt | None = None
     markers: DraftMarkers = DraftMarkers()
 
 
 class DraftFault(ResponseModel):
-    """What is wrong with one field of the draft, or with a key of its file that the draft has not."""
+    """A fault of one field of the draft, or of a key of its file that the draft does not have."""
 
     field: str
     message: str
 
 
 class DraftDocument(ResponseModel):
-    """The draft, its file, and what is wrong with it.
+    """The draft, its file and its faults.
 
-    `file_exists`: whether the file is there already. `changed`: whether the file would change.
+    `file_exists`: whether the file is there already. `changed`: whether saving would change the file.
     """
 
     draft: RigDraft
@@ -158,13 +159,13 @@ class DraftDocument(ResponseModel):
 
 
 class DraftStart(RequestModel):
-    """Where a draft begins: a rig file of the list, or nothing (null)."""
+    """The rig file of the list from which a draft begins; null: an empty draft."""
 
     path: CameraName | None = None
 
 
 class AdviceDocument(ResponseModel):
-    """What the doctor finds about the draft; `field`: where it belongs."""
+    """A finding of the doctor about the draft; `field`: the field that it concerns."""
 
     field: str
     name: str
@@ -174,11 +175,11 @@ class AdviceDocument(ResponseModel):
 
 
 class RigFileDocument(ResponseModel):
-    """The rig file on the disk and what saving would make of it.
+    """The rig file on the disk and the changes that saving would make.
 
     `hash`: of the file, null without one. `changes`: unified diff of saving. `meanwhile`: unified diff of
-    what others changed since the draft began; empty: nothing. `versions`: earlier ones that can be put back.
-    `command`: what starts the server with it.
+    changes by others since the draft began; empty: none. `versions`: number of earlier ones that can be
+    restored. `command`: starts the server with it.
     """
 
     path: str
@@ -191,7 +192,7 @@ class RigFileDocument(ResponseModel):
 
 
 class FileOrder(RequestModel):
-    """Hash of the file that the client has seen; null: it has seen none."""
+    """Hash of the file as the client saw it; null: there was no file."""
 
     hash: ContentHash | None
 
@@ -206,7 +207,7 @@ class RigFileEntry(ResponseModel):
 
 
 class RigFiles(ResponseModel):
-    """The rig files that can be opened, and the one that is; `simulated`: the built-in simulated rig is."""
+    """The rig files that can be opened; `simulated`: whether the built-in simulated rig is open."""
 
     files: list[RigFileEntry]
     simulated: bool
@@ -220,7 +221,7 @@ class OpenOrder(RequestModel):
 
 
 class TryOrder(RequestModel):
-    """The device of the draft that is asked for an answer."""
+    """The device of the draft to identify on its port."""
 
     device: Literal["controller", "pan_tilt"]
 
@@ -232,7 +233,7 @@ class MirrorStepOrder(RequestModel):
 
 
 class TryResult(ResponseModel):
-    """What came of a try, in a sentence; `remedy`: what to do where it failed."""
+    """Result of a test in a sentence; `remedy`: what to do when it failed."""
 
     good: bool
     sentence: str

@@ -1,4 +1,7 @@
-"""Keeps the draft of a rig file, checks it, and writes, puts back and opens rig files; from any thread."""
+"""Holds and checks the draft of a rig file; writes, restores and opens rig files.
+
+Callable from any thread.
+"""
 
 import logging
 import shlex
@@ -42,7 +45,7 @@ FILE, FORM, VERSION = "draft.json", "foveacam-rig-draft", 1
 
 
 class StoredDraft(RequestModel):
-    """A draft; `path`, `text`: the rig file that it began from, as it was then; null: a new file."""
+    """A draft; `path`, `text`: the rig file that it began from, with its content then; null: a new file."""
 
     draft: RigDraft = RigDraft()
     path: str | None = None
@@ -56,7 +59,7 @@ def load_draft(folder: Path) -> StoredDraft | None:
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:
-        _log.warning("the draft of a rig begins anew: %s cannot be read (%s)", FILE, error)
+        _log.warning("a new draft of a rig is begun: %s cannot be read (%s)", FILE, error)
         return None
 
 
@@ -67,7 +70,7 @@ def store_draft(folder: Path, stored: StoredDraft) -> None:
 
 
 class RigSetupService:
-    """One draft for all pages, like the rig itself."""
+    """The server's one draft of a rig file, shared by all pages."""
 
     def __init__(self, data: Path, rig: ChosenRig, *, replayed: bool, events: EventLog) -> None:
         given = None if rig.name == "sim" else Path(rig.name)
@@ -81,18 +84,18 @@ class RigSetupService:
 
     @property
     def draft(self) -> RigDraft:
-        """The draft as it is now."""
+        """The present draft."""
         return self._stored.draft
 
     def viewers_may_stop(self) -> bool:
-        """Return whether the file of the rig that is chosen lets those who may only look stop the mirrors."""
+        """Return whether the chosen rig's file lets viewers, who may not operate, stop the mirrors."""
         try:
             return self._rig.config().access.viewers_may_stop
         except FoveaError:
             return False
 
     def describe(self) -> DraftDocument:
-        """Return the draft, its file, and what is wrong with it."""
+        """Return the draft, its file and its faults."""
         with self._lock:
             text, proposed = self._texts()
             return DraftDocument(
@@ -105,19 +108,19 @@ class RigSetupService:
             )
 
     def begin(self, path: str | None) -> DraftDocument:
-        """Begin anew: from a rig file of the list, or from nothing."""
+        """Begin a new draft from a rig file of the list, or an empty one."""
         with self._lock:
             self._store(self._begun(None if path is None else self._files.known(path)))
             return self.describe()
 
     def put(self, draft: RigDraft) -> DraftDocument:
-        """Put other values into the draft; wrong ones are kept and described as faults."""
+        """Replace the draft's values; invalid ones are kept and reported as faults."""
         with self._lock:
             self._store(self._stored.model_copy(update={"draft": draft}))
             return self.describe()
 
     def review(self) -> RigFileDocument:
-        """Return the file as it is and what saving would make of it."""
+        """Return the present file, the changes that saving would make, and the changes by others."""
         with self._lock:
             text, proposed = self._texts()
             name, began = self._path.name, self._stored
@@ -133,7 +136,7 @@ class RigSetupService:
             )
 
     def table(self, name: str) -> TomlTable:
-        """Return one table of the file that the draft would make."""
+        """Return one table of the rig file that saving the draft would write."""
         found = content_of(self.review().proposed).get(name)
         return found if isinstance(found, dict) else {}
 
@@ -146,16 +149,16 @@ class RigSetupService:
             path = self._path
             self._files.write(path, proposed, seen=seen)
             self._store(self._begun(path))
-        self._tell(f"rig file {path.name} was written")
+        self._emit(f"rig file {path.name} was written")
         return self.review()
 
     def undo(self, seen: str | None) -> RigFileDocument:
-        """Put the last version of the file back, and the draft with it; raise as `save`."""
+        """Restore the last version of the file, and the draft from it; raise as `save`."""
         with self._lock:
             path = self._path
             self._files.put_back(path, seen=seen)
             self._store(self._begun(path))
-        self._tell(f"rig file {path.name} is as it was before")
+        self._emit(f"rig file {path.name} is as it was before")
         return self.review()
 
     def files(self) -> RigFiles:
@@ -173,7 +176,7 @@ class RigSetupService:
         return RigFiles(files=entries, simulated=simulated, replayed=self._replayed)
 
     def open(self, path: str | None, hardware: HardwareThread) -> None:
-        """Close the rig and open the one of a file, or the simulated one; raise `Busy` while a job has it."""
+        """Close the rig and open that of a file, or the simulated one; raise `Busy` while a job has it."""
         if self._replayed:
             raise Busy(
                 "asked to open a rig: this server plays a recording",
@@ -193,12 +196,12 @@ class RigSetupService:
         except Busy:
             self._rig.choose(before)
             raise
-        self._tell(
+        self._emit(
             "the simulated rig was opened" if path is None else f"rig file {Path(name).name} was opened"
         )
 
     def open_needs(self) -> RigNeeds:
-        """Return the devices of the open rig; none for one whose file cannot be read."""
+        """Return the devices of the open rig; none when its file cannot be read."""
         if self._replayed:
             return RigNeeds(simulated=True)
         try:
@@ -212,14 +215,14 @@ class RigSetupService:
 
     @property
     def _path(self) -> Path:
-        """The draft's file: the one it began from, or a new one named by the rig's id."""
+        """Path of the draft's file: that from which it began, or a new one named by the rig's id."""
         stored = self._stored
         if stored.path is not None:
             return Path(stored.path)
         return self._files.named(stored.draft.rig_id if RIG_ID.fullmatch(stored.draft.rig_id) else NAMELESS)
 
     def _texts(self) -> tuple[str | None, str]:
-        """Return the file's present text, and what the draft makes of it."""
+        """Return the file's present text, and its text with the draft merged."""
         stored = self._stored
         text = self._files.read(self._path)
         if stored.path is None:
@@ -247,14 +250,14 @@ class RigSetupService:
         return found
 
     def _first(self, given: Path | None) -> StoredDraft:
-        """Return the stored draft, unless the command line names another file than it began from."""
+        """Return the stored draft; a new one when the command line names another file than the draft's."""
         stored = load_draft(self._folder)
         if stored is None or (given is not None and stored.path != str(given.absolute())):
             return self._begun(given)
         return stored
 
     def _begun(self, path: Path | None) -> StoredDraft:
-        """Return the draft that begins from a file, or from nothing."""
+        """Return a new draft from a file, or an empty one."""
         if path is None:
             return StoredDraft()
         text = self._files.read(path)
@@ -264,7 +267,7 @@ class RigSetupService:
         store_draft(self._folder, stored)
         self._stored = stored
 
-    def _tell(self, message: str) -> None:
+    def _emit(self, message: str) -> None:
         self._events.emit("rig.setup", message)
 
 

@@ -1,4 +1,4 @@
-"""Tries of a draft's devices: what answers on a port, and a small step of the mirrors and back."""
+"""Tests of a draft's devices: identify the device on a port; a small step of the mirrors and back."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,15 +13,15 @@ from foveacam_server.rig.hardware_commands import answer_of
 from foveacam_server.rig.status import RigStatus
 
 STEP_V = 3.0
-"""Seen in the pictures, and far from every limit."""
+"""Step of the mirrors in a test: visible in the pictures, and far from every limit."""
 STEP_NS = 250_000_000
-"""Time that the operator has to see each step."""
+"""Pause after each step, for the operator to see it."""
 
 
 def try_controller(
     draft: RigDraft, hardware: HardwareThread, *, open_ports: set[str], clock: Clock
 ) -> TryResult:
-    """Ask what answers on the port of the draft's controller; nothing is switched on."""
+    """Identify the device on the port of the draft's controller; nothing is switched on."""
     port = draft.mirrors.port
     if not port:
         return TryResult(good=False, sentence="No port is chosen for the controller.", remedy="Choose one.")
@@ -38,7 +38,10 @@ def try_pan_tilt(
     open_ports: set[str],
     clock: Clock,
 ) -> TryResult:
-    """Ask what answers on the port of the draft's pan-tilt; nothing turns. `table`: in the draft's file."""
+    """Identify the device on the port of the draft's pan-tilt; nothing turns.
+
+    `table`: in the draft's file.
+    """
     pan_tilt = draft.pan_tilt
     if draft.mirrors.port == SIMULATED or (pan_tilt is not None and pan_tilt.port in open_ports):
         found = hardware.status.pan_tilt
@@ -86,7 +89,7 @@ def _stepped(volts_v: float) -> float:
 
 
 def _rig_around(table: TomlTable) -> SerialRigConfig:
-    """Return a rig with nothing but this pan-tilt, which may then be tried before all else is right."""
+    """Return a rig with only this pan-tilt, to test it before the rest of the draft is valid."""
     content = {"kind": "serial", "rig_id": "try", "mirrors": {"port": "auto"}, "pan_tilt": table}
     config = parse_rig_config(content, file=Path("draft"))
     if not isinstance(config, SerialRigConfig):
@@ -103,7 +106,7 @@ def _tried(ask: Callable[[], DeviceInfo], what: str) -> TryResult:
 
 
 def _of_open_rig(status: RigStatus, device: str, info: DeviceInfo | None) -> TryResult:
-    """Answer for a device that the open rig has: from its status, without asking it."""
+    """Return the result for a device of the open rig from its status, without a request to it."""
     problem = next((one for one in status.problems if one.device == device), None)
     if problem is not None:
         return TryResult(good=False, sentence=problem.detail, remedy=problem.remedy)

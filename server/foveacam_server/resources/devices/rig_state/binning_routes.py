@@ -1,4 +1,4 @@
-"""Routes of the working binning: read, and changed for the rig that is open."""
+"""Routes of the working binning: read it, change it for the open rig."""
 
 from foveacam_hardware.contract import Binning
 from foveacam_server.accounts.rights import Right
@@ -28,10 +28,10 @@ def choose_binning(
     events: Provided[EventLog],
     x_lease: LeaseHeader = None,
 ) -> RigBinningDocument:
-    """Switch all cameras, or none; while a session or a recording has them, after its end (`held_by`).
+    """Switch all cameras, or none; while a session or a recording holds them, after its end (`held_by`).
 
-    Following gives way for the switch. The rig file, or `serve --binning`, counts again when the rig is
-    opened anew.
+    Following pauses for the switch. The binning of the rig file, or of `serve --binning`, applies again when
+    the rig is opened anew.
     """
     lease.check(x_lease)
     hardware.choose_binning(request.working_binning)

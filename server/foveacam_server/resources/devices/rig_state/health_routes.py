@@ -59,7 +59,7 @@ async def healthz() -> Liveness:
     "/readyz",
     summary="Can it foveate now?",
     response_model=Readiness,
-    responses={503: {"model": Readiness, "description": "not ready; says what is missing"}},
+    responses={503: {"model": Readiness, "description": "not ready; lists what is missing"}},
 )
 async def readyz(
     hardware: Provided[HardwareThread], calibration: Provided[CalibrationInForce], events: Provided[EventLog]
@@ -69,7 +69,7 @@ async def readyz(
     missing = [
         ReadyProblem(device=problem.device, detail=problem.detail)
         for problem in status.problems
-        if problem.device not in BASE  # not needed to foveate
+        if problem.device not in BASE  # not required for a fixation
     ]
     if status.state is RigState.OPENING:
         missing.append(ReadyProblem(device="rig", detail="the rig is still opening"))
@@ -90,7 +90,7 @@ def metrics(
     jobs: Provided[JobRunner],
     events: Provided[EventLog],
     stop: Provided[StopSwitch],
-) -> Response:  # on a thread: writing them takes too long for the event loop
+) -> Response:  # on a worker thread: rendering them takes too long for the event loop
     """Return the counters in Prometheus' text format."""
     registry = registry_of(hardware, streams, jobs, events, stop)
     text = generate_latest(registry) + generate_latest(timings.REGISTRY)
@@ -125,7 +125,7 @@ class _ServiceCounters(Collector):
         problems = GaugeMetricFamily("foveacam_rig_problems", "devices that fail now")
         problems.add_metric([], len(status.problems))
         delivered = CounterMetricFamily("foveacam_camera_frames", "frames delivered", labels=["camera"])
-        dropped = CounterMetricFamily("foveacam_camera_dropped", "frames that never came", labels=["camera"])
+        dropped = CounterMetricFamily("foveacam_camera_dropped", "frames that were lost", labels=["camera"])
         skipped = CounterMetricFamily("foveacam_camera_skipped", "frames not read in time", labels=["camera"])
         for camera in status.cameras:
             delivered.add_metric([camera.role.value], camera.counters.delivered)
@@ -158,6 +158,6 @@ class _ServiceCounters(Collector):
         jobs.add_metric([], self.jobs.open_jobs)
         stopped = GaugeMetricFamily("foveacam_stop_engaged", "1 while the stop is engaged")
         stopped.add_metric([], float(self.stop.state.engaged))
-        unwritten = CounterMetricFamily("foveacam_events_unwritten", "events not written down")
+        unwritten = CounterMetricFamily("foveacam_events_unwritten", "events not written to the disk")
         unwritten.add_metric([], self.events.unwritten)
         return [jobs, stopped, unwritten]

@@ -30,19 +30,19 @@ router = GuardedRouter(tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
 class SteeringCalibration(CalibrationInForce, Protocol):
-    """The calibration in force with the field that both eyes can be steered over."""
+    """The calibration in force, with the field over which both eyes can be steered."""
 
     @property
     def reach_rad(self) -> tuple[float, float, float, float] | None:
-        """Least and greatest ax, then ay, rad; None without a calibration."""
+        """Least and greatest ax, then least and greatest ay, rad; None without a calibration."""
         ...
 
 
 class CalibrationDescriber(Protocol):
-    """Describes calibrations as REST shows them."""
+    """Provides the documents of calibrations."""
 
     def describe(self, calibration: Calibration) -> CalibrationDocument:
-        """Return one calibration as REST shows it."""
+        """Return the document of a calibration."""
         ...
 
 
@@ -55,7 +55,7 @@ class SettleTimeSource(Protocol):
         ...
 
 
-@router.get("/rig", summary="The rig as last seen")
+@router.get("/rig", summary="Last status of the rig")
 async def rig(
     hardware: Provided[HardwareThread],
     steering_calibration: Provided[SteeringCalibration],

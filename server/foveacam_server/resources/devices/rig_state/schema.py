@@ -20,7 +20,7 @@ class SteeringDocument(ResponseModel):
 
 
 class TriggerDocument(ResponseModel):
-    """How often both foveae can look: settle time, the slower camera, and a margin.
+    """Highest rate of looks of both foveae: settle time, period of the slower camera, and a margin.
 
     `settle_source`: `rig file`, or `measured` and the date. `interval_ms`, `rate_hz`: null until the highest
     rates of both cameras are known.
@@ -42,8 +42,9 @@ class ClockDocument(ResponseModel):
 class StartStepDocument(ResponseModel):
     """One step of the rig's start; `device`: `rig` (its file), `calibration`, `renderer`, or a device.
 
-    `detail`, `remedy`: why it failed, and what to do; of one that answered later, that it did; of the active
-    renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where unknown.
+    `detail`, `remedy`: why it failed, and what to do; for a device that connected later, that it did; for the
+    active renderer of a simulated rig, how many kernels are compiled. `left_s`: time left; null where
+    unknown.
     """
 
     device: str
@@ -66,20 +67,20 @@ class BinningRequest(RequestModel):
 
 
 class RigBinningDocument(ResponseModel):
-    """How many pixels of the sensor, along each side, are one pixel of the cameras' pictures.
+    """Binning of the cameras: sensor pixels along each side of a picture's pixel.
 
-    `working_binning`: for looks, following, the loop and live views, until the rig is opened again.
+    `working_binning`: of looks, following, the loop and live views, until the rig is opened again.
     """
 
     working_binning: Binning
     in_force: Binning | None
-    """Of the cameras now; null while none is connected, or they differ."""
+    """Binning of the cameras now; null while none is connected, or they differ."""
     held_by: str | None
-    """The session or recording for whose time the cameras have a binning of their own."""
+    """The session or recording that has changed the cameras' binning until its end."""
     problem: str | None
     """Why the cameras do not have the working binning, where one of them refuses it."""
     switch_s: float | None
-    """Time that the last switch of these cameras took: stop, set, start; null before the first."""
+    """Duration of the last switch of these cameras (stop, set, start); null before the first."""
 
 
 class RigDocument(ResponseModel):
@@ -95,7 +96,7 @@ class RigDocument(ResponseModel):
     steering: SteeringDocument | None
     cameras: list[CameraDocument]
     divergence: list[DifferenceDocument]
-    """Settings in which the foveae differ, though one pulse exposes both."""
+    """Settings in which the foveae differ, although one pulse exposes both."""
     mirrors: MirrorsDocument
     trigger: TriggerDocument | None
     binning: RigBinningDocument | None

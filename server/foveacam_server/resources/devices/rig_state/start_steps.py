@@ -1,4 +1,4 @@
-"""The steps of the rig's start as REST shows them."""
+"""Turns the steps of the rig's start into REST's schema."""
 
 from foveacam_server.resources.devices.rig_state.schema import StartDocument, StartStepDocument
 from foveacam_server.rig.hardware import HardwareThread

@@ -1,1 +1,1 @@
-"""The settle time in use: the rig file's or a measured one."""
+"""The settle time in use: the wait after every move, from the rig file or measured."""

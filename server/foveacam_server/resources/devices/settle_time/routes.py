@@ -1,4 +1,4 @@
-"""Routes of the settle time: measured and put in use, or the rig file's."""
+"""Routes of the settle time: read it, use a measured one or the rig file's."""
 
 from typing import Protocol
 
@@ -25,7 +25,7 @@ class SettleTimeSessions(Protocol):
 
 @router.get("", summary="The settle time in use", responses=problems(503))
 def state(settling: Provided[SettleTimeService], hardware: Provided[HardwareThread]) -> SettleTimeDocument:
-    """Return how long the rig waits after every move, and the source of that time."""
+    """Return the wait after every move, and the source of that time."""
     return settling.describe(hardware)
 
 
@@ -44,7 +44,7 @@ def apply(
     return settling.describe(hardware)
 
 
-@router.delete("", summary="Go back to the rig file's settle time", responses=problems(409, 502, 503, 504))
+@router.delete("", summary="Use the rig file's settle time again", responses=problems(409, 502, 503, 504))
 def forget(
     settling: Provided[SettleTimeService],
     hardware: Provided[HardwareThread],

@@ -22,7 +22,7 @@ class MeasuredSettleTime(ResponseModel):
 
 
 class SettleTimeDocument(ResponseModel):
-    """How long the rig waits after every move.
+    """The wait of the rig after every move.
 
     `source`: `rig file`, or `measured` and the date. `rig_file_us`: the rig file's value. `measured`: the
     measured one in use; null: the rig file's is.

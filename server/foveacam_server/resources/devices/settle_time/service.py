@@ -11,7 +11,7 @@ from foveacam_server.rig.settle_times import RIG_FILE, SettleTime, SettleTimes
 
 
 class SettleTimeService:
-    """Puts a measured settle time or the rig file's in use, and describes which it is."""
+    """Applies a measured settle time or the rig file's, and describes which is in use."""
 
     def __init__(self, times: SettleTimes, *, events: EventLog) -> None:
         self._times = times
@@ -38,7 +38,7 @@ class SettleTimeService:
     def restore(self, rig: AssembledRig) -> None:
         """Apply the measured settle time to a rig that was just opened.
 
-        One that was measured with another drive filter would be wrong and is not applied.
+        A time measured with another drive filter would be wrong and is not applied.
         """
         self._in_use, self._rig_file_us = None, rig.settle_us
         known = self._times.of(rig.rig_id)

@@ -1,1 +1,1 @@
-"""Faults of the simulated rig, made and mended on request."""
+"""Faults injected into the simulated rig, and their removal."""

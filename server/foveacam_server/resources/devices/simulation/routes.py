@@ -16,13 +16,13 @@ from foveacam_server.rig.ports import AssembledRig
 router = GuardedRouter("/simulation", tags=["rig"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-@router.get("/faults", summary="What is broken on purpose", responses=problems(404, 503))
+@router.get("/faults", summary="Injected faults", responses=problems(404, 503))
 async def faults(hardware: Provided[HardwareThread]) -> SimulatedFaults:
     """Return the faults injected now; a real rig has none (404)."""
     return await asyncio.wrap_future(hardware.submit(lambda rig: _breakable(rig).in_force))
 
 
-@router.put("/faults", summary="Break something on purpose", responses=problems(404, 409, 503))
+@router.put("/faults", summary="Inject faults", responses=problems(404, 409, 503))
 async def break_it(
     wanted: SimulatedFaults,
     lease: Provided[Lease],
@@ -54,7 +54,7 @@ async def _put(hardware: HardwareThread, events: EventLog, wanted: SimulatedFaul
 
     now = await asyncio.wrap_future(hardware.submit(put))
     words = ", ".join(now.words)
-    message = f"broken on purpose: {words}" if words else "nothing in the simulated rig is broken any more"
+    message = f"injected faults: {words}" if words else "all faults were removed from the simulated rig"
     events.emit("simulation.faults", message, data=now)
     return now
 
@@ -62,7 +62,7 @@ async def _put(hardware: HardwareThread, events: EventLog, wanted: SimulatedFaul
 def _breakable(rig: AssembledRig) -> FaultInjector:
     if rig.breakable is None:
         raise NotFound(
-            "asked what is broken on purpose: this rig is no simulated one, and nothing in it can be",
+            "asked for injected faults: this rig is not simulated, so none can be injected",
             asked="faults of the simulated rig",
             found="a rig that is not simulated",
             remedy="start the server on the simulated rig (--rig sim, or a rig file of kind simulated)",

@@ -1,1 +1,1 @@
-"""The stop over REST, and as HTTP without the event loop."""
+"""The stop: parks the mirrors and refuses all moves until it is released."""

@@ -26,7 +26,7 @@ async def engage(
 ) -> StopAnswer:
     """Park the mirrors, cancel every job, and refuse all moves until released.
 
-    Answered when the mirrors' controller has confirmed, or its driver has given up.
+    Returns when the mirrors' controller has confirmed, or its driver has timed out.
     """
     return await asyncio.wrap_future(stopping.submit(stop.engage, who_at(principal, peer)))
 

@@ -1,1 +1,1 @@
-"""Depth, pictures, clouds and meshes of what was fixated."""
+"""Depth maps, pictures, point clouds and meshes of fixations."""

@@ -73,7 +73,7 @@ class CloudCollection:
         self._folder = store.subfolder(CLOUDS)
         self.patches = DepthPatches()
         for partial in self._folder.glob("*.part"):
-            shutil.rmtree(partial, ignore_errors=True)  # a writing that was cut off, before it got a row
+            shutil.rmtree(partial, ignore_errors=True)  # left by an interrupted write: it has no row
         for cloud in reversed(self.newest(MAX_PATCHES)):
             path = self._folder / cloud.id / "patch.npz"
             if path.exists():
@@ -83,7 +83,7 @@ class CloudCollection:
         try:
             self.patches.add(load_patch(path))
         except (OSError, ValueError) as error:
-            _log.warning("%s is passed over, its depth is not known: %s", path, error)
+            _log.warning("%s is skipped, its depth is unknown: %s", path, error)
 
     def put(self, shape: FixationShape) -> CloudDocument:
         """Write the files, then the row; on an error remove both."""

@@ -1,4 +1,4 @@
-"""Answers what depth a wide pixel has, from the newest depth maps projected into the wide image."""
+"""Depth at a wide pixel, looked up in the newest depth maps projected into the wide image."""
 
 import io
 import math
@@ -18,11 +18,11 @@ from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 from foveacam_server.foundation.errors import NotFound
 
 MAX_PATCHES = 32
-"""Number of depth maps that are held; older ones are dropped."""
+"""Number of depth maps held in memory; older ones are dropped."""
 REACH_PX = 1.5
-"""A pixel without depth takes that of a neighbour within this distance (0.03 degrees)."""
+"""Radius within which a pixel without depth takes its nearest neighbour's (0.03 degrees)."""
 STEP_PX = 2
-"""Every second pixel of a map at half size: still some 10 points a wide pixel."""
+"""Stride at which a half-size depth map is sampled; leaves some 10 points a wide pixel."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +56,7 @@ class DepthPatch:
         return float(self.z_m[row, column]), float(self.sigma_m[row, column])
 
     def covers(self, x_px: float, y_px: float) -> bool:
-        """Return whether the fovea looked there, whether or not it found depth."""
+        """Return whether the pixel is inside the map, whether or not it has a depth."""
         height, width = self.z_m.shape
         return bool(0 <= x_px - self.x0 <= width - 1 and 0 <= y_px - self.y0 <= height - 1)
 
@@ -75,9 +75,9 @@ class DepthReading:
 def project_patch(
     pair: RectifiedPair, depth: DepthMap, *, wide: Intrinsics, fixation_id: str, created_utc: str
 ) -> DepthPatch | None:
-    """Return the depth map as the wide camera sees it; None when no pixel has a depth.
+    """Return the depth map projected into the wide image; None when no pixel has a depth.
 
-    Where several points fall into one wide pixel, their median counts.
+    Where several points fall into one wide pixel, it gets the point of median depth.
     """
     points_m, sigma_m = _points(pair, depth)
     if len(points_m) == 0:
@@ -114,7 +114,7 @@ def point_patch(
     fixation_id: str,
     created_utc: str,
 ) -> DepthPatch:
-    """Return the patch of the verged point alone: one wide pixel."""
+    """Return a patch of one wide pixel: the point on which the foveae verged."""
     x_px, y_px = wide.pixels(angles_from_rays([point_rig_m]))[0].tolist()
     return DepthPatch(
         fixation_id=fixation_id,
@@ -154,7 +154,7 @@ def load_patch(path: Path) -> DepthPatch:
                 sigma_m=file["sigma_m"].astype(np.float32),
             )
     except (zipfile.BadZipFile, EOFError, LookupError, TypeError, AttributeError) as error:
-        raise ValueError(f"it is no depth patch ({error})") from error
+        raise ValueError(f"it is not a depth patch ({error})") from error
 
 
 class DepthPatches:
@@ -176,7 +176,7 @@ class DepthPatches:
             self._patches = deque(kept, maxlen=MAX_PATCHES)
 
     def covering(self, x_px: float, y_px: float) -> bool:
-        """Return whether a fovea has looked there."""
+        """Return whether any held depth map covers the pixel."""
         with self._lock:
             return any(patch.covers(x_px, y_px) for patch in self._patches)
 
@@ -231,7 +231,7 @@ def _points(pair: RectifiedPair, depth: DepthMap) -> tuple[NDArray[np.float64], 
 
 
 def _median_members(index: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return for each group of equal `index` the position of its median of `values`."""
+    """Return, for each group of equal `index`, the position of the group's median in `values`."""
     order = np.lexsort((values, index))
     starts = np.flatnonzero(np.r_[True, np.diff(index[order]) > 0])
     ends = np.r_[starts[1:], len(order)]

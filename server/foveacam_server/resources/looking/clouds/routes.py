@@ -17,10 +17,10 @@ router = GuardedRouter("/clouds", tags=["clouds"], reading=Right.VIEW, changing=
 
 
 class CloudOwners(Protocol):
-    """Fixations that name the cloud that was made of them."""
+    """The fixations, each of which names its newest cloud."""
 
     def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
-        """Let fixation and target mention the newest cloud that is left, or none."""
+        """Make the fixation and its target name `left`, the newest remaining cloud, or none."""
         ...
 
 

@@ -17,12 +17,12 @@ class CloudDocument(ResponseModel):
     backend: str = "sgbm"
     """Depth backend that matched the look."""
     network_sha256: str | None = None
-    """Of the graph, where the backend is a network."""
+    """SHA-256 of the network's graph; null where the backend is not a network."""
     look_width: int | None = None
-    """Pixels of each fovea's frame as its camera delivered it; null of clouds of earlier versions."""
+    """Width and height of each fovea's frame as delivered; null for clouds of earlier versions."""
     look_height: int | None = None
     depth_width: int | None = None
-    """Pixels of the depth map that the points are from; null of clouds of earlier versions."""
+    """Width and height of the depth map that the points are from; null for clouds of earlier versions."""
     depth_height: int | None = None
     ply_url: str
     glb_url: str | None
@@ -30,13 +30,13 @@ class CloudDocument(ResponseModel):
 
 
 class TargetCloud(CloudDocument):
-    """Data of the event that a target has a cloud now."""
+    """Data of the event that a cloud was created for a fixation."""
 
     target_id: str | None
 
 
 class CloudFailure(ResponseModel):
-    """Data of the event that a fixation gave no cloud."""
+    """Data of the event that no cloud could be computed for a fixation."""
 
     fixation_id: str
     detail: str

@@ -1,6 +1,6 @@
-"""Computes depth, pictures, cloud and mesh of a fixation's last look on a thread of its own.
+"""Computes depth, pictures, cloud and mesh of a fixation's last look on a separate thread.
 
-The fixation's answer does not wait for them. A job that waits for a shape has it made on its own thread.
+The fixation's answer does not wait for them. A job that needs the shape calls `make` on its own thread.
 """
 
 import logging
@@ -41,13 +41,13 @@ from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
 _log = logging.getLogger(__name__)
 
 PART, LOOKS = "foveacam-shapes", "looks"
-"""Name of the thread, and what it is fed with."""
+"""Name of the thread, and of the flow of looks into its queue."""
 CLOUD_CREATED = "cloud.created"
-"""Kind of the event that a fixation has a new cloud, which is stored by then."""
+"""Kind of the event emitted after a fixation's new cloud was stored."""
 WAITING = 4
-"""Fixations that may wait; the oldest is dropped for a newer one."""
+"""Length of the queue; when it is full, the oldest fixation is dropped for the newer one."""
 PUT_BACK = 12
-"""Number of the newest fixations of an earlier run that are drawn in the 3D pane again."""
+"""Number of fixations of an earlier run, newest first, that are drawn again in the 3D pane at the start."""
 MAX_POINTS = 50_000
 MESH_STEP_PX = 4
 SCALE, FULL_SCALE = 0.5, 1.0
@@ -55,15 +55,15 @@ SCALE, FULL_SCALE = 0.5, 1.0
 
 
 class PairMatcher(Protocol):
-    """Computes the disparities of a pair by the backend that was chosen."""
+    """Computes the disparities of a pair by the chosen backend."""
 
     def estimate(self, pair: RectifiedPair) -> MatchedPair:
-        """Return the disparities and who computed them."""
+        """Return the disparities with the name of the backend that computed them."""
         ...
 
 
 def _unchecked() -> None:
-    """Let the work go on."""
+    """Do nothing: the default `check`, which never ends the work."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,23 +72,23 @@ class VergedLook:
 
     fixation_id: str
     drawing: FixationDrawing
-    """As it is drawn before its shape is known."""
+    """Its drawing in the 3D pane, without cloud and mesh."""
     sighting: Sighting
     calibration: Calibration
     target_id: str | None
-    """Its target, if it has one."""
+    """Id of its target; None without one."""
     scale: float = SCALE
-    """Of the depth map: pixels of it for one of the sensor; `FULL_SCALE` needs frames at binning 1."""
+    """Pixels of the depth map per pixel of the sensor; `FULL_SCALE` needs frames at binning 1."""
 
     @property
     def most_points(self) -> int:
-        """Number of points that the cloud may have: as dense in the depth map at each scale."""
+        """Largest number of points of the cloud, in proportion to the pixels of the depth map."""
         return round(MAX_POINTS * (self.scale / SCALE) ** 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoundedLook:
-    """A fixation of which only limits of the distance are known."""
+    """A fixation with only limits of its distance."""
 
     fixation_id: str
     drawing: LimitsDrawing
@@ -130,7 +130,7 @@ class ShapeWorker:
         self._thread.start()
 
     def put_back(self, looks: Sequence[StoredLook | BoundedLook]) -> None:
-        """Draw the newest fixations of an earlier run, oldest first, with their clouds; before `start`."""
+        """Set the fixations of an earlier run, oldest first, to draw at the start; call before `start`."""
         self._earlier = tuple(looks[-PUT_BACK:])
 
     def close(self) -> None:
@@ -148,7 +148,7 @@ class ShapeWorker:
             count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
         work = partial(self._show_limits, seen) if isinstance(seen, BoundedLook) else partial(self._try, seen)
         count_flow(this_part(), PART, LOOKS)
-        self._waiting.put(partial(copy_context().run, work))  # with the ids of the job
+        self._waiting.put(partial(copy_context().run, work))  # keeps the job's ids in logs and spans
 
     def forget(self, fixation_id: str) -> None:
         """Remove a fixation from the 3D pane."""
@@ -176,14 +176,14 @@ class ShapeWorker:
             with span("shape"):
                 self._work(seen)
         except FoveaError as error:
-            self._show(seen, cloud=None, mesh=None)  # the point without a shape
+            self._show(seen, cloud=None, mesh=None)  # draws the point alone
             self._failed(seen, str(error))
         except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
             _log.exception("no shape for %s", seen.fixation_id)
-            self._failed(seen, "an error that nobody foresaw; the cause is in the server's log")
+            self._failed(seen, "an unexpected error; the cause is in the server's log")
 
     def _work(self, seen: VergedLook) -> None:
-        if seen.drawing.basis is Basis.FOVEA_AND_WIDE:  # the other eye does not see it: there is no pair
+        if seen.drawing.basis is Basis.FOVEA_AND_WIDE:  # only one eye sees it: no pair to match
             self._show(seen, cloud=None, mesh=None)
             return
         self.make(seen)
@@ -191,7 +191,7 @@ class ShapeWorker:
     def make(self, seen: VergedLook, *, check: Callable[[], None] = _unchecked) -> CloudDocument:
         """Compute the shape of a look, store and show it; raise `NotFound` where nothing matches.
 
-        `check`: called between its parts; it raises to end the work before anything is stored.
+        `check`: called between its parts; raises to end the work before anything is stored.
         """
         pair = rectify(seen.sighting, seen.calibration, scale=seen.scale)
         self._publish("anaglyph", anaglyph(pair), t_ns=pair.t_ns)
@@ -201,7 +201,7 @@ class ShapeWorker:
         check()
         shape = self._shape(seen, pair, matched)
         check()
-        cloud = self._clouds.put(shape)  # first, so that what is shown can be measured
+        cloud = self._clouds.put(shape)  # stored before it is shown, so that it can be measured at once
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
         self._show(seen, cloud=shape.cloud, mesh=shape.mesh if len(shape.mesh.faces) else None)
         self._events.emit(
@@ -212,7 +212,7 @@ class ShapeWorker:
         return cloud
 
     def _publish(self, view: str, picture: NDArray[np.uint8], *, t_ns: int) -> None:
-        """Publish a picture of a fixation to a view that is not live now."""
+        """Publish a picture of a fixation unless the view shows live pictures now."""
         if not self._sink.watched(view):
             self._sink.publish_picture(view, picture, t_ns=t_ns)
 
@@ -268,6 +268,6 @@ class ShapeWorker:
         )
 
 
-def _size_px(image: NDArray[Any]) -> tuple[int, int]:  # Any: of any depth
+def _size_px(image: NDArray[Any]) -> tuple[int, int]:  # Any: any bit depth
     height, width = image.shape[:2]
     return int(width), int(height)

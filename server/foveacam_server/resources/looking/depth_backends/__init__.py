@@ -1,1 +1,1 @@
-"""Backends that compute the depth of a look: semi-global matching, or a network of one's own."""
+"""Backends that compute the depth of a look: semi-global matching, or a stereo network added by the user."""

@@ -26,7 +26,7 @@ NameArgument = Annotated[str, typer.Argument(help="name of the network, as in it
 
 @app.command()
 def card() -> None:
-    """Print a card to begin with, every key explained."""
+    """Print a template of a card with every key explained."""
     from foveacam_pipeline.networks.card import example_card
 
     typer.echo(example_card(), nl=False)
@@ -34,7 +34,7 @@ def card() -> None:
 
 @app.command()
 def check(path: CardArgument, *, as_json: JsonOption = False) -> None:
-    """Run a network on a pair whose disparities are known, and say what is wrong with it or its card."""
+    """Run a network on a pair with known disparities, and report faults of the network or its card."""
     found = _checked(path)
     if as_json:
         from foveacam_server.resources.looking.depth_backends.documents import check_document

@@ -1,4 +1,4 @@
-"""Compares two backends on the newest look; the last comparisons and their pictures are in memory."""
+"""Compares two backends on the newest look; the last comparisons with their pictures are held in memory."""
 
 import threading
 from collections import OrderedDict
@@ -48,7 +48,7 @@ class _Side:
 
 
 class BackendComparisons:
-    """Callable from any thread; `compare` takes as long as both backends together."""
+    """Compares depth backends; callable from any thread. `compare` blocks while both backends compute."""
 
     def __init__(self, backends: DepthBackendService) -> None:
         self._backends = backends
@@ -56,10 +56,10 @@ class BackendComparisons:
         self._kept: OrderedDict[str, PicturedComparison] = OrderedDict()
 
     def compare(self, request: BackendComparisonRequest) -> BackendComparisonDocument:
-        """Return how two backends differ on the newest look.
+        """Return the difference of two backends on the newest look.
 
-        Raise InvalidInput without a look or for one backend twice, NotFound for one that is not there; a
-        network that fails raises its own error.
+        Raise InvalidInput without a look or for the same backend twice, NotFound for an unknown backend; a
+        failing network raises its own error.
         """
         if request.first == request.second:
             raise InvalidInput(
@@ -86,7 +86,7 @@ class BackendComparisons:
         return found.document
 
     def picture(self, comparison_id: str, name: PictureName) -> bytes:
-        """Return a picture of a comparison; raise NotFound when it is not one of the last."""
+        """Return a picture of a comparison; raise NotFound when the comparison is no longer held."""
         with self._changing:
             found = self._kept.get(comparison_id)
         if found is None:

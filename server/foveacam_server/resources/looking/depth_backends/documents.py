@@ -1,4 +1,4 @@
-"""What a check of a network found, as REST and the command line show it."""
+"""Turns the findings of a network's check into the schema of REST and the command line."""
 
 from dataclasses import asdict
 

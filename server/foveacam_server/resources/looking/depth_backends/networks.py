@@ -1,4 +1,4 @@
-"""Networks in the data directory: one folder each, with `card.yaml` and the graph."""
+"""Stereo networks in the data directory: one folder each, with `card.yaml` and the ONNX graph."""
 
 import shutil
 from pathlib import Path
@@ -16,11 +16,11 @@ from foveacam_server.foundation.errors import NotFound
 
 CARD = "card.yaml"
 RESERVED = ("sgbm", "live", SHIPPED_NAME)
-"""Names of what is built in."""
+"""Names of the built-in backends, which an added network must not take."""
 
 
 class NetworkFolder:
-    """Adds, lists, finds and removes networks; used by the server and, beside it, by commands."""
+    """Adds, lists, finds and removes networks; used by the server and by the commands of `foveacam depth`."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -53,7 +53,7 @@ class NetworkFolder:
             shutil.rmtree(folder)
 
     def get(self, name: str) -> StereoNetwork:
-        """Return a network, the one that ships among them.
+        """Return an added network or the shipped one.
 
         Raise NotFound when there is none, InvalidInput when its card cannot be read.
         """
@@ -62,7 +62,7 @@ class NetworkFolder:
         return load_network(self._existing(name) / CARD)
 
     def every(self) -> dict[str, StereoNetwork | str]:
-        """Return all networks that were added, by name; of one that cannot be used, why."""
+        """Return all added networks by name; for one that cannot be used, the reason."""
         found: dict[str, StereoNetwork | str] = {}
         for card in sorted(self._folder.glob(f"*/{CARD}")):
             name = card.parent.name

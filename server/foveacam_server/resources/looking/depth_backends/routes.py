@@ -1,4 +1,4 @@
-"""Routes of depth backends: those there are, the choice, and the check of a network."""
+"""Routes of depth backends: list, choose, check a network, compare two."""
 
 from typing import Annotated
 
@@ -30,7 +30,7 @@ router = GuardedRouter(
 
 @router.get("/backends", summary="Backends that compute the depth of looks")
 def backends(depth_backends: Provided[DepthBackendService]) -> DepthBackendsDocument:
-    """Return semi-global matching and all networks, which is in use, and why the last look did without it."""
+    """Return all backends, the one in use, and why the last look fell back to semi-global matching."""
     return depth_backends.describe()
 
 
@@ -48,7 +48,7 @@ async def check(
     computing: Provided[ComputeQueue],
     depth_backends: Provided[DepthBackendService],
 ) -> NetworkCheckDocument:
-    """Run a network on a pair whose disparities are known; say what is wrong with it or its card."""
+    """Run a network on a pair with known disparities; report faults of the network or its card."""
     return check_document(await computing.run(lambda: depth_backends.check(name)))
 
 
@@ -58,7 +58,7 @@ async def compare(
     computing: Provided[ComputeQueue],
     backend_comparisons: Provided[BackendComparisons],
 ) -> BackendComparisonDocument:
-    """Compute the depth of the newest look by two backends; return how they differ, with pictures."""
+    """Compute the depth of the newest look by two backends; return their differences, with pictures."""
     return await computing.run(lambda: backend_comparisons.compare(request))
 
 
@@ -73,6 +73,6 @@ def picture(
     picture: PictureName,
     backend_comparisons: Provided[BackendComparisons],
 ) -> Response:
-    """Return the depth of either backend, their difference, or the left picture; of the last comparisons."""
+    """Return either backend's depth, their difference, or the left picture; the last comparisons are held."""
     content = backend_comparisons.picture(comparison_id, picture)
     return Response(content, media_type="image/png", headers={"Cache-Control": "private, max-age=3600"})

@@ -1,4 +1,4 @@
-"""Schemas of depth backends: those there are, the choice, and what a check found."""
+"""Schemas of depth backends: list, choice, check of a network, comparison of two."""
 
 from typing import Annotated, Literal
 
@@ -16,11 +16,11 @@ class DepthBackendDocument(ResponseModel):
     kind: Literal["built_in", "network"]
     licence: str
     research_only: bool
-    """Whether the licence allows research alone: whoever chooses it confirms that."""
+    """Whether the licence allows research only; choosing it then needs `research_confirmed`."""
     sha256: str | None
-    """Of the graph of a network."""
+    """SHA-256 of a network's graph."""
     problem: str | None
-    """Why it cannot be used, None where nothing is known against it."""
+    """Why it cannot be used; None when it can."""
 
 
 class DepthBackendsDocument(ResponseModel):
@@ -33,11 +33,11 @@ class DepthBackendsDocument(ResponseModel):
 
 
 class DepthBackendChoice(RequestModel):
-    """Which backend computes the depth of looks from now on."""
+    """The backend to use for the depth of looks from now on."""
 
     name: BackendName
     research_confirmed: bool = False
-    """Confirms that the use is research, as the licence of such a network wants."""
+    """Confirms that the use is research, as the licence of a research-only network requires."""
 
 
 class DepthBackendChange(ResponseModel):
@@ -57,7 +57,7 @@ class NetworkFindingDocument(ResponseModel):
 
 
 class NetworkCheckDocument(ResponseModel):
-    """What a check of a network found on a pair whose disparities are known."""
+    """Findings of a network's check on a pair with known disparities."""
 
     name: str
     passed: bool
@@ -80,7 +80,7 @@ class BackendComparisonRequest(RequestModel):
     first: BackendName
     second: BackendName
     research_confirmed: bool = False
-    """Confirms that the use is research, as the licence of such a network wants."""
+    """Confirms that the use is research, as the licence of a research-only network requires."""
 
 
 class ComparedBackend(ResponseModel):
@@ -92,28 +92,29 @@ class ComparedBackend(ResponseModel):
     """Share of the left picture's pixels that have a disparity."""
     compute_ms: float
     sigma_median_px: float | None
-    """Median of the errors that it states."""
+    """Median of the standard errors that the backend states."""
     picture_url: str
 
 
 class BackendComparisonDocument(ResponseModel):
-    """How two backends differ on one look, disparities in px of the rectified window."""
+    """Difference of two backends on one look; disparities in px of the rectified window."""
 
     id: str
     first: ComparedBackend
     second: ComparedBackend
     known_both: float
     median_px: float | None
-    """Of first minus second; None where no pixel is known to both."""
+    """Median of first minus second; None where no pixel has a disparity from both."""
     spread_px: float | None
     """Robust standard deviation of first minus second."""
     within_1: float | None
-    """Share of the differences within one stated standard error of a difference of independent errors."""
+    """Share of the differences within one stated standard error, taking both backends' errors as
+    independent."""
     within_2: float | None
     edges: list[float]
-    """Ends of the histogram's bins, in stated standard errors of the difference."""
+    """Edges of the histogram's bins, in stated standard errors of the difference."""
     shares: list[float]
     limit_px: float
-    """Difference of the picture's full colour."""
+    """Difference at which the picture's colour scale saturates."""
     difference_url: str
     left_url: str

@@ -1,4 +1,4 @@
-"""Computes the disparities of looks by the backend in use; by semi-global matching where a network fails."""
+"""Computes the disparities of looks by the chosen backend; falls back to semi-global matching."""
 
 import logging
 import threading
@@ -29,7 +29,7 @@ FORM, VERSION = "foveacam-depth-backend", 1
 
 
 class DepthBackendService:
-    """Callable from any thread; the choice is kept over a restart."""
+    """Depth backends and the choice among them, which survives a restart; callable from any thread."""
 
     def __init__(self, folder: Path, *, events: EventLog) -> None:
         self.networks = NetworkFolder(folder)
@@ -40,16 +40,16 @@ class DepthBackendService:
         self._sha256: str | None = None
         self._fallback: str | None = None
         self.last_pair: RectifiedPair | None = None
-        """The newest look of which depth was computed."""
+        """The newest look whose depth was computed."""
         self._restore()
 
     def estimate(self, pair: RectifiedPair) -> MatchedPair:
-        """Return the disparities of a look by the backend in use; when it fails, by semi-global matching."""
+        """Return the disparities of a look by the chosen backend; when it fails, by semi-global matching."""
         self.last_pair = pair
         return self.estimate_live(pair)
 
     def estimate_live(self, pair: RectifiedPair) -> MatchedPair:
-        """Return the same of a pair that is no look, which is not kept for comparisons."""
+        """Return the disparities of a pair as `estimate` does, without keeping it as the newest look."""
         with self._changing:
             backend, sha256 = self._in_use, self._sha256
         try:
@@ -57,7 +57,7 @@ class DepthBackendService:
         except FoveaError as error:
             if sha256 is None:
                 raise
-            self._tell_fallback(backend.name, str(error))
+            self._emit_fallback(backend.name, str(error))
             matched = MatchedPair(disparity=BACKENDS[BUILT_IN].estimate(pair), backend=BUILT_IN, sha256=None)
         else:
             self._fallback = None
@@ -91,15 +91,15 @@ class DepthBackendService:
         return self.describe()
 
     def network_in_use(self) -> StereoNetwork | None:
-        """Return the network that was chosen; None while it is a backend that is built in."""
+        """Return the chosen network; None while a built-in backend is chosen."""
         with self._changing:
             name, sha256 = self._in_use.name, self._sha256
         return None if sha256 is None else self.networks.get(name)
 
     def open(self, name: str, *, research_confirmed: bool) -> tuple[DepthEstimator, str | None]:
-        """Return a backend, ready, and the SHA-256 of its graph.
+        """Return a loaded backend and the SHA-256 of its graph.
 
-        Raise NotFound without one of that name, InvalidInput when it cannot be used or needs a confirmation.
+        Raise NotFound for an unknown name, InvalidInput when it cannot be used or needs a confirmation.
         """
         for built_in, estimator in BACKENDS.items():
             if built_in == name:
@@ -123,7 +123,7 @@ class DepthBackendService:
             self._in_use, self._sha256, self._fallback = estimator, sha256, None
 
     def _restore(self) -> None:
-        """Use what was chosen before the restart; told, and `sgbm`, where that cannot be."""
+        """Restore the choice of before the restart; where that fails, log a warning and use `sgbm`."""
         try:
             stored = read_document(self._choice_file, StoredChoice, form=FORM, version=VERSION)
         except FileNotFoundError:
@@ -136,12 +136,12 @@ class DepthBackendService:
         try:
             self._use(*self.open(stored.name, research_confirmed=True))
         except FoveaError as error:
-            self._tell_fallback(stored.name, str(error))
+            self._emit_fallback(stored.name, str(error))
 
-    def _tell_fallback(self, name: str, reason: str) -> None:
-        told = self._fallback == reason
+    def _emit_fallback(self, name: str, reason: str) -> None:
+        known = self._fallback == reason
         self._fallback = reason
-        if not told:
+        if not known:
             self._events.emit(
                 "depth.fallback",
                 f"depth by sgbm instead of {name}: {reason}",

@@ -1,1 +1,1 @@
-"""Fixations: both foveae verge on a target; the targets, and the corrections of their answers."""
+"""Fixations, in which both foveae verge on a target; the stored targets; corrections of their answers."""

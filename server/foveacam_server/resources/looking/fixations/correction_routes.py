@@ -45,7 +45,7 @@ def choice(
 @router.post(
     "/{fixation_id}/corrections",
     status_code=202,
-    summary="Say that it is nearer or farther",
+    summary="Look again nearer or farther",
     response_model=JobDocument,
     responses={
         200: {"model": FixationDocument, "description": "ended in time"},

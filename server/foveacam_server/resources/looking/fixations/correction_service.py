@@ -21,7 +21,7 @@ from foveacam_server.resources.looking.fixations.service import FixationService
 from foveacam_server.rig.ports import SceneViewer
 
 COPIED_FIELDS = {"pixel", "rectangle", "direction", "label", "depth"}
-"""Fields that a look nearer or farther copies from the request that it corrects."""
+"""Request fields that a correcting look copies from the corrected fixation."""
 
 
 def choose(
@@ -55,7 +55,7 @@ def choose(
 
 
 def show_choice(viewer: SceneViewer, fixation: FixationDocument) -> None:
-    """Move the fixation in the 3D pane to its chosen alternative; its shape was that of another distance."""
+    """Redraw the fixation at its chosen alternative, without the cloud of the other distance."""
     drawing = drawing_of(fixation.answer, label=fixation.order.label or "chosen")
     if drawing is not None and drawing.point_rig_m != fixation.point_rig_m:
         viewer.show_fixation(fixation.id, drawing)

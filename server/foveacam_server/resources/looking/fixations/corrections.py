@@ -1,4 +1,4 @@
-"""Corrections of a fixation's answer: their kinds, and which distances they leave."""
+"""Kinds of corrections of a fixation's answer, and the range of distances that each leaves."""
 
 import math
 from typing import Literal, TypeAlias
@@ -17,25 +17,26 @@ CorrectionKind: TypeAlias = Literal["choice", "nearer", "farther", "rectangle", 
 
 
 def kind_of(order: FixationOrder) -> CorrectionKind | None:
-    """Return what kind of correction an order is; None when it corrects nothing."""
+    """Return the kind of correction that an order requests; None for an ordinary fixation."""
     if order.corrects is None:
         return None
     return order.correction or ("click" if order.rectangle is None else "rectangle")
 
 
 SIGMAS = 3.0
-"""Standard errors about the present answer that are excluded with it."""
+"""Width of the excluded interval on each side of the present answer, in standard errors."""
 
 
 LEAST_SHARE = 0.01
-"""Least share of the present distance that is excluded: else its neighbour on the same surface answers."""
+"""Smallest excluded share of the present distance; with less, a point beside it on the same surface would
+answer."""
 
 
 def remaining_range(fixation: FixationDocument, direction: RangeSide) -> DistanceRange:
-    """Return the distances nearer or farther than the answer of a fixation.
+    """Return the range of distances nearer or farther than a fixation's answer.
 
-    They are within the range of its own request, too. Raise `InvalidInput` when there is no answer, or
-    nothing remains.
+    It lies within the range of the fixation's own request, too. Raise `InvalidInput` when there is no answer,
+    or nothing remains.
     """
     nearest_m, farthest_m = _excluded(fixation)
     before = depth_range_of(fixation.order) or DistanceRange(nearest_m=0.0, farthest_m=math.inf)
@@ -64,7 +65,7 @@ def limits_of(depth_range: DistanceRange) -> DistanceLimits:
 
 
 def _excluded(fixation: FixationDocument) -> tuple[float, float]:
-    """Return the nearest and the farthest distance, m, that the present answer takes up."""
+    """Return the nearest and the farthest distance, m, that are excluded with the present answer."""
     answer = fixation.answer
     if answer.distance_m is not None and answer.distance_sigma_m is not None:
         margin_m = max(SIGMAS * answer.distance_sigma_m, LEAST_SHARE * answer.distance_m)
@@ -82,5 +83,5 @@ def _excluded(fixation: FixationDocument) -> tuple[float, float]:
 
 
 def _middle_m(nearest_m: float, farthest_m: float | None) -> float:
-    """Return the distance that halves the range of disparities between two distances, m."""
+    """Return the distance, m, in the middle of the disparities of two distances: their harmonic mean."""
     return 2.0 / (1.0 / nearest_m + (0.0 if farthest_m is None else 1.0 / farthest_m))

@@ -42,7 +42,7 @@ def describe_step(step: VergeStep) -> StepDocument:
 def describe_fixation(
     fixation: Fixation, *, calibration: Calibration, fixation_id: str, job_id: str, order: FixationOrder
 ) -> FixationDocument:
-    """Return a fixation that ends now, without target and cloud."""
+    """Return the document of a fixation that ends now, without target and cloud."""
     direction = (fixation.target_ax_rad, fixation.target_ay_rad)
     x_px, y_px = calibration.wide.pixels([direction])[0].tolist()
     return FixationDocument(
@@ -74,7 +74,7 @@ def describe_fixation(
 
 
 def describe_target(target: FixatedTarget) -> TargetDocument:
-    """Return a target with the answer of its fixation."""
+    """Return the document of a target with the answer of its fixation."""
     answer = target.fixation.answer
     return TargetDocument(
         id=target.id,
@@ -98,7 +98,7 @@ def describe_target(target: FixatedTarget) -> TargetDocument:
 def describe_estimate(
     estimate: DistanceEstimate, *, fixation_id: str, job_id: str, elapsed_ms: float
 ) -> FixationEstimate:
-    """Return an estimate of a fixation that runs."""
+    """Return the document of an estimate of a running fixation."""
     return FixationEstimate(
         fixation_id=fixation_id,
         job_id=job_id,
@@ -112,7 +112,7 @@ def describe_estimate(
 
 
 def last_estimate(fixation: FixationDocument) -> FixationEstimate:
-    """Return the answer of a fixation as its last estimate."""
+    """Return the answer of an ended fixation as its last estimate."""
     return FixationEstimate(
         fixation_id=fixation.id,
         job_id=fixation.job_id,
@@ -190,7 +190,7 @@ def _bound_words(bound: BoundDocument) -> str:
 
 
 def drawing_of(fixation: Fixation | FixationDocument, *, label: str) -> FixationDrawing | None:
-    """Return how a fixation is drawn in the 3D pane; None where its distance is not known."""
+    """Return a fixation's drawing in the 3D pane; None where its distance is unknown."""
     distance_m, sigma_m, point = fixation.distance_m, fixation.distance_sigma_m, fixation.point_rig_m
     if distance_m is None or sigma_m is None or point is None:
         return None
@@ -204,7 +204,7 @@ def drawing_of(fixation: Fixation | FixationDocument, *, label: str) -> Fixation
 
 
 def stored_look(target: FixatedTarget) -> StoredLook | BoundedLook | None:
-    """Return how a stored target is drawn in the 3D pane; None without a distance and without limits."""
+    """Return a stored target's drawing in the 3D pane; None without a distance and without limits."""
     answer = target.fixation.answer
     drawing = drawing_of(answer, label=target.label)
     if drawing is not None:
@@ -213,7 +213,7 @@ def stored_look(target: FixatedTarget) -> StoredLook | BoundedLook | None:
 
 
 def bounded_look(fixation: FixationDocument, *, label: str) -> BoundedLook | None:
-    """Return how the limits of a distance are drawn in the 3D pane; None without limits."""
+    """Return the drawing of a distance's limits in the 3D pane; None without limits."""
     if fixation.bound is None:
         return None
     direction_deg = (fixation.target.ax_deg, fixation.target.ay_deg)

@@ -1,4 +1,4 @@
-"""Tells what is known of the distances of fixations while they run: by events, and on request."""
+"""Reports estimates of the distances of running fixations, by events and on request."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -13,11 +13,11 @@ from foveacam_server.resources.looking.fixations.documents import describe_estim
 from foveacam_server.resources.looking.fixations.schema import FixationEstimate
 
 Report: TypeAlias = Callable[[DistanceEstimate], None]
-"""Takes a newer estimate of one fixation."""
+"""Callback that receives a newer estimate of one fixation."""
 
 
 class FixationEstimates:
-    """The newest estimate of each fixation that runs; callable from any thread."""
+    """The newest estimate of each running fixation; callable from any thread."""
 
     def __init__(self, events: EventLog) -> None:
         self._events = events
@@ -26,7 +26,7 @@ class FixationEstimates:
 
     @contextmanager
     def reporting(self, fixation_id: str, job: Job) -> Iterator[Report]:
-        """Give the function that reports a fixation's estimates until it ends."""
+        """Yield the function that reports a fixation's estimates; on exit its estimate is dropped."""
 
         def report(estimate: DistanceEstimate) -> None:
             elapsed_ms = 1e3 * age_s(job.created_utc)
@@ -42,12 +42,12 @@ class FixationEstimates:
                 del self._newest[fixation_id]
 
     def newest(self) -> list[FixationEstimate]:
-        """Return the newest estimate of each fixation that runs."""
+        """Return the newest estimate of each running fixation."""
         with self._lock:
             return list(self._newest.values())
 
     def find(self, fixation_id: str) -> FixationEstimate | None:
-        """Return the newest estimate of a fixation; None unless it runs."""
+        """Return the newest estimate of a fixation; None when it is not running."""
         with self._lock:
             return self._newest.get(fixation_id)
 

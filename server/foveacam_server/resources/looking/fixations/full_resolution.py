@@ -1,4 +1,4 @@
-"""One more look at a fixation's target at full resolution, for its cloud and depth; its answer stays."""
+"""One more look at a fixation's target at full resolution for a denser cloud; the answer stays."""
 
 from dataclasses import dataclass
 
@@ -22,11 +22,11 @@ from foveacam_web.scene_values import FixationDrawing
 
 KIND = "full_resolution"
 TOTAL = 2
-"""Parts of the work: the look, then its depth."""
+"""Steps of the job's progress: the look, then its depth."""
 
 
 class FullResolutionOrder(RequestModel):
-    """Which fixation's target is looked at."""
+    """The job's request: the fixation whose target is looked at."""
 
     fixation_id: str
 
@@ -44,14 +44,14 @@ class FullResolutionTools:
 
 
 class FullResolutionLooks:
-    """Looks where a fixation's answer is, with all pixels, and computes its shape at that size."""
+    """Looks at the point of a fixation's answer at full resolution and computes its shape at that size."""
 
     def __init__(self, tools: FullResolutionTools) -> None:
         self._tools = tools
         tools.jobs.handle(KIND, self._run)
 
     def look(self, fixation_id: str, *, idempotency_key: str | None = None) -> Job:
-        """Queue the look; raise at once what it could not do now."""
+        """Queue the look; raise at once where it cannot be made now."""
         tools = self._tools
         point_of(tools.fixations.get(fixation_id))
         tools.calibration.require()
@@ -82,7 +82,7 @@ class FullResolutionLooks:
         return f"/api/v1/clouds/{cloud.id}"
 
     def _sighting(self, context: JobContext, answer: FixationDrawing, calibration: Calibration) -> Sighting:
-        """Look once, both gazes meeting on the answer's point, all cameras at binning 1."""
+        """Look once with both gazes on the answer's point, all cameras at binning 1."""
         x_m, y_m, z_m = answer.point_rig_m
         gazes = aim_at(calibration, np.array([x_m, y_m]) / z_m, 1.0 / z_m)
         volts = volts_for(calibration, clamp_gazes(calibration, gazes))
@@ -93,9 +93,10 @@ class FullResolutionLooks:
 
 
 def point_of(fixation: FixationDocument, *, label: str = "") -> FixationDrawing:
-    """Return how the point of a fixation's answer is drawn; that may be a chosen alternative.
+    """Return the drawing of the point of a fixation's answer, which may be a chosen alternative.
 
-    Raise `InvalidInput` where it has none, or where one fovea does not see it, so that there is no pair.
+    Raise `InvalidInput` where it has no distance, or where one fovea does not see it, so that there is no
+    pair.
     """
     answer = fixation.answer
     drawing = drawing_of(answer, label=label)

@@ -1,4 +1,4 @@
-"""Fixations and clouds as the rules of retention see them: labels, ages, sizes, and which are in use."""
+"""Fixations and clouds as items of the retention rules: labels, ages, sizes, and whether in use."""
 
 import re
 from contextlib import AbstractContextManager
@@ -16,22 +16,25 @@ from foveacam_server.resources.looking.clouds.collection import CloudRow
 from foveacam_server.resources.looking.fixations.table import FixationRow, TargetRow, newest_cloud_id
 
 SHAPE_S = 600.0
-"""So long after a fixation its cloud may still be computed."""
+"""Time after a fixation during which its cloud may still be computed."""
 _NUMBERED = re.compile(r"Target \d+")
-"""A label that the server gave."""
+"""Matches a label that the server assigned."""
 
 
 class Sessions(Protocol):
     """Opens sessions of the database."""
 
     def session(self) -> AbstractContextManager[Session]:
-        """Open one."""
+        """Open a session of the database."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RetainedLook:
-    """A fixation, or its cloud. `label`: given by a person or a service; empty for a number alone."""
+    """A fixation, or its cloud.
+
+    `label`: given by a person or a service; empty for one assigned by the server.
+    """
 
     id: str
     name: str
@@ -43,7 +46,7 @@ class RetainedLook:
 class RetainedLooks:
     """Reads the fixations and clouds of a data directory; changes nothing.
 
-    Which are in use is found by the same reads, for all at once: there may be tens of thousands.
+    The same reads find out which are in use, for all at once: there may be tens of thousands.
     """
 
     def __init__(self, sessions: Sessions, clouds: Path) -> None:
@@ -53,7 +56,7 @@ class RetainedLooks:
     def fixations(self) -> list[RetainedLook]:
         """Return all fixations, with the bytes of their rows.
 
-        In use is the newest, one that has a cloud or may get one, and one that an open job names.
+        In use are the newest, those that have a cloud or may get one, and those that an open job names.
         """
         with self._sessions.session() as session:
             found = _fixations(session)
@@ -68,7 +71,7 @@ class RetainedLooks:
     def clouds(self) -> list[RetainedLook]:
         """Return all clouds, with the bytes of their files.
 
-        In use is the newest, and one whose fixation an open job names.
+        In use are the newest, and those whose fixation an open job names.
         """
         created = func.json_extract(CloudRow.document, "$.created_utc")
         with self._sessions.session() as session:
@@ -83,11 +86,11 @@ class RetainedLooks:
         ]
 
     def is_fixation_in_use(self, fixation_id: str) -> bool:
-        """Return whether a fixation was in use when `fixations` was called last."""
+        """Return whether a fixation was in use at the last call of `fixations`."""
         return fixation_id in self._fixations_in_use
 
     def is_cloud_in_use(self, cloud_id: str) -> bool:
-        """Return whether a cloud was in use when `clouds` was called last."""
+        """Return whether a cloud was in use at the last call of `clouds`."""
         return cloud_id in self._clouds_in_use
 
 

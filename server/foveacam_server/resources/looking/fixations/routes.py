@@ -59,15 +59,15 @@ def newest(fixations: Provided[FixationService], limit: Limit = 50) -> list[Fixa
     return fixations.table.newest(limit)
 
 
-@router.get("/estimates", summary="What is known of the fixations that run")
+@router.get("/estimates", summary="Estimates of the running fixations")
 async def estimates(fixations: Provided[FixationService]) -> list[FixationEstimate]:
-    """Return the newest estimate of each fixation that runs; its distance is null while nothing is known."""
+    """Return the newest estimate of each running fixation; its distance is null while nothing is known."""
     return fixations.estimates.newest()
 
 
-@router.get("/{fixation_id}/estimate", summary="What is known of a fixation", responses=problems(404))
+@router.get("/{fixation_id}/estimate", summary="Newest estimate of a fixation", responses=problems(404))
 def estimate(fixation_id: str, fixations: Provided[FixationService]) -> FixationEstimate:
-    """Return the newest estimate of a fixation that runs, or the answer of one that has ended."""
+    """Return the newest estimate of a running fixation, or the answer of one that has ended."""
     return fixations.newest_estimate(fixation_id)
 
 
@@ -99,7 +99,8 @@ async def look_at_full_resolution(
 ) -> JSONResponse:
     """Queue one look of both foveae at the answer's point at binning 1; its result is the new cloud.
 
-    Distance and target stay; cloud and depth are then those of this look, with four times as many points.
+    Distance and target stay; cloud and depth map are replaced by those of this look, with four times as many
+    points.
     """
     lease.check(x_lease)
     job = fixations.full_resolution.look(fixation_id, idempotency_key=idempotency_key)

@@ -10,10 +10,10 @@ from foveacam_server.rig.schema import Direction
 from foveacam_server.rig.stream_messages import FrameSeq
 
 Basis = Literal["both_foveae", "fovea_and_wide", "surroundings", "bound"]
-"""How a distance is known: left against right; one fovea against the wide camera; inferred from measured
-neighbours; not at all, only limits of it."""
+"""Basis of a distance: left against right; one fovea against the wide camera; inferred from measured
+neighbours; unknown, with limits only."""
 RangeSide = Literal["nearer", "farther"]
-"""Where the target is in truth, seen from the answer that is corrected."""
+"""On which side of the corrected answer the true distance lies."""
 
 
 class Pixel(RequestModel):
@@ -40,7 +40,7 @@ class DistanceLimits(RequestModel):
 
 
 class FixationRequest(RequestModel):
-    """Exactly one of pixel, rectangle and direction."""
+    """Request of a fixation: exactly one of pixel, rectangle and direction."""
 
     pixel: Pixel | None = None
     rectangle: Rectangle | None = None
@@ -53,12 +53,13 @@ class FixationRequest(RequestModel):
     corrects: Annotated[str, Field(min_length=1, max_length=64)] | None = None
     """Id of a fixation whose answer this one corrects: its target gets the new answer."""
     frame_seq: FrameSeq | None = None
-    """Number of the wide picture on which the target was chosen, as the views' WebSocket gives it: a target
-    that moves is followed from there. Pictures of the last 0.6 s are known; an older number has no effect."""
+    """Sequence number, from the views' WebSocket, of the wide picture on which the target was chosen: a
+    moving target is tracked from there. Works for pictures of the last 0.6 s; an older number has no
+    effect."""
 
 
 class FixationOrder(FixationRequest):
-    """A request as it is stored, with its origin; `target_id`: the target that is looked at again."""
+    """A request as stored with its job; `target_id`: the target that is looked at again."""
 
     label: str | None = None
     source: str | None = None
@@ -108,7 +109,10 @@ class BoundDocument(ResponseModel):
 
 
 class AlternativeDocument(ResponseModel):
-    """One of several distances that a target may have; the probabilities of all add up to 1."""
+    """One of several distances that a target may have.
+
+    The probabilities of all add up to 1, or to less where it may have none of them.
+    """
 
     basis: Basis
     distance_m: float
@@ -134,7 +138,7 @@ class FixationDocument(ResponseModel):
     id: str
     job_id: str
     created_utc: str
-    request: dict[str, Any]  # Any: JSON of the order, without what was not set
+    request: dict[str, Any]  # Any: JSON of the order, without unset fields
     target: TargetPlace
     state: Literal["verged", "no_texture", "lost", "out_of_range", "timed_out"]
     reason: str
@@ -145,7 +149,7 @@ class FixationDocument(ResponseModel):
     bound: BoundDocument | None = None
     alternatives: list[AlternativeDocument] = Field(default=[])
     chosen_alternative: int | None = None
-    """Which of the alternatives the operator chose, counted from 0."""
+    """Index of the alternative that the operator chose, counted from 0."""
     left_view: EyeViewDocument | None = None
     right_view: EyeViewDocument | None = None
     residual_px: float | None
@@ -158,12 +162,12 @@ class FixationDocument(ResponseModel):
 
     @property
     def order(self) -> FixationOrder:
-        """What was asked for."""
+        """The request of the fixation."""
         return FixationOrder.model_validate(self.request)
 
     @property
     def answer(self) -> "FixationDocument":
-        """The fixation with the alternative that the operator chose as its distance."""
+        """The fixation, with the chosen alternative as its distance."""
         if self.chosen_alternative is None:
             return self
         chosen = self.alternatives[self.chosen_alternative]
@@ -171,7 +175,7 @@ class FixationDocument(ResponseModel):
 
 
 class FixationEstimate(ResponseModel):
-    """What is known of a fixation's distance so far; the last one is the answer.
+    """An estimate of a fixation's distance; the last one is the answer.
 
     `step`: looks until then, 0 before the first. `elapsed_ms`: since the fixation was asked for. Basis,
     distance and limits are null while nothing is known.
@@ -191,14 +195,14 @@ class FixationEstimate(ResponseModel):
 class CorrectionDocument(ResponseModel):
     """A correction of an answer by the operator.
 
-    `fixation_id`: the fixation that it ordered; of a choice, the one whose alternative was chosen.
+    `fixation_id`: the fixation that it started; for a choice, the fixation whose alternative was chosen.
     """
 
     kind: Literal["choice", "nearer", "farther", "rectangle", "click"]
     created_utc: str
     fixation_id: str
     alternative: int | None = None
-    """Which alternative was chosen, counted from 0."""
+    """Index of the chosen alternative, counted from 0."""
 
 
 class TargetDocument(ResponseModel):
@@ -226,13 +230,13 @@ class TargetDocument(ResponseModel):
 
 
 class ChoiceRequest(RequestModel):
-    """Which alternative of the fixation is the true one, counted from 0."""
+    """Index of the fixation's alternative that is the true one, counted from 0."""
 
     alternative: Index
 
 
 class CorrectionRequest(RequestModel):
-    """Where the target is in truth, seen from the present answer."""
+    """On which side of the present answer the true distance lies."""
 
     direction: RangeSide
 

@@ -63,7 +63,7 @@ from foveacam_server.rig.schema import Direction
 KIND = "fixation"
 
 TYPICAL_STEPS = 6
-"""Looks that a fixation usually needs: the total that its progress shows."""
+"""Usual number of looks of a fixation; shown as the total of its progress."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +82,7 @@ class FixationTools:
     on_fixation: Callable[[Fixation, Calibration], None]
     """Called with every fixation and the calibration that it was made with."""
     context: DepthContext
-    """What is known of the depth about a direction before the foveae look there."""
+    """Coarse depth of the wide view, used as prior knowledge of a target's distance."""
 
 
 class FixationService:
@@ -103,16 +103,16 @@ class FixationService:
                 targets=self.targets,
             )
         )
-        tools.events.on_event(self._hear)
+        tools.events.on_event(self._handle_event)
         tools.jobs.handle(KIND, self._run)
 
     def foveate(self, request: FixationRequest, *, source: str, idempotency_key: str | None = None) -> Job:
-        """Queue a fixation; raise at once what it could not do now."""
+        """Queue a fixation that `source` requests; raise at once where it cannot run now."""
         order = FixationOrder(**request.model_dump(exclude_none=True), source=source)
         return self.submit(order, idempotency_key=idempotency_key)
 
     def submit(self, order: FixationOrder, *, idempotency_key: str | None = None) -> Job:
-        """Queue a fixation as `foveate` does."""
+        """Queue the order of a fixation; raise at once where it cannot run now."""
         calibration = self._tools.calibration.require()
         check_target(target_of(order), calibration)
         depth_range_of(order)
@@ -133,30 +133,30 @@ class FixationService:
         )
 
     def stored_looks(self) -> list[StoredLook | BoundedLook]:
-        """Return how the stored targets are drawn in the 3D pane, oldest first."""
+        """Return the stored targets as they are drawn in the 3D pane, oldest first."""
         looks = [stored_look(target) for target in self.targets.every()]
         return [look for look in looks if look is not None]
 
     def newest_estimate(self, fixation_id: str) -> FixationEstimate:
-        """Return what is known of a fixation's distance: so far while it runs, then its answer."""
+        """Return a running fixation's newest estimate of distance, or the answer of one that has ended."""
         return self.estimates.find(fixation_id) or last_estimate(self.table.get(fixation_id))
 
     def remove_cloud(self, fixation_id: str, *, left: CloudDocument | None) -> None:
-        """Emit an event that a cloud of a fixation was removed; `left`: the newest that it has."""
+        """Emit an event that a cloud of a fixation was removed; `left`: its newest remaining cloud."""
         self._emit_shape(fixation_id, "has no shape any more" if left is None else "has its earlier shape")
 
-    def _hear(self, event: Event) -> None:
+    def _handle_event(self, event: Event) -> None:
         if event.kind == CLOUD_CREATED:
             self._emit_shape(str(event.data["fixation_id"]), "has got its shape")
 
     def _emit_shape(self, fixation_id: str, change: str) -> None:
-        """Emit an event of the target that shows a fixation, if there is one."""
+        """Emit an event about the target that shows a fixation, if there is one."""
         target = self.targets.showing(fixation_id)
         if target is not None:
             self._emit("target.updated", f"{target.label} {change}", target)
 
     def remove(self, fixation_id: str) -> None:
-        """Delete a fixation for good, and the target that shows it; emit an event of that."""
+        """Delete a fixation for good, with the target that shows it; emit an event about the target."""
         target = self.targets.remove_of(fixation_id)
         self.table.remove(fixation_id)
         if target is not None:
@@ -185,7 +185,7 @@ class FixationService:
     def _fixate(
         self, context: JobContext, order: FixationOrder, fixation_id: str, report: Report
     ) -> Fixation:
-        """Report what is known at once, then look; report every look and what it tells."""
+        """Report an estimate from earlier looks, then verge; report every look and its estimate."""
         tools, job = self._tools, context.job
         calibration, clicked = tools.calibration.require(), self._clicked(order)
         self._report_known(order, clicked, report)
@@ -217,7 +217,7 @@ class FixationService:
             )
 
     def _report_known(self, order: FixationOrder, clicked: Frame | None, report: Report) -> None:
-        """Report what earlier looks tell of a target's distance, if anything."""
+        """Report an estimate of the target's distance from earlier looks, if they give one."""
         wide, within = self._tools.calibration.require().wide, depth_range_of(order)
         target = resolve(target_of(order), wide, VergeSettings()).tangents
         frame = clicked or self._tools.hardware.recent_wide.newest()
@@ -227,7 +227,7 @@ class FixationService:
         report(DistanceEstimate(looks=0, basis=Basis.SURROUNDINGS, point=point))
 
     def _clicked(self, order: FixationOrder) -> Frame | None:
-        """Return the wide frame on which a target was chosen; None without a number, or when it is gone."""
+        """Return the wide frame on which a target was chosen; None without a number or when dropped."""
         return None if order.frame_seq is None else self._tools.hardware.recent_wide.find(order.frame_seq)
 
     def _store(
@@ -283,7 +283,7 @@ class FixationService:
         )
 
     def put_target(self, target: FixatedTarget) -> None:
-        """Store a new or changed target and emit an event; its earlier look leaves the 3D pane."""
+        """Store a new or changed target, emit an event, and remove its earlier look from the 3D pane."""
         earlier = self.targets.find(target.id)
         if earlier is not None and earlier.fixation.id != target.fixation.id:
             self._tools.shapes.forget(earlier.fixation.id)
@@ -297,7 +297,7 @@ class FixationService:
     def _queue_shape(
         self, fixation: Fixation, described: FixationDocument, *, label: str, calibration: Calibration
     ) -> None:
-        """Queue what is computed after the answer: overlay distance, depth at the point, cloud and mesh."""
+        """Set the overlay's distance and the depth at the point; queue the computation of cloud and mesh."""
         drawing = drawing_of(fixation, label=label)
         if (limits := bounded_look(described, label=label)) is not None:
             self._tools.shapes.put(limits)

@@ -13,9 +13,9 @@ from foveacam_server.resources.looking.fixations.schema import CorrectionDocumen
 
 
 class FixationRow(TableRow):
-    """A fixation; `document` is what REST shows, without the ids of target and cloud.
+    """Row of a fixation; `document` is REST's, without the ids of target and cloud.
 
-    `cloud_id`: written by earlier versions alone; a cloud names its fixation.
+    `cloud_id`: written by earlier versions only; now the cloud's row names its fixation.
     """
 
     __tablename__ = "fixations"
@@ -28,7 +28,7 @@ class FixationRow(TableRow):
 
 
 class TargetRecord(BaseModel):
-    """What the row of a target stores of it; those of earlier versions repeat its fixation's fields."""
+    """The stored document of a target; documents of earlier versions repeat the fixation's fields."""
 
     fixation_id: str
     corrections: list[CorrectionDocument] = []
@@ -36,7 +36,7 @@ class TargetRecord(BaseModel):
 
 
 class TargetRow(TableRow):
-    """A target: a point that was fixated."""
+    """Row of a target: a point that was fixated."""
 
     __tablename__ = "targets"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -75,7 +75,7 @@ class FixationTable:
             )
 
     def choose(self, fixation_id: str, alternative: int) -> FixationDocument:
-        """Set which alternative was chosen; return the fixation, or raise `NotFound`."""
+        """Store the index of the chosen alternative; return the fixation, or raise `NotFound`."""
         with self._store.session() as session:
             row, cloud_id = _fixation_row(session, fixation_id)
             row.document = row.document.model_copy(update={"chosen_alternative": alternative})
@@ -105,7 +105,10 @@ class TargetTable:
         self._store = store
 
     def put(self, target: FixatedTarget) -> bool:
-        """Add or replace a target; return whether it is new. A known one keeps label and time of creation."""
+        """Add or replace a target; return whether it is new.
+
+        An existing one keeps label and time of creation.
+        """
         record = TargetRecord(
             fixation_id=target.fixation.id,
             corrections=list(target.corrections),
@@ -120,7 +123,7 @@ class TargetTable:
             return True
 
     def next_label(self) -> str:
-        """Return the label of a target that was given none: the number after the newest's."""
+        """Return the default label of the next target: `Target` and the number after the newest's."""
         with self._store.session() as session:
             newest = session.scalars(select(TargetRow.seq).order_by(TargetRow.seq.desc()).limit(1)).first()
         return f"Target {(newest or 0) + 1}"
@@ -157,7 +160,7 @@ class TargetTable:
             return None
 
     def showing(self, fixation_id: str) -> FixatedTarget | None:
-        """Return the target that shows a fixation; None when it is no target's newest."""
+        """Return the target whose newest fixation this is; None without one."""
         with self._store.session() as session:
             rows = session.execute(_targets().where(FixationRow.id == fixation_id)).first()
             return None if rows is None else _target(*rows)

@@ -1,1 +1,1 @@
-"""Targets that are followed: both foveae look at one after the other."""
+"""Following several targets: both foveae look at them in turn."""

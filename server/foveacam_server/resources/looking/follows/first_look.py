@@ -1,4 +1,4 @@
-"""The first look at a target that is to be followed: where it is by now, and both foveae on it."""
+"""The first look at a target to be followed: tracks it since the click and verges both foveae on it."""
 
 import math
 from dataclasses import replace
@@ -14,16 +14,16 @@ from foveacam_pipeline.verge.values import Basis, DirectionTarget, PixelTarget, 
 from foveacam_server.rig.live_views import RecentFrames
 
 MOVES_PX_S = 20.0
-"""What is faster in the wide view is acquired as a moving target, wide px/s."""
+"""Speed in the wide view above which a target is acquired as a moving one, wide px/s."""
 FRESH_FRAMES = 8
-"""So many wide frames are taken at most until what was clicked has been found in two."""
+"""Most wide frames that `refresh` takes while it searches for the clicked target."""
 LEAST_BOX_PX = 16
 
 
 def track_click(
     recent: RecentFrames, target: Target, *, frame_seq: int | None, box_px: int, now_ns: int
 ) -> ClickTrack | None:
-    """Return what was clicked, as far as wide frames have come; None where its frame or box tells nothing."""
+    """Return the clicked target, tracked to the newest wide frame; None without a frame or trackable box."""
     if isinstance(target, DirectionTarget):
         return None
     frame = recent.chosen(frame_seq, now_ns=now_ns)
@@ -34,20 +34,20 @@ def track_click(
     box = TrackBox(x_px=x_px, y_px=y_px, width_px=width_px, height_px=height_px)
     try:
         click = ClickTrack(frame, box)
-    except OutOfRange:  # without texture, or at the rim: it is looked for where it was clicked
+    except OutOfRange:  # no texture, or at the rim: it is fixated where it was clicked
         return None
     return catch_up(recent, click)
 
 
 def catch_up(recent: RecentFrames, click: ClickTrack) -> ClickTrack:
-    """Let a click see the wide frames that have come since; return it."""
+    """Track a clicked target through the wide frames taken since; return its track."""
     for frame in recent.since(click.frame.t_ns):
         click.see(frame)
     return click
 
 
 def refresh(head: Head, click: ClickTrack) -> None:
-    """Let a click see new wide frames until it was found in two, which tell its place and speed."""
+    """Track a clicked target in new wide frames until it was found in two, which give its place and speed."""
     found = 0
     for _ in range(FRESH_FRAMES):
         before = click.frame
@@ -66,10 +66,10 @@ def look_first(
     clock: Clock,
     context: DepthContext,
 ) -> AcquiredTarget:
-    """Bring both foveae on a target; raise `OutOfRange` with the reason where they do not both see it.
+    """Verge both foveae on a target; raise `OutOfRange` with the reason where they do not both see it.
 
-    `click`: it, as followed since the click. What moves is acquired by the first look in which both foveae
-    agree; else, and for what stands, by a fixation.
+    `click`: its track since the click. A moving target is acquired by the first look in which both foveae
+    agree; where that fails, and for a target at rest, by a fixation.
     """
     if click is not None:
         refresh(head, click)
@@ -96,14 +96,14 @@ def look_first(
 
 
 def middle_px(target: PixelTarget | RectangleTarget) -> tuple[float, float]:
-    """Return the pixel in the middle of a target."""
+    """Return the pixel at the centre of a target."""
     if isinstance(target, PixelTarget):
         return target.x_px, target.y_px
     return target.x_px + target.width_px / 2.0, target.y_px + target.height_px / 2.0
 
 
 def moved_to(target: Target, place_px: tuple[float, float]) -> Target:
-    """Return a target with its middle at another pixel; a direction stays as it is."""
+    """Return a target with its centre moved to another pixel; a direction is returned unchanged."""
     if isinstance(target, DirectionTarget):
         return target
     x_px, y_px = middle_px(target)
@@ -111,7 +111,7 @@ def moved_to(target: Target, place_px: tuple[float, float]) -> Target:
 
 
 def sides_px(target: Target, box_px: int) -> tuple[int, int]:
-    """Return the sides of what the image tracker learns: a rectangle's, or `box_px` about a point."""
+    """Return width and height of the image tracker's template: a rectangle's, or `box_px` about a point."""
     if isinstance(target, RectangleTarget):
         return max(LEAST_BOX_PX, round(target.width_px)), max(LEAST_BOX_PX, round(target.height_px))
     return box_px, box_px

@@ -1,4 +1,4 @@
-"""The job that follows targets: it shares both foveae among them and gives way to other jobs."""
+"""The job that follows targets: shares both foveae among them and yields the rig to other jobs."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -30,7 +30,7 @@ from foveacam_server.rig.ports import CalibrationInForce
 
 KIND = "following"
 WAIT_S = 0.02
-"""So often the rig is asked for again while another job has it."""
+"""Interval at which the job tries again to acquire the rig while another job has it."""
 REPORT_PERIOD_NS = 2_000_000_000
 
 
@@ -43,7 +43,7 @@ class KnownTargets(Protocol):
 
 
 class TrailViewer(Protocol):
-    """Draws where followed targets are and were."""
+    """Draws the trails of followed targets."""
 
     def show_trail(self, target_id: str, label: str, points_rig_m: list[tuple[float, float, float]]) -> None:
         """Add or replace a trail, oldest point first, m, rig frame."""
@@ -69,11 +69,11 @@ class FollowTools:
     on_distance: Callable[[float], None]
     """Called with the distance at which the foveae meet, m."""
     looping: Callable[[], bool]
-    """Whether the vergence loop has the eyes."""
+    """Returns whether the vergence loop runs; the two cannot be active at once."""
 
 
 class FollowJob:
-    """Follows what stands in the table until nothing does."""
+    """Follows the targets of the table until it is empty."""
 
     def __init__(self, tools: FollowTools, records: FollowedRecords) -> None:
         self._tools = tools
@@ -81,7 +81,7 @@ class FollowJob:
         self._lock = threading.Lock()
         self._rounds: list[Future[list[SeenTarget]]] = []
         self.job_id: str | None = None
-        """Id of the job that runs; empty while it is being queued, None without one."""
+        """Id of the running job; empty while it is being queued, None without one."""
         tools.jobs.handle(KIND, self._run, parallel=True)
 
     def begin(self) -> None:
@@ -94,14 +94,14 @@ class FollowJob:
             self.job_id = self._tools.jobs.submit(KIND).id
 
     def take_round(self) -> "Future[list[SeenTarget]]":
-        """Ask for one look at each target that the eyes reach; the looks are made between the others."""
+        """Request one look at each target within reach, made between the ordinary looks."""
         asked: Future[list[SeenTarget]] = Future()
         with self._lock:
             self._rounds.append(asked)
         return asked
 
     def drop(self, follow_id: str, reason: str) -> None:
-        """Follow a target no more and tell why; no effect when there is none of that id."""
+        """Stop following a target and emit the reason; no effect when no target has that id."""
         record = self._records.remove(follow_id)
         if record is None:
             return
@@ -114,7 +114,7 @@ class FollowJob:
         )
 
     def drop_all(self, reason: str) -> None:
-        """Follow no target any more and tell why."""
+        """Stop following all targets and emit the reason."""
         with self._records.all() as records:
             ids = list(records)
         for follow_id in ids:
@@ -137,7 +137,7 @@ class FollowJob:
         return "/api/v1/follows"
 
     def _follow_while_free(self, follower: Follower, context: JobContext) -> None:
-        """Have the rig until another job wants it, or nothing is followed."""
+        """Hold the rig until another job wants it or no target is followed."""
         hardware = self._tools.hardware
         if hardware.use.holder is not None or hardware.use.wanted:
             threading.Event().wait(WAIT_S)
@@ -154,14 +154,14 @@ class FollowJob:
                 self._take_changes(follower, head)
                 self._take_rounds(follower, head)
                 if follower.targets:
-                    with untraced():  # for hours, look after look
+                    with untraced():  # runs for hours: kept out of the job's trace
                         self._take(follower, follower.step(head))
                 if pace.is_due():
-                    self._tell(follower, context)
+                    self._report_progress(follower, context)
 
     @contextmanager
     def _finishing(self, follower: Follower) -> Iterator[None]:
-        """Wait for a look that has begun before the rig is given away; an error of that look is dropped."""
+        """Wait for a started look before the rig is released; an error of that look is dropped."""
         try:
             yield
         finally:
@@ -173,7 +173,7 @@ class FollowJob:
             self._take(follower, step)
 
     def _take_changes(self, follower: Follower, head: Head) -> None:
-        """Let the follower have the targets that it should have."""
+        """Add, remove and reconfigure the follower's targets as the table was changed."""
         records, changed = self._records.take_changes()
         if changed or records.keys() != follower.targets.keys():
             self._finish(follower)
@@ -199,7 +199,7 @@ class FollowJob:
             record.tracker = "template" if target.tracker is TrackerKind.TEMPLATE else "filter"
 
     def _find(self, record: FollowedRecord, follower: Follower, head: Head) -> None:
-        """Verge on a new target, and follow it from there; it is dropped where that fails."""
+        """Verge on a new target and add it to the follower; drop it where that fails."""
         tools, calibration, click = self._tools, self._tools.calibration.require(), record.click
         record.click = None
         try:
@@ -269,7 +269,7 @@ class FollowJob:
         )
 
     def _update(self, follower: Follower) -> None:
-        """Take over how the targets stand; emit an event where a state has changed."""
+        """Copy the states of the targets into the table; emit an event for each changed state."""
         for report in follower.reports():
             with self._records.all() as records:
                 record = records.get(report.target_id)
@@ -290,7 +290,7 @@ class FollowJob:
         message = f"{record.label} {words[record.state]}"
         self._tools.events.emit("follow.changed", message, level=level, data=change_of(record))
 
-    def _tell(self, follower: Follower, context: JobContext) -> None:
+    def _report_progress(self, follower: Follower, context: JobContext) -> None:
         """Report progress and draw the trails."""
         looks = sum(report.looks for report in follower.reports())
         rate_hz = 1.0 / follower.look_s

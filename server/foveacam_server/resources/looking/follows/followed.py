@@ -1,4 +1,4 @@
-"""What is known of one followed target: its request, its state, its hits. Read and written under a lock."""
+"""One followed target: its request, its state, its hits. Read and written under the table's lock."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -20,30 +20,30 @@ from foveacam_server.resources.looking.follows.schema import (
 )
 
 TRAIL = 600
-"""Hits kept of each target."""
+"""Number of hits kept of each target."""
 RATE_WINDOW_NS = 2_000_000_000
 
 
 @dataclass(slots=True, kw_only=True)
 class FollowedRecord:
-    """One followed target as the server keeps it."""
+    """Mutable record of one followed target."""
 
     id: str
     label: str
     target: Target
     box_px: tuple[int, int]
-    """Sides of what the image tracker learns, wide px."""
+    """Width and height of the image tracker's template, wide px."""
     tracker: TrackerName
     priority: float
     state: FollowedState = "finding"
     created_utc: str = field(default_factory=utc_now)
     click: ClickTrack | None = None
-    """What was clicked, followed until the foveae look; None where no frame is known."""
+    """Track of the clicked target until the foveae's first look; None where its frame is not held."""
     report: TargetReport | None = None
     hits: deque[PositionEstimate] = field(default_factory=lambda: deque(maxlen=TRAIL))
 
     def describe(self, calibration: Calibration | None, *, now_ns: int) -> FollowedDocument:
-        """Return it as a REST document, moved on to this moment."""
+        """Return its REST document, with the place extrapolated to this moment."""
         report = self.report
         if report is None:
             return self._head()
@@ -69,13 +69,13 @@ class FollowedRecord:
         )
 
     def take(self, patch: FollowPatch) -> None:
-        """Take over what a request changes."""
+        """Apply a request's changes."""
         self.label = patch.label or self.label
         self.tracker = patch.tracker or self.tracker
         self.priority = patch.priority or self.priority
 
     def trail(self) -> list[TrailPoint]:
-        """Return where it was, oldest first."""
+        """Return its hits as documents, oldest first."""
         return [
             TrailPoint(
                 t_s=hit.t_ns / 1e9,
@@ -103,7 +103,7 @@ class FollowedRecord:
 
 
 def position_at(estimate: PositionEstimate, now_ns: int) -> tuple[float, float, float]:
-    """Return where a target is at a time at its speed, m, rig frame."""
+    """Return the point, m, rig frame, extrapolated to a time at the target's speed."""
     moved = estimate.position_rig_m + estimate.velocity_rig_m_s * ((now_ns - estimate.t_ns) / 1e9)
     return float(moved[0]), float(moved[1]), float(moved[2])
 
@@ -111,7 +111,7 @@ def position_at(estimate: PositionEstimate, now_ns: int) -> tuple[float, float, 
 def wide_place_px(
     calibration: Calibration, point_rig_m: tuple[float, float, float]
 ) -> tuple[float, float] | None:
-    """Return where the wide view shows a point, px; None where it does not."""
+    """Return the wide pixel of a point; None outside the wide image."""
     x_m, y_m, z_m = point_rig_m
     if z_m <= 0.0:
         return None

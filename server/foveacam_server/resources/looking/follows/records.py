@@ -1,4 +1,4 @@
-"""The table of followed targets, shared by the threads that ask for them and the job that follows them."""
+"""The table of followed targets, shared by the threads of requests and the job that follows them."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -11,13 +11,13 @@ from foveacam_server.resources.looking.follows.followed import FollowedRecord
 
 
 class FollowedRecords:
-    """Followed targets in the order in which they were added; callable from any thread."""
+    """Followed targets in order of addition; callable from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._records: dict[str, FollowedRecord] = {}
         self._changed: set[str] = set()
-        """Targets whose tracker or priority was changed and not yet taken over."""
+        """Ids of targets whose tracker or priority was changed since `take_changes`."""
 
     def __bool__(self) -> bool:
         return bool(self._records)
@@ -41,13 +41,13 @@ class FollowedRecords:
 
     @contextmanager
     def all(self) -> Iterator[dict[str, FollowedRecord]]:
-        """Give all targets by their ids; nobody else reads or changes them meanwhile."""
+        """Yield all targets by their ids, under the lock."""
         with self._lock:
             yield self._records
 
     @contextmanager
     def one(self, follow_id: str) -> Iterator[FollowedRecord]:
-        """Give one target, or raise `NotFound`; nobody else reads or changes any meanwhile."""
+        """Yield one target under the lock, or raise `NotFound`."""
         with self._lock:
             record = self._records.get(follow_id)
             if record is None:
@@ -55,7 +55,7 @@ class FollowedRecords:
             yield record
 
     def change(self, follow_id: str, change: Callable[[FollowedRecord], None]) -> None:
-        """Change how a target is followed, or raise `NotFound`; the job takes it over."""
+        """Change how a target is followed, or raise `NotFound`; the job applies it at its next look."""
         with self.one(follow_id) as record:
             change(record)
             self._changed.add(follow_id)

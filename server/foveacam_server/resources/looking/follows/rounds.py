@@ -23,12 +23,12 @@ from foveacam_server.rig.ports import AssembledRig, CalibrationInForce
 KIND = "follow_round"
 ID_PREFIX = "cap-"
 LONGEST_S = 30.0
-"""So long a round may take: another job may have the rig meanwhile."""
+"""Timeout of a round, during which another job may have the rig."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoundTools:
-    """Services that rounds need. `take`: asks for one look at each followed target."""
+    """Services that rounds need. `take`: requests one look at each followed target."""
 
     take: Callable[[], "Future[list[SeenTarget]]"]
     collection: DatasetCollection
@@ -39,7 +39,7 @@ class RoundTools:
 
 
 class FollowRounds:
-    """Takes rounds as jobs, which let following go on."""
+    """Captures rounds as jobs that run while following continues."""
 
     def __init__(self, tools: RoundTools) -> None:
         self._tools = tools

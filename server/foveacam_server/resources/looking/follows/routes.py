@@ -37,7 +37,7 @@ def create(
     follows: Provided[FollowService],
     x_lease: LeaseHeader = None,
 ) -> FollowedDocument:
-    """Follow one more target, 8 at most: both foveae verge on it, then look at all targets in turn."""
+    """Follow a further target, 8 at most: both foveae verge on it, then look at all targets in turn."""
     lease.check(x_lease)
     return follows.follow(request)
 
@@ -48,11 +48,11 @@ def every(follows: Provided[FollowService]) -> list[FollowedDocument]:
     return follows.every()
 
 
-@router.delete("", status_code=204, summary="Follow none any more")
+@router.delete("", status_code=204, summary="Stop following all targets")
 def end_all(
     lease: Provided[Lease], follows: Provided[FollowService], x_lease: LeaseHeader = None
 ) -> Response:
-    """Let all followed targets go; the mirrors stay where they are."""
+    """Stop following all targets; the mirrors stay where they are."""
     lease.check(x_lease)
     follows.end_all()
     return Response(status_code=204)
@@ -104,11 +104,11 @@ def change(
     return follows.change(follow_id, patch)
 
 
-@router.delete("/{follow_id}", status_code=204, summary="Let a target go", responses=problems(404, 409))
+@router.delete("/{follow_id}", status_code=204, summary="Stop following one", responses=problems(404, 409))
 def end(
     follow_id: str, lease: Provided[Lease], follows: Provided[FollowService], x_lease: LeaseHeader = None
 ) -> Response:
-    """Follow a target no more."""
+    """Stop following a target."""
     lease.check(x_lease)
     follows.end(follow_id)
     return Response(status_code=204)

@@ -11,35 +11,37 @@ from foveacam_server.rig.schema import Direction
 from foveacam_server.rig.stream_messages import FrameSeq
 
 FollowedState = Literal["finding", "followed", "lost", "out_of_field"]
-"""Being verged on first; seen in the last looks; searched for; where the mirrors cannot turn."""
+"""`finding`: first verged on; `followed`: seen in the last looks; `lost`: searched for; `out_of_field`:
+beyond the mirrors' range."""
 TrackerName = Literal["template", "filter"]
-"""Image tracker of the wide view: correlation with the target's picture, or a filter that learns."""
+"""Image tracker of the wide view: correlation with a template, or a kernelised correlation filter."""
 Priority = Annotated[float, Field(ge=0.1, le=10.0, allow_inf_nan=False)]
-"""Share of the looks against that of the other targets."""
+"""Weight of a target's share of the looks relative to the other targets'."""
 BoxSide = Annotated[int, Field(ge=16, le=400)]
-"""Side of what the image tracker learns, wide px."""
+"""Side of the image tracker's template, wide px."""
 
 
 class FollowRequest(RequestModel):
-    """Exactly one of pixel, rectangle, direction and target_id."""
+    """Request to follow a target: exactly one of pixel, rectangle, direction and target_id."""
 
     pixel: Pixel | None = None
     rectangle: Rectangle | None = None
-    """The image tracker learns what is in it."""
+    """The image tracker takes its content as template."""
     direction: Direction | None = None
     target_id: Annotated[str, Field(min_length=1, max_length=64)] | None = None
-    """A target of an earlier fixation: it is looked for where it was."""
+    """Id of a target of an earlier fixation, which is searched for at its last place."""
     label: Label | None = None
     tracker: TrackerName = "template"
     priority: Priority = 1.0
     box_px: BoxSide = 64
-    """Side of the box about a point; a rectangle has its own."""
+    """Side of the tracker's box about a point; no effect for a rectangle."""
     frame_seq: FrameSeq | None = None
-    """Number of the wide picture on which the target was chosen, as in a fixation; else it is the newest."""
+    """Sequence number of the wide picture on which the target was chosen, as in a fixation; without it the
+    newest."""
 
 
 class FollowPatch(RequestModel):
-    """What to change of a followed target."""
+    """Changes of a followed target; fields left out stay."""
 
     label: Label | None = None
     tracker: TrackerName | None = None
@@ -57,7 +59,7 @@ class FollowedDocument(ResponseModel):
     created_utc: str
     x_px: float | None = None
     y_px: float | None = None
-    """Where the wide view shows it, px."""
+    """Its wide pixel."""
     point_rig_m: tuple[float, float, float] | None = None
     velocity_rig_m_s: tuple[float, float, float] | None = None
     distance_m: float | None = None
@@ -65,15 +67,15 @@ class FollowedDocument(ResponseModel):
     speed_m_s: float | None = None
     looks: int = 0
     hits: int = 0
-    """Looks that showed it."""
+    """Number of looks in which it was found."""
     rate_hz: float = 0.0
-    """Hits a second over the last two seconds."""
+    """Hits per second over the last two seconds."""
     age_s: float | None = None
     """Time since the last hit."""
     score: float | None = None
     """Correlation of the weaker fovea with the target's picture in the last hit, -1 to 1."""
     wide_score: float | None = None
-    """How well the image tracker fits; null while it does not find the target."""
+    """Score of the image tracker; null while it does not find the target."""
 
 
 class FollowRoundRequest(RequestModel):
@@ -84,7 +86,7 @@ class FollowRoundRequest(RequestModel):
 
 
 class FollowRoundTaken(ResponseModel):
-    """Data of the event that a round was captured."""
+    """Data of the event that a round of followed targets was captured."""
 
     capture_id: str
     name: str
@@ -92,7 +94,7 @@ class FollowRoundTaken(ResponseModel):
 
 
 class TrailPoint(ResponseModel):
-    """Where a followed target was: one hit."""
+    """One hit: the place of a followed target at a time."""
 
     t_s: float
     """Time on the rig's clock, s."""
@@ -103,7 +105,7 @@ class TrailPoint(ResponseModel):
 
 
 class FollowEnded(ResponseModel):
-    """Data of the event that a target is followed no more."""
+    """Data of the event that following a target has ended."""
 
     id: str
     label: str

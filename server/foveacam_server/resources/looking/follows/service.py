@@ -1,4 +1,4 @@
-"""Keeps the followed targets: asks for them, describes them, lets them go."""
+"""Adds, describes, changes and ends the following of targets."""
 
 import itertools
 from concurrent.futures import Future
@@ -38,7 +38,7 @@ class FollowService:
         return bool(self._records)
 
     def follow(self, request: FollowRequest) -> FollowedDocument:
-        """Follow a target as well; raise at once what could not be done now."""
+        """Follow a further target; raise at once where that is not possible now."""
         tools, calibration = self._tools, self._tools.calibration.require()
         target = self._target(request)
         check_target(target, calibration)
@@ -76,12 +76,12 @@ class FollowService:
             return [record.describe(calibration, now_ns=now_ns) for record in records.values()]
 
     def get(self, follow_id: str) -> FollowedDocument:
-        """Return one as it is now or raise `NotFound`."""
+        """Return a followed target as it is now, or raise `NotFound`."""
         with self._records.one(follow_id) as record:
             return record.describe(self._tools.calibration.current, now_ns=self._tools.clock.now_ns())
 
     def trail(self, follow_id: str) -> list[TrailPoint]:
-        """Return where a followed target was, or raise `NotFound`."""
+        """Return a followed target's last hits, or raise `NotFound`."""
         with self._records.one(follow_id) as record:
             return record.trail()
 
@@ -91,12 +91,12 @@ class FollowService:
         return self.get(follow_id)
 
     def end(self, follow_id: str) -> None:
-        """Follow a target no more, or raise `NotFound`."""
+        """Stop following a target, or raise `NotFound`."""
         self.get(follow_id)
         self._job.drop(follow_id, "on request")
 
     def end_all(self) -> None:
-        """Follow no target any more."""
+        """Stop following all targets."""
         self._job.drop_all("on request")
 
     def check_followed(self) -> None:
@@ -111,11 +111,11 @@ class FollowService:
             )
 
     def take_round(self) -> "Future[list[SeenTarget]]":
-        """Ask for one look at each target that the eyes reach; the looks are made between the others."""
+        """Request one look at each target within reach, made between the ordinary looks."""
         return self._job.take_round()
 
     def marks(self) -> list[FollowMark]:
-        """Return where the wide view shows the targets now."""
+        """Return the marks of the targets in the wide view now."""
         return [
             FollowMark(
                 id=record.id, label=record.label, state=record.state, x_px=round(x_px, 1), y_px=round(y_px, 1)
@@ -124,7 +124,7 @@ class FollowService:
         ]
 
     def boxes(self, frame: Frame) -> list[TrackedBox]:
-        """Return the boxes of the targets that a wide frame shows; those that are lost have none."""
+        """Return the boxes of the targets in a wide frame; a lost target has none."""
         found = []
         for record, (x_px, y_px) in self._places(frame.t_ns):
             width, height = record.box_px
@@ -140,7 +140,7 @@ class FollowService:
         return found
 
     def _places(self, t_ns: int) -> list[tuple[FollowedRecord, tuple[float, float]]]:
-        """Return the targets that the wide view shows at a time, and where, px."""
+        """Return the targets inside the wide view at a time, with their wide pixels."""
         calibration = self._tools.calibration.current
         if calibration is None or not self._records:
             return []
@@ -154,7 +154,7 @@ class FollowService:
         return [(record, pixel) for record, pixel in places if pixel is not None]
 
     def _target(self, request: FollowRequest) -> Target:
-        """Return what a request names; raise `InvalidInput`, or `NotFound` for an unknown target."""
+        """Return the target of a request; raise `InvalidInput`, or `NotFound` for an unknown target."""
         places = {"pixel": request.pixel, "rectangle": request.rectangle, "direction": request.direction}
         if request.target_id is None:
             return target_of(FixationRequest.model_validate(places))
@@ -170,7 +170,7 @@ class FollowService:
         return target_of(FixationRequest(direction=direction))
 
     def _label(self, request: FollowRequest) -> str:
-        """Return the name of a target of an earlier fixation, or one that no target had before."""
+        """Return the label of a target of an earlier fixation, or a new default label."""
         if request.target_id is not None:
             return self._tools.targets.get(request.target_id).label
         return f"Followed {next(self._numbers)}"

@@ -34,7 +34,7 @@ def describe_loop(
     calibration: Calibration | None,
     now_ns: int,
 ) -> LoopDocument:
-    """Return the loop as it is now; `run`: None while it does not run."""
+    """Return the document of the loop's present state; `run`: None while it does not run."""
     last = None if run is None else run.last
     shown = None if run is None or run.split_step is not None else run.seen
     errors = None if shown is None else shown.errors
@@ -73,7 +73,7 @@ def describe_loop(
 
 
 def _detail(status: LoopStatusName, run: LoopRun | None) -> str:
-    """Return what to do about a status."""
+    """Return the advice to the operator for a status."""
     if status != "trigger_fault" or run is None:
         return DETAILS.get(status, "")
     waits = " The loop waits: reset the trigger once that is mended." if run.loop.gate.latched else ""
@@ -81,7 +81,7 @@ def _detail(status: LoopStatusName, run: LoopRun | None) -> str:
 
 
 def marks_of(run: LoopRun, t_ns: int) -> list[FollowMark]:
-    """Return the mark of the target; empty before one was chosen."""
+    """Return the target's mark in the wide view; empty before one was chosen."""
     target = describe_target(run.loop, t_ns)
     if target is None:
         return []
@@ -90,7 +90,7 @@ def marks_of(run: LoopRun, t_ns: int) -> list[FollowMark]:
 
 
 def boxes_of(run: LoopRun, frame: Frame) -> list[TrackedBox]:
-    """Return the box of a tracked target in a wide frame, without a place where it is lost."""
+    """Return the box of a tracked target in a wide frame; a lost target has a box without a place."""
     target = describe_target(run.loop, frame.t_ns)
     if target is None or target.state == "fixed":
         return []

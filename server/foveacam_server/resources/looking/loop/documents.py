@@ -1,4 +1,4 @@
-"""Describes the loop: its look, its history and its tuning as REST shows them."""
+"""Turns the loop's looks, history and tuning into REST's schemas."""
 
 import math
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ DETAILS: dict[LoopStatusName, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TunedLoop:
-    """A tuning that ended well, and when."""
+    """A successful tuning, and when it ended."""
 
     result: TuneResult
     tuned_utc: str
@@ -52,7 +52,7 @@ def describe_axes(
     errors_rad: NDArray[np.float64] | None,
     held: frozenset[str],
 ) -> list[LoopAxisDocument]:
-    """Return all axes with their commands, ranges and errors; `held`: names of those that are held."""
+    """Return all axes with their commands, ranges and errors; `held`: names of the held axes."""
     least, most = limits_rad
     return [
         LoopAxisDocument(
@@ -68,7 +68,7 @@ def describe_axes(
 
 
 def describe_target(loop: VergenceLoop, t_ns: int) -> LoopTargetDocument | None:
-    """Return where the target is at a time; None before one was chosen."""
+    """Return the target's place and state at a time; None before one was chosen."""
     guide = loop.guide
     if guide is None:
         return None
@@ -79,7 +79,7 @@ def describe_target(loop: VergenceLoop, t_ns: int) -> LoopTargetDocument | None:
 
 
 def describe_eyes(step: SplitStep | None) -> list[LoopEyeDocument]:
-    """Return both eyes while each follows a place of its own."""
+    """Return both eyes while each follows a separate place."""
     if step is None:
         return []
     return [
@@ -95,7 +95,7 @@ def describe_eyes(step: SplitStep | None) -> list[LoopEyeDocument]:
 
 
 def describe_trigger(loop: VergenceLoop | None, step: LoopStep | None) -> LoopTriggerDocument:
-    """Return counters and times of the exposures."""
+    """Return counts, failures and timing of the exposures."""
     gate = None if loop is None else loop.gate
     sighting = None if step is None else step.sighting
     after_ns = None if sighting is None else sighting.exposure_after_trigger_ns
@@ -127,7 +127,7 @@ def sample_of(step: LoopStep, look: int, status: LoopStatusName) -> LoopSample:
 
 
 def describe_tuning(tuned: TunedLoop) -> LoopTuneDocument:
-    """Return what a tuning found."""
+    """Return the document of a tuning."""
     result = tuned.result
     return LoopTuneDocument(
         tuned_utc=tuned.tuned_utc,

@@ -1,4 +1,4 @@
-"""One run of the vergence loop: looks one after the other, with orders of other threads between them."""
+"""One run of the vergence loop: look after look, with orders of other threads executed in between."""
 
 import queue
 import threading
@@ -20,9 +20,9 @@ from foveacam_server.rig import refusals
 from foveacam_server.rig.hardware import HardwareThread
 
 WAIT_S = 0.02
-"""So often the rig is asked for again while another job has it, and a latched trigger looked at."""
+"""Polling interval while another job has the rig or the trigger is latched."""
 FAILED_PAUSE_S = 0.5
-"""Pause after an exposure that failed: meanwhile a live look shows whether the rig works again."""
+"""Pause after a failed exposure, during which a live view shows whether the rig works again."""
 REPORT_PERIOD_NS = 2_000_000_000
 HISTORY = 900
 SMOOTHING = 0.2
@@ -40,7 +40,7 @@ class TuneOrder:
 
 
 class LoopRun:
-    """The loop of one job, what it saw, and what is still to be done; `stop_wanted` ends it."""
+    """The loop of one job, its last looks and its queued orders; `stop_wanted` ends it."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class LoopRun:
         self.seen: LoopStep | None = None
         """The last look in which the target was measured."""
         self.split: SplitEyes | None = None
-        """While each eye follows a place of its own; its last look."""
+        """Set while each eye follows a separate place; `split_step` is its last look."""
         self.split_step: SplitStep | None = None
         self.looks = 0
         self.rate_hz = 0.0
@@ -73,26 +73,26 @@ class LoopRun:
     # Called from other threads -----------------------------------------------------------------------------
 
     def order(self, work: Order) -> "Future[None]":
-        """Let something be done to the loop between two looks."""
+        """Queue an order that the job executes between two looks; return its future."""
         done: Future[None] = Future()
         self._orders.put((work, done))
         return done
 
     def tune(self, order: TuneOrder) -> None:
-        """Let the loop be tuned after the look under way."""
+        """Queue a tuning, which begins after the look under way."""
         self._tunes.put(order)
 
     # Called by its job -------------------------------------------------------------------------------------
 
     def run_while_free(self, context: JobContext) -> None:
-        """Have the rig until another job wants it, or the loop is to end."""
+        """Hold the rig until another job wants it or the loop is to end."""
         hardware = self._hardware
         if hardware.use.holder is not None or hardware.use.wanted:
             self.status = "waiting"
             self.stop_wanted.wait(WAIT_S)
             return
         gate = self.loop.gate
-        if gate.in_a_row and self._orders.empty():  # the rig is free meanwhile
+        if gate.in_a_row and self._orders.empty():  # without a session: other jobs can use the rig
             self._check(context)
             self.status = "trigger_fault"
             self.stop_wanted.wait(FAILED_PAUSE_S)
@@ -117,7 +117,7 @@ class LoopRun:
                     return
 
     def close(self, error: FoveaError | None) -> None:
-        """Refuse what was not done."""
+        """Fail all orders and tunings still queued."""
         reason = error or Cancelled("the loop has ended")
         while not self._orders.empty():
             self._orders.get()[1].set_exception(reason)
@@ -210,7 +210,7 @@ class LoopRun:
                 raise TuneRefused(f"exposures fail again and again: {self.loop.gate.reason}")
             return self._look(head, context)
 
-        def told(done: int, total: int) -> None:
+        def report_progress(done: int, total: int) -> None:
             order.context.progress(done, total=total, note="candidates" if order.request.polish else "axes")
 
         return autotune(
@@ -218,5 +218,5 @@ class LoopRun:
             step,
             polish=order.request.polish,
             candidates=order.request.candidates,
-            on_progress=told,
+            on_progress=report_progress,
         )

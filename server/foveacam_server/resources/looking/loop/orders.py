@@ -1,4 +1,4 @@
-"""What is done to a running loop between two looks: another target, eyes apart, sliders, settings."""
+"""Orders executed between two looks of a running loop: new target, split eyes, sliders, settings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from foveacam_server.resources.looking.loop.schema import LoopPatch
 from foveacam_server.rig.hardware import HardwareThread
 
 FIRST_INVERSE_Z_PER_M = 0.2
-"""Where the loop begins when nothing is known of the target's distance."""
+"""Inverse depth at which the loop begins when the target's distance is unknown."""
 TRACKER_SETTINGS = ("tracker", "box_width_px", "box_height_px")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FirstTarget:
-    """A target as it was asked for: `place`: (2,) tangents in `clicked`, a wide frame, or in the newest one.
+    """A requested target; `place`: (2,) tangents in `clicked`, a wide frame, or in the newest one.
 
     `distance_m`: distance to begin at; None: both foveae look for the target first.
     """
@@ -46,7 +46,7 @@ def choose_target(
     clock: Clock,
     context: DepthContext,
 ) -> None:
-    """Begin at a target; raise `OutOfRange` where the tracker finds nothing to follow there."""
+    """Start the loop at a target; raise `OutOfRange` where the tracker finds nothing to follow."""
     frame = head.wide() if wanted.clicked is None else wanted.clicked
     known = wanted.distance_m
     way = float(np.hypot(1.0, np.hypot(*wanted.place)))
@@ -77,7 +77,7 @@ def part_eyes(
     hardware: HardwareThread,
     new_split: Callable[[], SplitEyes],
 ) -> None:
-    """Let one eye keep a pixel of its last frame in the middle; raise `OutOfRange` where nothing is there."""
+    """Keep a pixel of one eye's last frame centred; raise `OutOfRange` where nothing can be followed."""
     step = run.split_step or run.last
     sighting = None if step is None else step.sighting
     if sighting is None:
@@ -91,12 +91,12 @@ def part_eyes(
 
 
 def unite(run: LoopRun) -> None:
-    """Let both eyes look at one target again."""
+    """End the split of the eyes: both look at the common target again."""
     run.split = run.split_step = None
 
 
 def apply_patch(loop: VergenceLoop, patch: LoopPatch) -> None:
-    """Set commands, hold axes and pause as asked; an axis that is set is held."""
+    """Set commands, hold axes and pause as requested; setting an axis holds it."""
     for name, command_deg in (patch.command_deg or {}).items():
         loop.held.add(Axis(name))
         loop.set_command(Axis(name), float(np.radians(command_deg)))
@@ -107,7 +107,7 @@ def apply_patch(loop: VergenceLoop, patch: LoopPatch) -> None:
 
 
 def configure(loop: VergenceLoop, settings: LoopSettings, head: Head) -> None:
-    """Use other settings; a tracker that cannot learn the target leaves all as they were."""
+    """Apply other settings; where the tracker cannot learn the target, restore the earlier ones and raise."""
     before = loop.settings
     loop.settings = settings
     if all(getattr(before, name) == getattr(settings, name) for name in TRACKER_SETTINGS):

@@ -40,7 +40,7 @@ router = GuardedRouter("/loop", tags=["loop"], reading=Right.VIEW, changing=Righ
 
 @router.get("", summary="The vergence loop")
 def describe(loop: Provided[LoopService]) -> LoopDocument:
-    """Return the loop as it is now: status, errors, commands, distance, trigger and settings."""
+    """Return the present state of the loop: status, errors, commands, distance, trigger and settings."""
     return loop.describe()
 
 
@@ -51,7 +51,7 @@ def look_at(
     loop: Provided[LoopService],
     x_lease: LeaseHeader = None,
 ) -> LoopDocument:
-    """Choose the target; the loop begins where it does not run, and gives way to other jobs."""
+    """Choose the target; starts the loop if it does not run. The loop yields the rig to other jobs."""
     lease.check(x_lease)
     return loop.look_at(request)
 
@@ -60,7 +60,7 @@ def look_at(
 def change(
     request: LoopPatch, lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None
 ) -> LoopDocument:
-    """Pause or go on; hold single axes; set the command of an axis, which is held from then on."""
+    """Pause or resume; hold single axes; set the command of an axis, which holds it from then on."""
     lease.check(x_lease)
     return loop.change(request)
 
@@ -73,25 +73,25 @@ def end(lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeade
     return Response(status_code=204)
 
 
-@router.put("/drag", status_code=204, summary="Take the eyes by hand", responses=problems(409))
+@router.put("/drag", status_code=204, summary="Steer both eyes by hand", responses=problems(409))
 def drag(
     request: LoopDrag, lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None
 ) -> Response:
-    """Let both eyes look in parallel at a place of the wide view, without corrections, until released."""
+    """Point both eyes in parallel at a place of the wide view, without corrections, until released."""
     lease.check(x_lease)
     loop.drag(request)
     return Response(status_code=204)
 
 
-@router.delete("/drag", status_code=204, summary="Let the loop go on", responses=problems(409))
+@router.delete("/drag", status_code=204, summary="Release the eyes", responses=problems(409))
 def release(lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None) -> Response:
-    """Release the eyes: the loop goes on with its target."""
+    """Release the eyes; the loop resumes with its target."""
     lease.check(x_lease)
     loop.drag(None)
     return Response(status_code=204)
 
 
-@router.put("/eyes/{eye}", summary="Let one eye follow a place of its own", responses=problems(409, 503))
+@router.put("/eyes/{eye}", summary="Let one eye follow a separate place", responses=problems(409, 503))
 def follow_apart(
     eye: EyeName,
     request: LoopEyePlace,
@@ -99,14 +99,14 @@ def follow_apart(
     loop: Provided[LoopService],
     x_lease: LeaseHeader = None,
 ) -> LoopDocument:
-    """Keep a place of one fovea's picture in its middle; the other eye does as it did, or rests."""
+    """Keep a place of one fovea's picture centred; the other eye keeps its own place, or rests."""
     lease.check(x_lease)
     return loop.follow_apart(eye, request)
 
 
-@router.delete("/eyes", summary="Let both eyes look at one target again", responses=problems(409))
+@router.delete("/eyes", summary="End the split of the eyes", responses=problems(409))
 def reunite(lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None) -> LoopDocument:
-    """End that each eye follows a place of its own; without a common target the loop ends."""
+    """End the split of the eyes; without a common target the loop ends."""
     lease.check(x_lease)
     return loop.reunite()
 
@@ -118,7 +118,7 @@ def change_settings(
     loop: Provided[LoopService],
     x_lease: LeaseHeader = None,
 ) -> LoopSettingsDocument:
-    """Change settings now and for later runs; what is left out stays."""
+    """Change settings now and for later runs; fields left out stay."""
     lease.check(x_lease)
     return loop.change_settings(request)
 
@@ -151,20 +151,20 @@ async def tune(
     idempotency_key: IdempotencyHeader = None,
     x_lease: LeaseHeader = None,
 ) -> JSONResponse:
-    """Find the gains on the target by relays, then by CMA-ES where asked for, as a job.
+    """Tune the gains on the target by relays, then by CMA-ES if requested, as a job.
 
-    Cancelled or refused, it leaves the gains as they were.
+    When cancelled or refused, the gains stay as they were.
     """
     lease.check(x_lease)
     job = loop.tuning.start(request, idempotency_key=idempotency_key)
     return await job_answer(jobs, job, prefer=prefer, result=lambda _: loop.describe())
 
 
-@router.post("/trigger/reset", summary="Let exposures pass again", responses=problems(409))
+@router.post("/trigger/reset", summary="Reset the trigger", responses=problems(409))
 def reset_trigger(
     lease: Provided[Lease], loop: Provided[LoopService], x_lease: LeaseHeader = None
 ) -> LoopDocument:
-    """Let the loop go on after equal failures of its exposures have latched it."""
+    """Reset the trigger, so that the loop resumes after repeated equal failures have latched it."""
     lease.check(x_lease)
     return loop.reset_trigger()
 
@@ -179,34 +179,34 @@ def history(
 
 @router.get(
     "/match.png",
-    summary="What the loop matches",
+    summary="Match of the last look",
     response_class=Response,
     responses={**file_responses("image/png"), **problems(404)},
 )
 def match_png(loop: Provided[LoopService]) -> Response:
-    """Return the guide strip with both eyes' boxes, and each eye's map of correlation, as a PNG."""
+    """Return the guide strip with both eyes' boxes, and each eye's correlation map, as a PNG."""
     return Response(loop.match_picture(), media_type="image/png")
 
 
 @router.get(
     "/tune.png",
-    summary="Steps before and after tuning",
+    summary="Step responses before and after tuning",
     response_class=Response,
     responses={**file_responses("image/png"), **problems(404)},
 )
 async def tune_png(computing: Provided[ComputeQueue], loop: Provided[LoopService]) -> Response:
-    """Return how each loop answers a step before and after the last tuning, as a PNG."""
+    """Return the step responses before and after the last tuning, as a PNG."""
     picture = await computing.run(lambda: loop.tuning.picture(form="png"))
     return Response(picture, media_type="image/png")
 
 
 @router.get(
     "/tune.svg",
-    summary="Steps before and after tuning, as SVG",
+    summary="Step responses before and after tuning, as SVG",
     response_class=Response,
     responses={**file_responses("image/svg+xml"), **problems(404)},
 )
 async def tune_svg(computing: Provided[ComputeQueue], loop: Provided[LoopService]) -> Response:
-    """Return how each loop answers a step before and after the last tuning, as an SVG."""
+    """Return the step responses before and after the last tuning, as an SVG."""
     picture = await computing.run(lambda: loop.tuning.picture(form="svg"))
     return Response(picture, media_type="image/svg+xml")

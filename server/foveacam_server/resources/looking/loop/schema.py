@@ -30,7 +30,7 @@ LoopStatusName = Literal[
     "split",
     "waiting",
 ]
-"""What the loop does. `split`: each eye follows a place of its own; `waiting`: another job has the rig."""
+"""State of the loop. `split`: each eye follows a separate point; `waiting`: another job has the rig."""
 EyeName = Literal["left", "right"]
 LoopSettingsGroup = Literal["pan", "depth", "vertical", "match", "timing", "tracker", "prediction"]
 Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
@@ -49,32 +49,32 @@ class LoopGains(RequestModel):
 
 
 class LoopSettingsPatch(RequestModel):
-    """Settings to change; what is left out stays."""
+    """Settings to change; fields left out stay."""
 
     sensitivity: Annotated[float, Field(ge=0.01, le=1.0, allow_inf_nan=False)] | None = None
     """Loop time per ms."""
     template_scale: Share | None = None
-    """Scale at which the foveae are looked for in the wide view: 0 its own, 1 four times that."""
+    """Scale of the search for the foveae in the wide view: 0 the view's own, 1 four times that."""
     min_score: Share | None = None
-    """Below this correlation in either eye nothing is corrected."""
+    """Correlation below which, in either eye, the loop does not correct."""
     correct_for_ms: Annotated[float, Field(ge=0.0, le=10_000.0, allow_inf_nan=False)] | None = None
-    """So long after a target was chosen the loop corrects; 0: never; null: always."""
+    """Time after the choice of a target in which the loop corrects; 0: never; null: always."""
     expand_x: Expansion | None = None
     expand_y: Expansion | None = None
-    """Width and height of the strip that is searched, in fields of a fovea."""
+    """Width and height of the searched strip, in fields of view of a fovea."""
     pan: LoopGains | None = None
     depth: LoopGains | None = None
     vertical: LoopGains | None = None
     tracker: LoopTrackerName | None = None
     box_width_px: BoxSidePx | None = None
     box_height_px: BoxSidePx | None = None
-    """What the tracker learns, wide px."""
+    """Width and height of the tracker's template, wide px."""
     predict: bool | None = None
-    """Aim at where a tracked target will be in the middle of the exposure."""
+    """Whether to aim at the position of a tracked target predicted for mid-exposure."""
     lead_ms: Annotated[float, Field(ge=-50.0, le=50.0, allow_inf_nan=False)] | None = None
-    """Added to that moment: makes up for a delay that is not measured."""
+    """Added to the prediction time, to compensate an unmeasured delay."""
     most_hz: Annotated[float, Field(ge=0.5, le=1000.0, allow_inf_nan=False)] | None = None
-    """Most looks a second; null: as fast as the rig."""
+    """Maximum rate of looks; null: as fast as the rig."""
 
 
 class LoopSettingsDocument(ResponseModel):
@@ -103,13 +103,14 @@ class LoopTargetRequest(RequestModel):
     pixel: Pixel | None = None
     direction: Direction | None = None
     distance_m: DistanceM | None = None
-    """Distance to begin at; without it both foveae look for the target first."""
+    """Initial distance; without it a fixation searches for the target first."""
     frame_seq: FrameSeq | None = None
-    """Number of the wide picture on which the target was chosen, as in a fixation; else it is the newest."""
+    """Sequence number of the wide picture on which the target was chosen, as in a fixation; without it the
+    newest."""
 
 
 class LoopPatch(RequestModel):
-    """Pause, hold single axes, or set their commands: an axis that is set is held from then on."""
+    """Pause, hold single axes, or set their commands; setting a command holds its axis from then on."""
 
     paused: bool | None = None
     held: dict[LoopAxisName, bool] | None = None
@@ -117,14 +118,14 @@ class LoopPatch(RequestModel):
 
 
 class LoopDrag(RequestModel):
-    """Where both eyes look in parallel while somebody drags, wide px."""
+    """Pixel of the wide view at which both eyes point in parallel during a drag."""
 
     x_px: Pixels
     y_px: Pixels
 
 
 class LoopEyePlace(RequestModel):
-    """The place of one fovea's picture that its eye is to keep in the middle, fovea px."""
+    """The point of one fovea's picture that the loop keeps centred, fovea px."""
 
     x_px: Pixels
     y_px: Pixels
@@ -138,7 +139,7 @@ class LoopTuneRequest(RequestModel):
 
 
 class LoopAxisDocument(ResponseModel):
-    """One axis: its command and range, and its error in the last look that showed it, degrees."""
+    """One axis: its command and range, and its error in the last look that measured it, degrees."""
 
     axis: LoopAxisName
     command_deg: float
@@ -149,7 +150,7 @@ class LoopAxisDocument(ResponseModel):
 
 
 class LoopTargetDocument(ResponseModel):
-    """Where the target is."""
+    """Place and tracking state of the target, wide px."""
 
     x_px: float
     y_px: float
@@ -158,7 +159,7 @@ class LoopTargetDocument(ResponseModel):
 
 
 class LoopEyeDocument(ResponseModel):
-    """One eye that follows a place of its own, fovea px; what its picture does not show is null."""
+    """One eye that follows a separate point, fovea px; null where the point is not found."""
 
     eye: EyeName
     state: Literal["still", "tracking", "lost"]
@@ -168,25 +169,25 @@ class LoopEyeDocument(ResponseModel):
 
 
 class LoopTriggerDocument(ResponseModel):
-    """The exposures of the loop; both foveae are exposed by one pulse."""
+    """Exposures and trigger of the loop; one pulse exposes both foveae."""
 
     exposures: int
     failures: int
     in_a_row: int
-    """Equal failures in a row."""
+    """Number of consecutive equal failures."""
     latched: bool
     """Whether the loop waits until the trigger is reset."""
     reason: str | None
     pair_skew_us: float
-    """By how much the left exposure was later than the right one."""
+    """Time of the left exposure minus that of the right one."""
     after_trigger_us: float | None
-    """From the pulse to the begin of the exposure."""
+    """Delay from the trigger pulse to the start of the exposure."""
     wide_age_ms: float | None
-    """By how much the wide frame was exposed after the foveae."""
+    """Delay of the wide frame's exposure after the foveae's."""
 
 
 class LoopRelayDocument(ResponseModel):
-    """What the relay found of one axis; the period is that of the swing."""
+    """Result of the relay test of one axis; `period_looks`: period of its oscillation."""
 
     axis: LoopAxisName
     amplitude_deg: float
@@ -196,7 +197,7 @@ class LoopRelayDocument(ResponseModel):
 
 
 class LoopStepDocument(ResponseModel):
-    """How one axis answers a step; a settling time of null: not within the looks that were made."""
+    """Step response of one axis; a settling time is null where it did not settle."""
 
     axis: LoopAxisName
     settle_before_ms: float | None
@@ -206,7 +207,7 @@ class LoopStepDocument(ResponseModel):
 
 
 class LoopTuneDocument(ResponseModel):
-    """The last tuning: its gains, what they are made of, and the costs of steps."""
+    """The last tuning: its gains, the relay tests and step responses, and the costs before and after."""
 
     tuned_utc: str
     settings: LoopSettingsDocument
@@ -220,7 +221,7 @@ class LoopTuneDocument(ResponseModel):
 
 
 class LoopDocument(ResponseModel):
-    """The loop as it is now; what is not known is null."""
+    """Present state of the loop; unknown values are null."""
 
     running: bool
     job_id: str | None
@@ -228,31 +229,31 @@ class LoopDocument(ResponseModel):
     """The job that tunes now."""
     status: LoopStatusName
     detail: str
-    """What to do about the status; empty where nothing is to be done."""
+    """Remedy for the status; empty if none is needed."""
     paused: bool
     dragged: bool
     looks: int
     rate_hz: float
     lead_ms: float | None
-    """From the request of a look to the middle of its exposure, as measured."""
+    """Measured latency from the request of a look to the middle of its exposure."""
     target: LoopTargetDocument | None
     axes: list[LoopAxisDocument]
     distance_m: float | None
     distance_sigma_m: float | None
     point_rig_m: tuple[float, float, float] | None
     fine: bool | None
-    """Whether the foveae were matched against each other; false: the strip alone tells."""
+    """Whether the foveae were matched against each other; false: each only against the wide strip."""
     score_left: float | None
     score_right: float | None
     eyes: list[LoopEyeDocument]
-    """Both eyes while each follows a place of its own; empty otherwise."""
+    """Both eyes while each follows a separate point; empty otherwise."""
     trigger: LoopTriggerDocument
     settings: LoopSettingsDocument
     tuned: LoopTuneDocument | None
 
 
 class LoopSample(ResponseModel):
-    """One look of the loop; angles in the order of the axes."""
+    """One look of the loop's history; angles in the order of the axes."""
 
     look: int
     t_s: float
@@ -265,7 +266,7 @@ class LoopSample(ResponseModel):
 
 
 class LoopStatusChanged(ResponseModel):
-    """Data of the event that the loop began, changed its status, or ended; `detail`: why."""
+    """Data of the event that the loop began, changed its status, or ended; `detail`: the reason."""
 
     status: LoopStatusName
     detail: str

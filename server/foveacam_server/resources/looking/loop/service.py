@@ -1,4 +1,4 @@
-"""Runs the vergence loop as a job that gives way to others, and takes orders from any thread."""
+"""Runs the vergence loop as a job that yields the rig to other jobs; accepts orders from any thread."""
 
 import threading
 from collections.abc import Callable
@@ -62,12 +62,12 @@ from foveacam_server.rig.schema import FollowMark
 
 KIND = "loop"
 OBEYED_S = 2.0
-"""So long an answer waits for the look under way, so that it shows what was changed."""
+"""Time for which a request waits for the look under way, so that its answer shows the change."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopTools:
-    """Services that the loop needs. `folder`: keeps its settings."""
+    """Services that the loop needs. `folder`: directory of its settings file."""
 
     hardware: HardwareThread
     calibration: CalibrationInForce
@@ -77,13 +77,13 @@ class LoopTools:
     context: DepthContext
     folder: Path
     following: Callable[[], bool]
-    """Whether the eyes follow targets: the loop would fight with it."""
+    """Returns whether targets are followed; the two cannot be active at once."""
     on_distance: Callable[[float], None]
     """Called with the distance at which the foveae meet, m."""
 
 
 class LoopService:
-    """The loop of the server: at most one runs; callable from any thread."""
+    """The server's vergence loop, of which at most one runs; callable from any thread."""
 
     def __init__(self, tools: LoopTools) -> None:
         self._tools = tools
@@ -102,7 +102,10 @@ class LoopService:
     # Target, end, sliders ----------------------------------------------------------------------------------
 
     def look_at(self, request: LoopTargetRequest) -> LoopDocument:
-        """Choose a target; the loop begins where it does not run. Raise at once what cannot be done now."""
+        """Choose a target; start the loop if it does not run.
+
+        Raise at once where that is not possible now.
+        """
         tools = self._tools
         calibration = tools.calibration.require()
         target = target_of(FixationRequest(pixel=request.pixel, direction=request.direction))
@@ -131,7 +134,7 @@ class LoopService:
         return self.describe()
 
     def drag(self, place: LoopDrag | None) -> None:
-        """Let both eyes look in parallel at a place of the wide view; None: the loop goes on."""
+        """Point both eyes in parallel at a place of the wide view; None releases them."""
         run, calibration = self._need(), self._tools.calibration.require()
         check_not_tuned(run)
         if place is None:
@@ -142,7 +145,7 @@ class LoopService:
         run.order(lambda _: run.loop.drag(tangents))
 
     def follow_apart(self, eye: EyeName, place: LoopEyePlace) -> LoopDocument:
-        """Let one eye keep a place of its own picture in the middle; the other does as it did, or rests."""
+        """Make one eye keep a place of its picture centred; the other keeps its own place, or rests."""
         calibration = self._tools.calibration.require()
         width, height = calibration.fovea_width, calibration.fovea_height
         if not (0.0 <= place.x_px <= width - 1 and 0.0 <= place.y_px <= height - 1):
@@ -167,7 +170,7 @@ class LoopService:
         return self.describe()
 
     def reunite(self) -> LoopDocument:
-        """Let both eyes look at one target again; without one the loop ends."""
+        """End the split of the eyes; without a common target the loop ends."""
         run = self._need()
         if run.loop.guide is None:
             run.stop_wanted.set()
@@ -176,12 +179,12 @@ class LoopService:
         return self.describe()
 
     def end(self) -> None:
-        """End the loop; the mirrors stay where they are. No effect where none runs."""
+        """End the loop; the mirrors stay where they are. No effect when it does not run."""
         if (run := self._run) is not None:
             run.stop_wanted.set()
 
     def reset_trigger(self) -> LoopDocument:
-        """Let a loop whose exposures failed go on; raise `Busy` while none runs."""
+        """Reset the trigger of a loop latched by failed exposures; raise `Busy` when it does not run."""
         run = self._need()
         self._await(run.order(lambda _: run.loop.gate.reset()))
         return self.describe()
@@ -206,14 +209,14 @@ class LoopService:
         return describe_settings(settings)
 
     def _keep(self, tuned: LoopSettings) -> None:
-        """Take over the gains of a tuning."""
+        """Store the gains of a tuning as the loop's settings."""
         self._settings = replace(self._settings, pan=tuned.pan, depth=tuned.depth, vertical=tuned.vertical)
         store_settings(self._tools.folder, self._settings)
 
     # Answers -----------------------------------------------------------------------------------------------
 
     def describe(self) -> LoopDocument:
-        """Return the loop as it is now."""
+        """Return the present state of the loop."""
         return describe_loop(
             self._run,
             job_id=self._job_id,
@@ -237,19 +240,19 @@ class LoopService:
         return png_bytes(match_picture(match))
 
     def marks(self) -> list[FollowMark]:
-        """Return where the wide view shows the target; empty while the loop does not run."""
+        """Return the target's mark in the wide view; empty while the loop does not run."""
         run = self._run
         return [] if run is None else marks_of(run, self._tools.clock.now_ns())
 
     def boxes(self, frame: Frame) -> list[TrackedBox]:
-        """Return the box of the target in a wide frame; empty while the loop tracks nothing."""
+        """Return the target's box in a wide frame; empty while the loop tracks nothing."""
         run = self._run
         return [] if run is None else boxes_of(run, frame)
 
     # The job -----------------------------------------------------------------------------------------------
 
     def _begin(self, calibration: Calibration) -> LoopRun:
-        """Return the run, a new one where the loop does not run."""
+        """Return the present run, or start a new one."""
         with self._lock:
             run = self._run
             if run is not None and not run.stop_wanted.is_set():
@@ -272,7 +275,7 @@ class LoopService:
     def _work(self, context: JobContext) -> str:
         run, ended = self._need(), None
         try:
-            with untraced():  # for hours, look after look
+            with untraced():  # runs for hours: kept out of the job's trace
                 while not (run.stop_wanted.is_set() or context.cancelled()):
                     run.run_while_free(context)
         except FoveaError as error:
@@ -288,7 +291,7 @@ class LoopService:
         return URL
 
     def _take(self, step: LoopStep) -> None:
-        """Draw outlines at the distance of a look, and tell when the trigger latches."""
+        """Draw outlines at the distance of a look; emit an event when the trigger latches."""
         if step.errors is not None and step.errors.point is not None:
             self._tools.on_distance(step.errors.point.distance_m)
         run = self._run
@@ -297,7 +300,7 @@ class LoopService:
             self._emit("loop.latched", "trigger_fault", message, level=EventLevel.WARNING)
 
     def _check_free(self) -> None:
-        """Raise unless the eyes may move and do not follow targets."""
+        """Raise unless the mirrors may move and no targets are followed."""
         self._tools.hardware.check_may_move()
         if self._tools.following():
             raise Busy(
@@ -307,7 +310,7 @@ class LoopService:
             )
 
     def _order(self, run: LoopRun, work: Order) -> None:
-        """Let something be done; where it fails and the loop has nothing else to look at, it ends."""
+        """Execute an order between two looks; end the loop where it fails and there is no other target."""
         check_not_tuned(run)
         try:
             self._await(run.order(work))
@@ -327,7 +330,7 @@ class LoopService:
         return run
 
     def _await(self, done: "Future[None]") -> None:
-        """Wait for an order, but not for long: another job may have the rig."""
+        """Wait for an order, for a limited time only, as another job may have the rig."""
         try:
             done.result(OBEYED_S)
         except FutureTimeout:

@@ -1,4 +1,4 @@
-"""Keeps the loop's settings over a restart, and translates them between the pipeline and REST."""
+"""Stores the loop's settings, and translates them between the pipeline and REST."""
 
 import json
 import logging
@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 FILE = "settings.json"
 OFF = "off"
 NULLABLE = frozenset({"correct_for_ms", "most_hz"})
-"""Settings that null means something for; null of the others leaves them as they are."""
+"""Settings for which null is a value; for the others null means unchanged."""
 GROUPS: dict[LoopSettingsGroup, tuple[str, ...]] = {
     "pan": ("pan",),
     "depth": ("depth",),
@@ -36,7 +36,7 @@ GROUPS: dict[LoopSettingsGroup, tuple[str, ...]] = {
 
 
 def describe_settings(settings: LoopSettings) -> LoopSettingsDocument:
-    """Return settings as REST shows them."""
+    """Return REST's document of settings."""
     return LoopSettingsDocument(
         sensitivity=settings.sensitivity,
         template_scale=settings.template_scale,
@@ -57,7 +57,7 @@ def describe_settings(settings: LoopSettings) -> LoopSettingsDocument:
 
 
 def patched(settings: LoopSettings, patch: LoopSettingsPatch) -> LoopSettings:
-    """Return settings with what a request changes; raise `InvalidInput` for a value out of its bounds."""
+    """Return settings with a request's changes; raise `InvalidInput` for a value out of its bounds."""
     changes: dict[str, Any] = {}  # Any: the values of a dataclass
     for name in patch.model_fields_set:
         value = getattr(patch, name)
@@ -68,14 +68,14 @@ def patched(settings: LoopSettings, patch: LoopSettingsPatch) -> LoopSettings:
 
 
 def with_defaults(settings: LoopSettings, group: LoopSettingsGroup | None) -> LoopSettings:
-    """Return settings with one group, or all, as they are by default."""
+    """Return settings with one group, or all, at their defaults."""
     groups = get_args(LoopSettingsGroup) if group is None else (group,)
     defaults = LoopSettings()
     return replace(settings, **{name: getattr(defaults, name) for one in groups for name in GROUPS[one]})
 
 
 def load_settings(folder: Path) -> LoopSettings:
-    """Return the stored settings; the defaults where none are stored, or unreadable ones."""
+    """Return the stored settings; the defaults where none are stored or they cannot be read."""
     try:
         patch = LoopSettingsPatch.model_validate_json((folder / FILE).read_bytes())
     except FileNotFoundError:
@@ -87,7 +87,7 @@ def load_settings(folder: Path) -> LoopSettings:
 
 
 def store_settings(folder: Path, settings: LoopSettings) -> None:
-    """Write settings; raise `StorageFull` where the disk takes no more."""
+    """Write settings; raise `StorageFull` when the disk is full."""
     content = json.dumps(describe_settings(settings).as_json(), indent=1).encode()
     with disk_errors("the settings of the loop", folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def _described(gains: Gains) -> LoopGains:
 
 
 def _value(value: object) -> object:
-    """Return the pipeline's value of a request's."""
+    """Return a request's value in the pipeline's type."""
     if isinstance(value, LoopGains):
         return Gains(kp=value.kp, ki=value.ki, kd=value.kd)
     if isinstance(value, str):

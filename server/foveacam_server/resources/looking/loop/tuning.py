@@ -1,4 +1,4 @@
-"""Tunes the running loop as a job that can be aborted, and keeps what the last tuning found."""
+"""Tunes the running loop as a job that can be cancelled; holds the result of the last tuning."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -31,17 +31,17 @@ class LoopTuning:
         run: Callable[[], LoopRun],
         keep: Callable[[LoopSettings], None],
     ) -> None:
-        """`run`: returns the running loop or raises `Busy`; `keep`: takes over tuned gains."""
+        """`run`: returns the running loop or raises `Busy`; `keep`: stores tuned gains."""
         self._jobs = jobs
         self._events = events
         self._run = run
         self._keep = keep
         self.last: TunedLoop | None = None
-        """The last tuning that ended well."""
+        """The last successful tuning."""
         jobs.handle(KIND, self._work, parallel=True)
 
     def start(self, request: LoopTuneRequest, *, idempotency_key: str | None = None) -> Job:
-        """Queue a tuning; raise `Busy` while the loop does not run, is tuned, or has its eyes apart."""
+        """Queue a tuning; raise `Busy` while the loop does not run, is being tuned, or has its eyes split."""
         run = self._run()
         check_not_tuned(run)
         if run.split is not None:
@@ -53,7 +53,7 @@ class LoopTuning:
         return self._jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
     def picture(self, *, form: str) -> bytes:
-        """Return the steps before and after the last tuning, png or svg; raise `NotFound` without one."""
+        """Return the step responses before and after the last tuning, png or svg, or raise `NotFound`."""
         if self.last is None:
             raise NotFound("the loop was not tuned yet", asked="a tuning's picture")
         return tune_picture(self.last.result, form=form)

@@ -1,1 +1,1 @@
-"""Measurements: points, lengths, planes and profiles in what the foveae have looked at."""
+"""Measurements of points, lengths, planes and profiles in the depth of looks."""

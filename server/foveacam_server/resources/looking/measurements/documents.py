@@ -1,4 +1,4 @@
-"""Documents of measured values: metres and degrees, rounded below their errors."""
+"""Turns measured values into REST's schemas: metres and degrees, rounded finer than their errors."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where a measurement is drawn: in the pixels of each view, and in the 3D pane."""
+"""Computes how a measurement is drawn: pixels in each view, and lines and labels in the 3D pane."""
 
 from collections.abc import Sequence
 from typing import get_args
@@ -17,13 +17,13 @@ from foveacam_web.scene_values import MeasurementDrawing, metres_text
 
 VIEWS: tuple[ViewName, ...] = get_args(ViewName)
 LONGEST_NAME = 24
-"""Characters of a name that the 3D pane shows."""
+"""Length to which a name is cut in the 3D pane, characters."""
 
 
 def drawn_in_views(
     points_rig_m: Sequence[Triple], *, look: LookDepth | None, wide: Intrinsics
 ) -> dict[ViewName, list[Pair]]:
-    """Return the pixels of points in each view; without a look of theirs, in the wide view alone."""
+    """Return the pixels of points in each view; without a look, in the wide view only."""
     drawn: dict[ViewName, list[Pair]] = {"wide": [_short(wide_pixel(wide, point)) for point in points_rig_m]}
     if look is None:
         return drawn
@@ -38,7 +38,7 @@ def drawn_in_views(
 
 
 def gaze_of(look: LookDepth) -> GazeDocument:
-    """Return the drive of the mirrors during a look."""
+    """Return the volts of both mirrors during a look."""
     left, right = look.volts.left, look.volts.right
     return GazeDocument(
         left_v=(round(left.x_v, 4), round(left.y_v, 4)), right_v=(round(right.x_v, 4), round(right.y_v, 4))
@@ -46,7 +46,7 @@ def gaze_of(look: LookDepth) -> GazeDocument:
 
 
 def scene_drawing(document: MeasurementDocument) -> MeasurementDrawing | None:
-    """Return what the 3D pane shows of a measurement; None for a plane without an outline."""
+    """Return the 3D pane's drawing of a measurement; None for a plane without an outline."""
     points = [point.point_rig_m for point in document.points if point.point_rig_m is not None]
     if document.plane is not None:
         points = document.plane.corners_rig_m

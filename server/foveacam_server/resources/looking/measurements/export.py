@@ -44,11 +44,11 @@ COLUMNS = (
     "profile_known_fraction",
 )
 FORMULAS = ("=", "+", "-", "@", "\t")
-"""Spreadsheets run cells that begin so; a label must not."""
+"""First characters at which a spreadsheet takes a cell for a formula; a label must not be run as one."""
 
 
 def csv_text(documents: Sequence[MeasurementDocument]) -> str:
-    """Return all measurements as CSV (RFC 4180); what a kind has not is empty."""
+    """Return all measurements as CSV (RFC 4180); cells that a kind does not have are empty."""
     file = io.StringIO()
     writer = csv.DictWriter(file, fieldnames=COLUMNS, restval="")
     writer.writeheader()

@@ -1,4 +1,4 @@
-"""Reads the depth of looks by the fixation that made them from the clouds' folders; holds the last few."""
+"""Reads the depth of a fixation's look from its cloud's folder; caches the last few."""
 
 import threading
 from collections import OrderedDict
@@ -12,7 +12,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_server.foundation.errors import NotFound
 
 HELD = 6
-"""Looks held in memory: 3 MB each."""
+"""Number of looks held in memory, 3 MB each."""
 
 
 class StoredCloud(Protocol):

@@ -1,4 +1,4 @@
-"""Finds the point of the rig frame that a pixel of a view shows: in which look, at which of its pixels."""
+"""Finds the point in the rig frame at a pixel of a view: selects the look and its pixel."""
 
 import math
 from collections.abc import Callable
@@ -27,16 +27,16 @@ from foveacam_server.resources.looking.measurements.looks import DepthOfPixels, 
 from foveacam_server.resources.looking.measurements.schema import PlaceRequest
 
 REACH_PX = 6.0
-"""A pixel without depth takes that of the nearest one within so many pixels of the window (0.02 degrees)."""
+"""Radius within which a pixel without depth takes its nearest neighbour's, window px (0.02 degrees)."""
 SAME_GAZE_V = 0.05
-"""Mirrors within this of a look's volts still show it: about 1.5 fovea px."""
+"""Tolerance, in volts, within which the mirrors still show a look: about 1.5 fovea px."""
 SAME_SURFACE = 0.03
-"""A wide pixel is measured in a look when that has the depth that the wide pixel has, to this share."""
+"""Relative tolerance between a look's depth and the wide pixel's, for the look to be measured there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacedPoint:
-    """A measured point and where it was taken; `used_px`: the pixel of the view that was measured."""
+    """A measured point with its look and pixel; `used_px`: the pixel of the view that was measured."""
 
     request: PlaceRequest
     point: MeasuredPoint
@@ -49,7 +49,7 @@ class PlacedPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShownViews:
-    """What the views show now: the mirrors' drive, and the time of a view's picture (None: none yet)."""
+    """The mirrors' volts now, and the time of a view's newest picture (None: none yet)."""
 
     volts: Callable[[], StereoVolts | None]
     picture_t_ns: Callable[[str], int | None]
@@ -64,7 +64,7 @@ class PointFinder:
         self._shown = shown
 
     def point(self, place: PlaceRequest, *, wide: Intrinsics) -> PlacedPoint:
-        """Return the point at a pixel; raise OutOfRange, NotFound or StaleView in words for the operator."""
+        """Return the point at a pixel; raise OutOfRange, NotFound or StaleView with a remedy."""
         if MeasuredView(place.view) is MeasuredView.WIDE:
             return self._wide_point(place, wide)
         fixation_id, look = self.look_of(place, wide=wide)
@@ -80,7 +80,7 @@ class PointFinder:
         return _placed(place, look, found, used_px=used_px, fixation_id=fixation_id)
 
     def look_of(self, place: PlaceRequest, *, wide: Intrinsics) -> tuple[str, LookDepth]:
-        """Return the look that a view other than the wide one shows; the pixel must be inside its picture."""
+        """Return the look that a fovea's or window view shows; raise OutOfRange for a pixel outside."""
         fixation_id = place.fixation_id or self._looks.newest_id()
         look = self._looks.get(fixation_id)
         view = MeasuredView(place.view)
@@ -146,7 +146,7 @@ def _placed(
         request=place,
         point=point_at(look, *found, look_id=fixation_id),
         used_px=used_px,
-        snapped_px=moved_px if moved_px > own_px else 0.0,  # less is the rounding to the nearest pixel
+        snapped_px=moved_px if moved_px > own_px else 0.0,  # smaller: only rounding to the nearest pixel
         at_edge=beside_edge(look, *found),
         fixation_id=fixation_id,
         look=look,

@@ -1,4 +1,4 @@
-"""What a rectangle or a line dragged over a view is in the left window of the look that it shows."""
+"""Maps a rectangle or line dragged over a view to the left window of the look shown there."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ LEAST_SIDE_PX = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindowRegion:
-    """A look and window pixels of it: two ends of a line, or four corners of a rectangle."""
+    """A look and pixels of its left window: two ends of a line, or four corners of a rectangle."""
 
     fixation_id: str
     look: LookDepth

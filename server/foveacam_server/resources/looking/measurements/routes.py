@@ -27,7 +27,7 @@ MeasurementId = Annotated[str, Path(pattern=r"^mea-[0-9a-f]{1,32}$")]
 def create(
     request: MeasurementRequest, measurements: Provided[MeasurementService], response: Response
 ) -> MeasurementDocument:
-    """Measure a point, a length, a plane or a profile at pixels of views, and keep it."""
+    """Measure a point, a length, a plane or a profile at pixels of views, and store it."""
     document = measurements.create(request)
     response.headers["Location"] = f"/api/v1/measurements/{document.id}"
     return document
@@ -46,7 +46,7 @@ def every(measurements: Provided[MeasurementService]) -> list[MeasurementDocumen
     responses={200: {"content": {"text/csv": {"schema": {"type": "string"}}}, "description": "the table"}},
 )
 def as_csv(measurements: Provided[MeasurementService]) -> Response:
-    """Return one line a measurement, newest first; samples of profiles are in the JSON export."""
+    """Return one line per measurement, newest first; samples of profiles are in the JSON export only."""
     headers = {"Content-Disposition": 'attachment; filename="measurements.csv"'}
     return Response(csv_text(measurements.every()), media_type="text/csv", headers=headers)
 

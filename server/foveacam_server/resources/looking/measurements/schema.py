@@ -1,4 +1,4 @@
-"""The shapes of measurements: request, answer, stored row and event data are these."""
+"""Schemas of measurements: request, answer, stored row and event data."""
 
 from typing import Annotated, Literal
 
@@ -16,7 +16,7 @@ Pair = tuple[float, float]
 class PlaceRequest(RequestModel):
     """A pixel of a view; the centre of the first pixel is (0, 0).
 
-    Without `fixation_id` the newest look with depth is measured, which the view must still show. In the wide
+    Without `fixation_id`, the newest look with depth is measured; the view must still show it. In the wide
     view the newest look that covers the pixel is measured, and `fixation_id` has no effect.
     """
 
@@ -35,7 +35,7 @@ class MeasurementRequest(RequestModel):
 
 
 class MeasurementPatch(RequestModel):
-    """What of a measurement can be changed."""
+    """Fields of a measurement to change."""
 
     label: Label
 
@@ -43,8 +43,8 @@ class MeasurementPatch(RequestModel):
 class MeasuredPointDocument(ResponseModel):
     """A measured point, rig frame.
 
-    `snapped_px`: how far the measured pixel lies from the one asked for, px of that view. `at_edge`: depth
-    jumps so near that it may be that of either surface.
+    `snapped_px`: distance of the measured pixel from the requested one, px of that view. `at_edge`: a depth
+    edge is so near that the depth may be that of either surface.
     """
 
     view: ViewName
@@ -60,7 +60,7 @@ class MeasuredPointDocument(ResponseModel):
 
 
 class LengthDocument(ResponseModel):
-    """The way from the first point to the second; `same_look`: errors that both share are taken once."""
+    """The length from the first point to the second; `same_look`: shared errors are counted once."""
 
     length_m: float
     length_sigma_m: float
@@ -73,9 +73,9 @@ class PlaneDocument(ResponseModel):
     """A plane, rig frame; `normal` points to the rig.
 
     `normal_sigma_deg`: rms angle from the true normal. `pan_deg`: turned to the right about the vertical,
-    `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the rig's origin from it.
-    Residuals are those across the plane of the pixels that are no outliers: their rms, what matching errors
-    alone would leave of it, and the width of their middle 95 % (`flatness_m`).
+    `tilt_deg`: facing up; both 0 for a plane that faces the rig. `distance_m`: of the plane from the rig's
+    origin. Residuals are the inlier pixels' distances from the plane: their rms, the rms expected from
+    matching errors alone, and the width of their central 95 % (`flatness_m`).
     """
 
     normal: Triple
@@ -97,7 +97,7 @@ class PlaneDocument(ResponseModel):
 
 
 class SampleDocument(ResponseModel):
-    """One place of a profile; `z_m` and its matching error are null where there is no depth."""
+    """One sample of a profile; `z_m` and its matching error are null where there is no depth."""
 
     along_m: float
     z_m: float | None
@@ -105,7 +105,7 @@ class SampleDocument(ResponseModel):
 
 
 class ProfileDocument(ResponseModel):
-    """Depth along a line; `along_m` counts on a surface that faces the rig at `median_z_m`.
+    """Depth along a line; `along_m` is measured on a fronto-parallel surface at depth `median_z_m`.
 
     `shared_sigma_m`: standard error of Z that all samples share.
     """
@@ -119,17 +119,17 @@ class ProfileDocument(ResponseModel):
 
 
 class GazeDocument(ResponseModel):
-    """Drive of both mirrors while the foveae looked, (x, y) volts."""
+    """Volts (x, y) of both mirrors while the foveae looked."""
 
     left_v: Pair
     right_v: Pair
 
 
 class MeasurementDocument(ResponseModel):
-    """One measurement; of `length`, `plane` and `profile` that of its kind is there.
+    """One measurement; of `length`, `plane` and `profile` only that of its kind is set.
 
-    `drawn_px`: its points, ends or corners in each view that can show them; views other than the wide one
-    show them while they show the look `fixation_ids`, the raw foveae while the mirrors stand at `gaze`.
+    `drawn_px`: its points, ends or corners in each view that can show them; a view other than the wide one
+    draws them while it shows a look of `fixation_ids`, a raw fovea while the mirrors are at `gaze`.
     """
 
     id: str

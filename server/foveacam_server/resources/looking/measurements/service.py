@@ -48,7 +48,7 @@ from foveacam_server.resources.looking.measurements.table import MeasurementTabl
 from foveacam_server.rig.ports import SceneViewer
 
 PUT_BACK = 30
-"""Number of the newest measurements of earlier runs that are drawn in the 3D pane again."""
+"""Number of measurements of earlier runs, newest first, that are drawn again in the 3D pane at the start."""
 POINTS: dict[MeasurementKind, int] = {"point": 1, "length": 2, "plane": 2, "profile": 2}
 
 
@@ -78,7 +78,7 @@ class MeasurementService:
             self._draw(document)
 
     def create(self, request: MeasurementRequest) -> MeasurementDocument:
-        """Measure, keep and tell."""
+        """Measure, store, and emit an event."""
         wanted = POINTS[request.kind]
         if len(request.points) != wanted:
             raise InvalidInput(
@@ -99,11 +99,11 @@ class MeasurementService:
         return self._table.every()
 
     def get(self, measurement_id: str) -> MeasurementDocument:
-        """Return one or raise NotFound."""
+        """Return a measurement or raise NotFound."""
         return self._table.get(measurement_id)
 
     def rename(self, measurement_id: str, label: str) -> MeasurementDocument:
-        """Give one another label and tell."""
+        """Rename a measurement and emit an event."""
         document = self._table.rename(measurement_id, label)
         self._draw(document)
         self._tools.events.emit(
@@ -112,7 +112,7 @@ class MeasurementService:
         return document
 
     def remove(self, measurement_id: str) -> None:
-        """Remove one and tell."""
+        """Remove a measurement and emit an event."""
         document = self._table.remove(measurement_id)
         if self._tools.viewer is not None:
             self._tools.viewer.remove_measurement(measurement_id)

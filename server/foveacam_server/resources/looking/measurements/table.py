@@ -9,7 +9,7 @@ from foveacam_server.resources.looking.measurements.schema import MeasurementDoc
 
 
 class MeasurementRow(TableRow):
-    """One measurement; `document` is what REST shows, but for its label."""
+    """Row of a measurement; `document` is REST's, except for the label."""
 
     __tablename__ = "measurements"
     seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
@@ -31,7 +31,7 @@ class MeasurementTable:
             return (session.scalars(query).first() or 0) + 1
 
     def add(self, document: MeasurementDocument) -> None:
-        """Write one down."""
+        """Add a row."""
         row = MeasurementRow(id=document.id, label=document.label, document=document)
         with self._store.session() as session:
             session.add(row)
@@ -43,19 +43,19 @@ class MeasurementTable:
             return [_document(row) for row in rows]
 
     def get(self, measurement_id: str) -> MeasurementDocument:
-        """Return one or raise NotFound."""
+        """Return a measurement or raise NotFound."""
         with self._store.session() as session:
             return _document(_row(session, measurement_id))
 
     def rename(self, measurement_id: str, label: str) -> MeasurementDocument:
-        """Give one another label or raise NotFound."""
+        """Rename a measurement or raise NotFound."""
         with self._store.session() as session:
             row = _row(session, measurement_id)
             row.label = label
             return _document(row)
 
     def remove(self, measurement_id: str) -> MeasurementDocument:
-        """Remove one or raise NotFound; return what it was."""
+        """Remove a measurement and return it, or raise NotFound."""
         with self._store.session() as session:
             row = _row(session, measurement_id)
             session.delete(row)

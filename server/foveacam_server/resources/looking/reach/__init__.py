@@ -1,1 +1,1 @@
-"""Where each eye can look."""
+"""The reach of each eye: its calibrated field in the wide image."""

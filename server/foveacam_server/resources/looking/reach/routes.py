@@ -16,7 +16,7 @@ from foveacam_server.resources.looking.reach.schema import ReachDocument
 from foveacam_server.rig.ports import CalibrationInForce
 
 NEAREST_M, FARTHEST_M = 0.5, 1e6
-"""Nearer than the baseline is long nothing can be verged on."""
+"""Limits of the requested distance; at distances of about the baseline the foveae cannot verge."""
 
 router = GuardedRouter(tags=["reach"], reading=Right.VIEW, changing=Right.OPERATE)
 

@@ -1,4 +1,4 @@
-"""The shape of the answer about where each eye can look."""
+"""Schema of the reach of each eye."""
 
 from typing import Annotated, TypeAlias
 
@@ -11,7 +11,7 @@ Corner: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class ReachDocument(ResponseModel):
-    """Outlines of where each eye can look, corners in wide px; they may leave the image.
+    """Outlines of each eye's calibrated field, corners in wide px; they may extend beyond the image.
 
     `distance_m`: from the rig's origin, where the outlines are taken; null is infinity.
     """

@@ -1,1 +1,1 @@
-"""Good targets in what the wide camera sees now."""
+"""Suggestions of good targets in the live wide picture."""

@@ -30,6 +30,6 @@ def suggest(
     suggestions: Provided[SuggestionService],
     count: Count = 3,
 ) -> list[SuggestionDocument]:
-    """Return targets of the live wide picture that have texture, stand out and are in reach of both eyes."""
+    """Return targets of the live wide picture that are textured, salient and within reach of both eyes."""
     calibration = calibration_in_force.require()
     return suggestions.newest(calibration, count=count)

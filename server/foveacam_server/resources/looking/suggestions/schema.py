@@ -1,10 +1,10 @@
-"""The shape of a suggestion."""
+"""Schema of a suggested target."""
 
 from foveacam_server.foundation.schema import ResponseModel
 
 
 class SuggestionDocument(ResponseModel):
-    """A good target for a first look; `score`: how well it stands out, 1 as the best of the picture."""
+    """A good target for a first look; `score`: salience relative to the picture's best, which has 1."""
 
     x_px: float
     y_px: float

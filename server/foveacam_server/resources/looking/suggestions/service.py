@@ -16,9 +16,9 @@ from foveacam_server.rig.encoder import eight_bit
 from foveacam_server.rig.frame_hub import FrameHub
 
 MOST = 10
-"""So many are worked out, whoever asks for less."""
+"""Number of suggestions computed, however few a request wants."""
 KEPT_S = 10.0
-"""So long an answer is good for others: several pages that open together cost as much as one."""
+"""Time for which a result is cached, so that several pages opened together cost as much as one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +29,7 @@ class _Found:
 
 
 class SuggestionService:
-    """Suggestions of the live wide picture, worked out once for all who ask at about the same time."""
+    """Suggestions of the live wide picture, computed once for all requests within `KEPT_S`."""
 
     def __init__(self, hub: FrameHub) -> None:
         self._hub = hub

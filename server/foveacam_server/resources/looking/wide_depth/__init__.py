@@ -1,1 +1,1 @@
-"""What is known of the depth of the whole wide view."""
+"""The wide depth: coarse depth of the whole wide view."""

@@ -1,4 +1,4 @@
-"""Which wide context is in force: one for each rig, calibration and pose, stored between runs."""
+"""Keeps the wide context in force, one for each rig, calibration and pose, and stores it between runs."""
 
 import logging
 import math
@@ -14,18 +14,18 @@ from foveacam_server.rig.status import RigStatus
 
 FILE = "context.npz"
 PLACE_STEP_M = 1e-3
-"""A rail that has moved by less has not moved: 0.06 degrees at 1 m."""
+"""Least movement of the rail that counts as a move: 0.06 degrees at 1 m."""
 TURN_STEP_RAD = math.radians(0.02)
-"""A pan-tilt that has turned by less has not turned: a wide px."""
+"""Least turn of the pan-tilt that counts as a move: one wide px."""
 
 Pose = tuple[int, int, int]
-"""Place on the rail, pan and tilt, in steps of those sizes; 0 where there is no such device."""
+"""Rail position, pan and tilt in multiples of those steps; 0 where there is no such device."""
 
 _log = logging.getLogger(__name__)
 
 
 class ContextKeeper:
-    """Holds the present context; takes a new one when the calibration changes or the rig is moved."""
+    """Holds the present context; replaces it when the calibration changes or the rig is moved."""
 
     def __init__(
         self,
@@ -44,7 +44,7 @@ class ContextKeeper:
         self._saved = -1
 
     def present(self) -> WideContext | None:
-        """Return the context for the rig as it is; None while it is not calibrated, or moving."""
+        """Return the context for the rig's present pose; None while it is not calibrated or is moving."""
         calibration, status = self._calibration(), self._status()
         pose = pose_of(status)
         if calibration is None or status.rig_id is None or pose is None:
@@ -65,7 +65,7 @@ class ContextKeeper:
             return self._context
 
     def save(self) -> None:
-        """Store the context when it has changed; a disk that takes nothing costs the stored one alone."""
+        """Store the context if it has changed; a failed write is logged, and the context in memory stays."""
         with self._lock:
             context, of = self._context, self._of
             if context is None or of is None or context.revision == self._saved:
@@ -77,7 +77,7 @@ class ContextKeeper:
             _log.warning("the wide depth is not stored: %s", error)
 
     def forget(self) -> None:
-        """Forget the present context and the stored one."""
+        """Drop the present context and delete the stored one."""
         with self._lock:
             with disk_errors("removing the stored wide depth", self._path.parent):
                 self._path.unlink(missing_ok=True)
@@ -97,7 +97,7 @@ class ContextKeeper:
 
 
 def pose_of(status: RigStatus) -> Pose | None:
-    """Return where the rig stands and looks, in steps that count as a move; None while it moves."""
+    """Return the rig's pose in steps that count as a move; None while it moves."""
     rail, turn = status.rail, None if status.pan_tilt is None else status.pan_tilt.state
     if (rail is not None and rail.moving) or (turn is not None and turn.moving):
         return None
@@ -112,5 +112,5 @@ def pose_of(status: RigStatus) -> Pose | None:
 
 
 def _apart(one: Pose, other: Pose) -> bool:
-    """Tell whether two poses differ by more than rounding may."""
+    """Return whether two poses differ by more than rounding."""
     return any(abs(a - b) > 1 for a, b in zip(one, other, strict=True))

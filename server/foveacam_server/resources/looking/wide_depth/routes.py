@@ -25,7 +25,7 @@ router = GuardedRouter(tags=["depth"], reading=Right.VIEW, changing=Right.OPERAT
 
 @router.get("/wide_depth", summary="Depth of the wide view, in figures", responses=problems(409, 503))
 def document(wide_depth: Provided[WideDepthService]) -> WideDepthDocument:
-    """Return how much is known, since when and how well."""
+    """Return coverage, age and accuracy of the wide depth."""
     return wide_depth.document()
 
 
@@ -58,7 +58,7 @@ def ply(wide_depth: Provided[WideDepthService]) -> Response:
 def forget(
     lease: Provided[Lease], wide_depth: Provided[WideDepthService], x_lease: LeaseHeader = None
 ) -> None:
-    """Forget everything that is known; fixations and their clouds stay."""
+    """Forget the whole wide depth; fixations and their clouds stay."""
     lease.check(x_lease)
     wide_depth.forget()
 

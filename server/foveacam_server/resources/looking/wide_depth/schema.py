@@ -1,4 +1,4 @@
-"""The shape of the wide depth's documents."""
+"""Schemas of the wide depth."""
 
 from pydantic import Field
 
@@ -6,7 +6,7 @@ from foveacam_server.foundation.schema import ResponseModel
 
 
 class WideDepthDocument(ResponseModel):
-    """What is known of the depth of the whole wide view, on a grid of square cells."""
+    """Figures of the wide depth, which is held on a grid of square cells."""
 
     columns: int
     rows: int

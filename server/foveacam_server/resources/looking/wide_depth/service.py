@@ -1,4 +1,4 @@
-"""The wide depth of the running rig: fed by every fixation, compared with the live view, shown, stored."""
+"""The wide depth of the running rig: fuses every fixation, compares with the live view, draws, stores."""
 
 import logging
 import queue
@@ -47,24 +47,24 @@ KIND = "wide_depth_survey"
 URL = "/api/v1/wide_depth"
 VIEW = "wide_depth"
 COMPARE_S = 1.0
-"""How often the live wide view is compared with what the cells looked like."""
+"""Interval at which the live wide view is compared with the cells' stored appearance."""
 SHOW_EVERY = 2
-"""Comparisons between two showings of a changed context: 2 s."""
+"""Comparisons between two redraws of a changed context: 2 s."""
 SAVE_EVERY = 15
 WAITING = 2
-"""Looks that may wait to be fused; the oldest is dropped for a newer one."""
-TOLD_SHARE = 0.005
-"""An event is told when the known share of cells has changed by so much."""
+"""Length of the queue of looks to be fused; when it is full, the oldest is dropped."""
+LEAST_SHARE_CHANGE = 0.005
+"""Change of the share of known cells at which an event is emitted."""
 DEPTH_DIGITS, SHARE_DIGITS = 4, 5
 
 _log = logging.getLogger(__name__)
 PART, LOOKS = "foveacam-wide-depth", "looks"
-"""Name of the thread, and what it is fed with."""
+"""Name of the thread, and of the flow of looks into its queue."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WideDepthTools:
-    """What the service works with."""
+    """Services and devices that the wide depth needs."""
 
     hardware: HardwareThread
     calibration: Callable[[], Calibration]
@@ -77,7 +77,7 @@ class WideDepthTools:
 
 
 class WideDepthService:
-    """Holds the wide context: a `DepthContext` for fixations, a resource for everybody else."""
+    """Holds the wide context: the `DepthContext` of fixations, and a resource of REST."""
 
     def __init__(self, keeper: ContextKeeper, tools: WideDepthTools) -> None:
         self._keeper = keeper
@@ -86,7 +86,7 @@ class WideDepthService:
         self._survey_id: str | None = None
         self._surveyed: float | None = None
         self._shown: tuple[WideContext | None, int] = (None, -1)
-        self._told_share = 0.0
+        self._emitted_share = 0.0
         self._turns = 0
         self._compared: ViewPicture | None = None
         self._closing = threading.Event()
@@ -94,11 +94,11 @@ class WideDepthService:
         tools.jobs.handle(KIND, self._survey)
 
     def start(self) -> None:
-        """Begin to follow the live view."""
+        """Start the thread that fuses looks and watches the live view."""
         self._thread.start()
 
     def close(self) -> None:
-        """Stop following, and store what is known."""
+        """End the thread and store the context."""
         self._closing.set()
         if self._thread.is_alive():
             self._thread.join(timeout=10.0)
@@ -110,7 +110,7 @@ class WideDepthService:
         return DepthSamples.none() if context is None else context.around(target, reach_tan=reach_tan)
 
     def add(self, fixation: Fixation, calibration: Calibration) -> None:
-        """Hand over a fixation, verged or not, to be fused; never blocks."""
+        """Queue a fixation, verged or not, to be fused; never blocks."""
         if fixation.sighting is None:
             return
         while self._looks.qsize() >= WAITING:
@@ -120,11 +120,11 @@ class WideDepthService:
                 break
             count_flow(this_part(), PART, LOOKS, passed=0, dropped=1)
         count_flow(this_part(), PART, LOOKS)
-        work = partial(copy_context().run, self._fuse, fixation, calibration)  # with the ids of the job
+        work = partial(copy_context().run, self._fuse, fixation, calibration)  # keeps the job's ids in spans
         self._looks.put(work)
 
     def look_around(self, *, idempotency_key: str | None = None) -> Job:
-        """Queue a look around; refuse at once what could not be done now."""
+        """Queue a look around; raise at once where it cannot be made now."""
         self._tools.calibration()
         self._tools.hardware.check_may_move()
         job = self._tools.jobs.submit(KIND, idempotency_key=idempotency_key)
@@ -132,7 +132,7 @@ class WideDepthService:
         return job
 
     def document(self) -> WideDepthDocument:
-        """Return what is known, in figures."""
+        """Return the figures of the wide depth."""
         context = self._require()
         waiting = None if self._survey_id is None else self._tools.jobs.get(self._survey_id)
         job_id = None if waiting is None or waiting.state.ended else waiting.id
@@ -158,7 +158,7 @@ class WideDepthService:
         return ply_bytes(cloud)
 
     def forget(self) -> None:
-        """Forget everything, the stored context too."""
+        """Forget the wide depth, including the stored context."""
         self._keeper.forget()
         self._surveyed = None
         self._show()
@@ -186,7 +186,7 @@ class WideDepthService:
         self._surveyed = looked.done / max(1, looked.directions)
         self._keeper.save()
         self._show(bring=True)
-        self._tell(_told(looked), always=True)
+        self._emit_change(_describe_survey(looked), always=True)
         job.check()
         return URL
 
@@ -210,7 +210,7 @@ class WideDepthService:
         context, newest = self._keeper.present(), self._tools.hub.newest("wide")
         if context is None or newest is None:
             return
-        if newest is not self._compared:  # while nobody looks, pictures are rare
+        if newest is not self._compared:  # without viewers, wide pictures are rare
             context.detect_changes(gray(_eight_bit_rgb(newest)))
             self._compared = newest
         self._turns += 1
@@ -226,7 +226,7 @@ class WideDepthService:
                 fuse_fixation(context, fixation, calibration)
 
     def _show(self, *, bring: bool = False) -> None:
-        """Bring the 3D pane and the view up to date when something has changed."""
+        """Redraw the 3D pane and the view if the context has changed."""
         context = self._keeper.present()
         if context is None or ((context, context.revision) == self._shown and not bring):
             return
@@ -236,7 +236,7 @@ class WideDepthService:
         self._tools.hub.publish_picture(VIEW, context_picture(known), t_ns=self._tools.clock.now_ns())
         if self._tools.viewer is not None and picture is not None:
             self._show_surface(known, picture, context, bring=bring)
-        self._tell("the wide depth has changed")
+        self._emit_change("the wide depth has changed")
 
     def _show_surface(
         self, known: ContextMap, picture: NDArray[np.uint8], context: WideContext, *, bring: bool
@@ -251,11 +251,11 @@ class WideDepthService:
         else:
             viewer.remove_surroundings()
 
-    def _tell(self, message: str, *, always: bool = False) -> None:
+    def _emit_change(self, message: str, *, always: bool = False) -> None:
         document = self.document()
-        if not always and abs(document.known_fraction - self._told_share) < TOLD_SHARE:
+        if not always and abs(document.known_fraction - self._emitted_share) < LEAST_SHARE_CHANGE:
             return
-        self._told_share = document.known_fraction
+        self._emitted_share = document.known_fraction
         self._tools.events.emit("wide_depth.changed", message, data=document)
 
     def _wide_picture(self) -> NDArray[np.uint8] | None:
@@ -271,7 +271,7 @@ def _eight_bit_rgb(picture: ViewPicture) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB), dtype=np.uint8)
 
 
-def _told(looked: LookedAround) -> str:
+def _describe_survey(looked: LookedAround) -> str:
     ended = "was cancelled after" if looked.cancelled else "took"
     return (
         f"the look around {ended} {looked.duration_s:.0f} s: "

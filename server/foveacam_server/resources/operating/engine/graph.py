@@ -1,4 +1,4 @@
-"""Describes who feeds whom: the parts of the server, and what each hands to the next."""
+"""Describes the data flow: the parts of the server, and the flows between them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -30,7 +30,7 @@ _MB = 1e6
 def edge_documents(
     now: Mapping[FlowKey, FlowCount], before: Mapping[FlowKey, FlowCount], *, window_s: float
 ) -> list[EdgeDocument]:
-    """Return every flow that was ever seen, with its rates since an earlier reading."""
+    """Return all flows observed so far, with their rates since an earlier reading."""
     return [
         _edge(key, found, before.get(key, FlowCount()), window_s=window_s)
         for key, found in sorted(now.items())
@@ -45,7 +45,7 @@ def part_documents(
     hardware: HardwareLoadDocument,
     cameras: Sequence[CameraFlowDocument],
 ) -> list[PartDocument]:
-    """Return the parts that the edges join, with their load where they have a thread."""
+    """Return the parts at the ends of the edges, with their load where they have a thread."""
     names = sorted({name for edge in edges for name in (edge.source, edge.target)})
     loads = {thread.name: (thread.busiest_share, thread.flagged) for thread in threads}
     loads[HARDWARE] = (hardware.busy_share, hardware.flagged)

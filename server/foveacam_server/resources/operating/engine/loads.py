@@ -1,4 +1,4 @@
-"""Computes from two readings the times of each stage, and the share of a core that each thread used."""
+"""Computes the times of each stage and each thread's share of a core from two readings."""
 
 import threading
 from collections.abc import Iterable, Mapping
@@ -10,27 +10,27 @@ from foveacam_server.resources.operating.engine.schema import StageDocument, Thr
 
 REQUEST = "request"
 BUSY_SHARE = 0.9
-"""From this share of the time on, a thread does not keep up."""
+"""Busy share from which a thread counts as not keeping up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BucketCounts:
-    """Observations since the process began: `counts[i]` took at most `bounds_s[i]`."""
+    """Cumulative histogram since the process began: `counts[i]` observations took at most `bounds_s[i]`."""
 
     bounds_s: tuple[float, ...]
     counts: tuple[float, ...]
 
     def since(self, before: "BucketCounts | None") -> "BucketCounts":
-        """Return the observations since an earlier reading."""
+        """Return the histogram of the observations since an earlier reading."""
         if before is None:
             return self
         counts = tuple(now - then for now, then in zip(self.counts, before.counts, strict=True))
         return BucketCounts(bounds_s=self.bounds_s, counts=counts)
 
     def quantile_s(self, share: float) -> float | None:
-        """Return the time that `share` of the observations took at most, linear within its bucket.
+        """Return the quantile at `share` of the observations, s, linear within its bucket.
 
-        Of times beyond the last finite bound that bound is returned; None without observations.
+        Beyond the last finite bound, that bound is returned; None without observations.
         """
         wanted, low_s, below = share * self.counts[-1], 0.0, 0.0
         if self.counts[-1] <= 0:
@@ -110,7 +110,7 @@ def thread_loads(
 
 
 def unknown_loads(names: Iterable[str]) -> list[ThreadDocument]:
-    """Return the threads of each name where the system does not tell their CPU time."""
+    """Return the threads of each name where the system does not report CPU times."""
     counts: dict[str, int] = {}
     for name in names:
         counts[name] = counts.get(name, 0) + 1

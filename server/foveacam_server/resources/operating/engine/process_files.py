@@ -1,4 +1,4 @@
-"""Reads what Linux tells of this process: the CPU time of each thread, memory, open files, its beginning."""
+"""Reads CPU times of threads, memory, open files and start time of this process from Linux' `/proc`."""
 
 import os
 import resource
@@ -12,17 +12,17 @@ _USER, _SYSTEM, _BEGIN = 11, 12, 19
 
 
 class ProcessFiles:
-    """This process as seen in `/proc`; None where there is no such file."""
+    """Figures of this process in `/proc`; None where there is no such file."""
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
 
     def cpu_s(self) -> Mapping[int, float]:
-        """Return the CPU time that each thread has used, by its number; nothing without `/proc`."""
+        """Return the CPU time of each thread by its number; empty without `/proc`."""
         found = {}
         for file in self._machine.all("/proc/self/task/[0-9]*/stat"):
             text = self._machine.text(file)
-            if text is not None:  # else the thread has ended
+            if text is not None:  # otherwise the thread has ended
                 fields = _fields(text)
                 found[int(file.parent.name)] = (int(fields[_USER]) + int(fields[_SYSTEM])) / _TICKS_PER_S
         return found
@@ -47,7 +47,7 @@ class ProcessFiles:
 
     @staticmethod
     def open_files_limit() -> int:
-        """Return how many files may be open."""
+        """Return the limit of open files."""
         return resource.getrlimit(resource.RLIMIT_NOFILE)[0]
 
 

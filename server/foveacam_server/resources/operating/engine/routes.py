@@ -11,5 +11,5 @@ router = GuardedRouter("/engine", tags=["health"], reading=Right.VIEW, changing=
 
 @router.get("", summary="Load, rates, gaps and drops of the server's parts")
 def engine(engine_service: Provided[EngineService]) -> EngineDocument:
-    """Return what each thread, queue, stage, camera and view does now, and how long the start took."""
+    """Return the load of each thread, queue, stage, camera and view now, and the times of the start."""
     return engine_service.describe()

@@ -1,4 +1,4 @@
-"""The shape of the engine's load. `flagged`: it does not keep up."""
+"""Schemas of the engine's load. `flagged`: the part does not keep up."""
 
 from typing import Literal, TypeAlias
 
@@ -6,9 +6,9 @@ from foveacam_server.foundation.schema import ResponseModel
 
 
 class ProcessDocument(ResponseModel):
-    """The server's process; null: the system does not tell.
+    """The server's process; null: not reported by the system.
 
-    `cpu_share`: 1 is one core that is used all the time. `services_opened_s`: since the process began.
+    `cpu_share`: 1 is one fully used core. `services_opened_s`: since the process began.
     """
 
     began_utc: str | None
@@ -23,7 +23,7 @@ class ProcessDocument(ResponseModel):
 
 
 class ThreadDocument(ResponseModel):
-    """Threads of one name; `busiest_share`: of the one that uses most of a core; null: not known (yet)."""
+    """Threads of one name; `busiest_share`: largest share of a core of one thread; null: not known (yet)."""
 
     name: str
     count: int
@@ -33,7 +33,7 @@ class ThreadDocument(ResponseModel):
 
 
 class EventLoopDocument(ResponseModel):
-    """How late the event loop was at worst in the last `window_s`; null: not measured yet."""
+    """Largest lag of the event loop in the last `window_s`; null: not measured yet."""
 
     worst_lag_ms: float | None
     window_s: float
@@ -41,9 +41,9 @@ class EventLoopDocument(ResponseModel):
 
 
 class HardwareLoadDocument(ResponseModel):
-    """The hardware thread: commands that wait, and the share of the time in which it is at work.
+    """The hardware thread: queued commands, and its busy share of the time.
 
-    `busy_share`: null while no rig is open. What it waits for a device counts as work.
+    `busy_share`: null while no rig is open. Waiting for a device counts as busy.
     """
 
     queue_length: int
@@ -53,9 +53,9 @@ class HardwareLoadDocument(ResponseModel):
 
 
 class StageDocument(ResponseModel):
-    """How long one part of the work took in the last `window_s`, from its histogram; null: it was not done.
+    """Times of one stage in the last `window_s`, from its histogram; null: none.
 
-    `queue`: a command waited for the hardware thread; `request`: any request until its answer began.
+    `queue`: wait of a command for the hardware thread; `request`: any request until its answer began.
     """
 
     stage: str
@@ -67,10 +67,10 @@ class StageDocument(ResponseModel):
 
 
 class CameraFlowDocument(ResponseModel):
-    """What a camera delivers; frames lost by their reason since it was started.
+    """Frames of a camera, and those lost by reason since it was started.
 
-    `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those
-    of all reasons, each frame once.
+    `worst_gap_ms`: longest time between two frames shown, in the last 10 s. `lost_last_minute`: those of all
+    reasons, each frame once.
     """
 
     role: str
@@ -88,7 +88,7 @@ class CameraFlowDocument(ResponseModel):
 
 
 class ViewFlowDocument(ResponseModel):
-    """What a view publishes and sends; `dropped`: a newer picture came before the client took this one."""
+    """Pictures of a view; `dropped`: replaced by a newer picture before the client took them."""
 
     view: str
     rate_hz: float
@@ -111,7 +111,7 @@ PartKind: TypeAlias = Literal["thread", "camera", "device", "view", "clients", "
 
 
 class PartDocument(ResponseModel):
-    """A part of the server that is fed or feeds; `busy_share` and `waiting` are null where it has none.
+    """A part of the server with flows in or out; `busy_share` and `waiting` are null where it has none.
 
     A thread has the name that it has under `threads`, a camera or a view `camera wide`, `view wide`.
     """
@@ -124,10 +124,10 @@ class PartDocument(ResponseModel):
 
 
 class EdgeDocument(ResponseModel):
-    """What one part hands to another; rates of the last `flow_window_s`, counts since the process began.
+    """The flow from one part to another; rates of the last `flow_window_s`, counts since the process began.
 
-    `mb_per_s`: null where sizes are not counted. `dropped`: what did not get there; viewers that draw slowly
-    drop pictures, which is flagged nowhere.
+    `mb_per_s`: null where sizes are not counted. `dropped`: items that did not arrive; pictures that slow
+    viewers drop are not flagged.
     """
 
     source: str

@@ -1,4 +1,4 @@
-"""Samples the server's parts on a thread of its own, and describes their load."""
+"""Samples the server's parts on a separate thread, and describes their load."""
 
 import os
 from collections import ChainMap, deque
@@ -45,17 +45,17 @@ from foveacam_server.rig.stream import LiveStreams
 PERIOD_S = 2.0
 MINUTE_S = 60.0
 FLOW_SAMPLES = 6
-"""Rates of flows are those of the last 10 s."""
+"""Samples kept of the flows, whose rates are those of the last 10 s."""
 MINUTE_SAMPLES = 6
-"""The last minute is known to a sixth of it."""
+"""Samples kept of a minute's counts: one every 10 s."""
 LATE_MS = 500.0
-"""From this lag of the event loop on it is flagged; a page that is opened costs less than that."""
+"""Lag from which the event loop is flagged; opening a page causes less."""
 _MB = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineParts:
-    """What is examined."""
+    """The parts that are sampled."""
 
     hardware: HardwareThread
     streams: LiveStreams
@@ -71,7 +71,7 @@ class EngineParts:
 class _LoadSample:
     threads: ThreadSample
     idle_s: float
-    """Of the hardware thread."""
+    """Idle time of the hardware thread."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ class _MinuteSample:
 
 
 class EngineService:
-    """Knows the load of the last two seconds and the counts of the last minute, until closed."""
+    """Measures the load of the last two seconds and the counts of the last minute, until closed."""
 
     def __init__(self, parts: EngineParts) -> None:
         self._parts = parts
@@ -215,7 +215,7 @@ class EngineService:
         return stage_documents(read_stages(), before.stages, window_s=self._now_s() - before.t_s)
 
     def _cameras(self) -> list[CameraFlowDocument]:
-        before = ChainMap(*(dict(sample.lost) for sample in tuple(self._minute)))  # the oldest that knows it
+        before = ChainMap(*(dict(sample.lost) for sample in tuple(self._minute)))  # the oldest sample wins
         return [_camera(camera, lost_before=before) for camera in self._parts.hardware.status.cameras]
 
     def _views(self) -> list[ViewFlowDocument]:
@@ -247,7 +247,7 @@ class EngineService:
 
 def _camera(camera: CameraStatus, *, lost_before: Mapping[str, int]) -> CameraFlowDocument:
     counters, lost = camera.counters, _lost(camera.counters)
-    recently = max(lost - lost_before.get(camera.role.value, lost), 0)  # counted anew after it was lost
+    recently = max(lost - lost_before.get(camera.role.value, lost), 0)  # recounted after a loss
     return CameraFlowDocument(
         role=camera.role.value,
         connected=camera.connected,

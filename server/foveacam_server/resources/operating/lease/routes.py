@@ -17,9 +17,9 @@ from foveacam_server.foundation.schema import (
 router = GuardedRouter("/lease", tags=["lease"], reading=Right.VIEW, changing=Right.OPERATE)
 
 
-@router.get("", summary="Who holds the lease")
+@router.get("", summary="Holder of the lease")
 async def holder(lease: Provided[Lease]) -> LeaseDocument:
-    """Return who holds the lease; null: nobody, and anybody may move."""
+    """Return the holder of the lease; null: nobody, and anybody may move the rig."""
     return lease.describe()
 
 
@@ -27,7 +27,7 @@ async def holder(lease: Provided[Lease]) -> LeaseDocument:
 async def take(request: LeaseRequest, lease: Provided[Lease], principal: PrincipalDep) -> LeaseGrant:
     """Take the lease, from another holder only with `take_over`; keep it with PUT at least every 15 s.
 
-    Where people sign in, an admin alone takes it over from another person, and says the reason.
+    Where people sign in, only an admin can take it over from another person, with a reason.
     """
     claim = LeaseClaim(
         holder=request.holder,
@@ -39,15 +39,15 @@ async def take(request: LeaseRequest, lease: Provided[Lease], principal: Princip
     return lease.take(claim)
 
 
-@router.post("/request", summary="Ask for the lease", responses=problems(409))
+@router.post("/request", summary="Request the lease", responses=problems(409))
 async def ask(request: LeaseWish, lease: Provided[Lease], principal: PrincipalDep) -> LeaseDocument:
-    """Ask the holder for the lease; when it is handed over, take it with POST within 20 s."""
+    """Request the lease from its holder; when it is handed over, take it with POST within 20 s."""
     return lease.ask(LeaseClaim(holder=request.holder, person=_person(principal)))
 
 
-@router.put("/request", summary="Answer who asks for the lease", responses=problems(409))
+@router.put("/request", summary="Answer a request for the lease", responses=problems(409))
 async def answer(request: LeaseAnswer, lease: Provided[Lease], x_lease: LeaseHeader = None) -> LeaseDocument:
-    """Hand the lease over to who asks for it, or keep it."""
+    """Hand the lease over to the client that requests it, or keep it."""
     return lease.answer(x_lease, hand_over=request.hand_over)
 
 
@@ -57,12 +57,12 @@ async def renew(lease: Provided[Lease], x_lease: LeaseHeader = None) -> LeaseGra
     return lease.renew(x_lease)
 
 
-@router.delete("", status_code=204, summary="Give the lease back", responses=problems(409))
+@router.delete("", status_code=204, summary="Release the lease", responses=problems(409))
 async def release(lease: Provided[Lease], x_lease: LeaseHeader = None) -> None:
-    """Give the lease back."""
+    """Release the lease."""
     lease.release(x_lease)
 
 
 def _person(principal: Principal) -> str | None:
-    """Return the user or service; None where nobody signs in."""
+    """Return the name of the user or service; None where nobody signs in."""
     return principal.name if principal.kind in (PrincipalKind.USER, PrincipalKind.SERVICE) else None

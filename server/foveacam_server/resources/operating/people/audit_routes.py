@@ -27,7 +27,7 @@ def audit(
     before: Annotated[int | None, Query(ge=1, le=2**53)] = None,
     limit: Limit = 100,
 ) -> AuditPage:
-    """Return the newest changes that were made or tried, newest first."""
+    """Return the newest changes and attempts of changes, newest first."""
     log = accounts.audit
     entries = log.read(text=text, who=who, outcome=outcome, before=before, limit=limit)
     return AuditPage(

@@ -1,4 +1,4 @@
-"""Documents of principals and users."""
+"""Turns principals, users, tokens and audit entries into REST's schemas."""
 
 from foveacam_server.accounts.accounts import Accounts
 from foveacam_server.accounts.audit import AuditEntry
@@ -16,9 +16,9 @@ from foveacam_server.resources.operating.people.schema import (
 
 
 def session_document(principal: Principal, accounts: Accounts) -> SignInDocument:
-    """Return who a request came from, and what the server asks."""
+    """Return the principal of a request, and the sign-in that the server requires."""
     ends = {sign_in.id: sign_in.expires_utc for sign_in, _ in accounts.sign_ins.all()}
-    known = principal.kind is not PrincipalKind.NOBODY
+    known = principal.kind is not PrincipalKind.ANONYMOUS
     return SignInDocument(
         mode=accounts.mode.value,
         name=principal.name if known else None,
@@ -30,7 +30,7 @@ def session_document(principal: Principal, accounts: Accounts) -> SignInDocument
 
 
 def user_document(user: User, accounts: Accounts) -> UserDocument:
-    """Return a user; seen when one of the user's browsers was."""
+    """Return a user's document; last seen when one of the user's browsers was."""
     seen = [seen_utc for sign_in, seen_utc in accounts.sign_ins.all() if sign_in.user == user.name]
     return UserDocument(
         name=user.name,

@@ -16,7 +16,7 @@ RightName = Literal["view", "operate", "administer"]
 
 
 class SignInDocument(ResponseModel):
-    """What the server asks of whoever comes, and who the request came from."""
+    """The sign-in that the server requires, and the principal of the request."""
 
     mode: Literal["open", "token", "users", "first_admin"]
     name: str | None
@@ -34,7 +34,7 @@ class SignInRequest(RequestModel):
 
 
 class JoinRequest(RequestModel):
-    """The code of a one-time link, and the password to set; `name` for the first admin alone."""
+    """The code of a one-time link, and the password to set; `name` for the first admin only."""
 
     code: Annotated[str, Field(min_length=1, max_length=200)]
     name: UserName | None = None
@@ -57,7 +57,7 @@ class UserDocument(ResponseModel):
     created_utc: str
     last_seen_utc: str | None
     guessed_at: bool
-    """Whether browsers that never signed in as this user must wait, after many wrong passwords."""
+    """Whether unknown browsers are blocked from signing in as this user, after many wrong passwords."""
 
 
 class UserList(ResponseModel):
@@ -89,7 +89,7 @@ class UserCreated(ResponseModel):
 
 
 class UserChange(RequestModel):
-    """What changes of a user."""
+    """Fields of a user to change."""
 
     role: RoleName | None = None
     disabled: bool | None = None
@@ -106,9 +106,9 @@ class UserSessionDocument(ResponseModel):
     last_seen_utc: str
     expires_utc: str
     current: bool
-    """Whether the request came from it."""
+    """Whether the request came from this browser."""
     streams: int
-    """Connections that it has open."""
+    """Number of its open connections."""
 
 
 class UserSessionList(ResponseModel):
@@ -129,11 +129,11 @@ class ServiceTokenDocument(ResponseModel):
     expires_utc: str | None
     last_used_utc: str | None
     owner: str | None
-    """User on whose authority it exists, who bounds what it may; null: it has no such bound."""
+    """Owner, whose rights bound those of the token; null: no such bound."""
 
 
 class UserRemoved(ResponseModel):
-    """What became of the tokens of a user who was removed."""
+    """What happened to the tokens of a removed user: kept or revoked."""
 
     tokens_revoked: list[ServiceTokenDocument]
     tokens_kept: list[ServiceTokenDocument]
@@ -146,7 +146,7 @@ class ServiceTokenList(ResponseModel):
 
 
 class ServiceTokenRequest(RequestModel):
-    """A new token; `days`: its life, null for one without an end."""
+    """A new token; `days`: its lifetime, null: unlimited."""
 
     name: Label
     scopes: Annotated[list[RightName], Field(min_length=1, max_length=3)]
@@ -161,7 +161,7 @@ class ServiceTokenCreated(ResponseModel):
 
 
 class AuditDocument(ResponseModel):
-    """A change that somebody made or tried."""
+    """An entry of the audit log: a change that was made or attempted."""
 
     id: int
     utc: str

@@ -26,7 +26,7 @@ router = GuardedRouter("/session", tags=["people"], reading=Right.VIEW, changing
 @router.get("", summary="Who I am")
 @open_to_anybody
 def session(accounts: Provided[Accounts], principal: PrincipalDep) -> SignInDocument:
-    """Return what the server asks of whoever comes, and who this request came from."""
+    """Return the sign-in that the server requires, and the principal of this request."""
     return session_document(principal, accounts)
 
 
@@ -40,7 +40,7 @@ def sign_in(
     note: AuditNoteDep,
     peer: PeerDep,
 ) -> SignInDocument:
-    """Sign a browser in: the answer sets its cookies. Wrong passwords block the address they come from."""
+    """Sign a browser in: the answer sets its cookies. Wrong passwords block their address for a time."""
     note.detail = f"sign in as {body.name}"
     password = body.password.get_secret_value()
     user = accounts.authenticate(body.name, password, address=peer, known=known_cookie_of(request))
@@ -56,7 +56,7 @@ def join(
     accounts: Provided[Accounts],
     note: AuditNoteDep,
 ) -> SignInDocument:
-    """Set the password of the user whose link this is; sign this browser in, and every other one out."""
+    """Set the password of the link's user; sign this browser in, and all others of the user out."""
     user = accounts.join(body.code, body.password.get_secret_value(), name=body.name)
     note.detail = f"{user.name} set a password by a link"
     return _signed_in(request, response, accounts, user)
@@ -66,7 +66,7 @@ def join(
 def change_password(
     body: PasswordChange, accounts: Provided[Accounts], principal: PrincipalDep, peer: PeerDep
 ) -> None:
-    """Change one's password; every other browser of this user is signed out."""
+    """Change the user's own password; signs out all other browsers of the user."""
     if principal.kind is not PrincipalKind.USER:
         raise NotFound(
             f"you are {principal.title}, which has no password", found=principal.title, remedy="sign in first"
@@ -79,8 +79,8 @@ def change_password(
 
 @router.delete("", status_code=204, summary="Sign out", responses=problems(401))
 def sign_out(response: Response, accounts: Provided[Accounts], principal: PrincipalDep) -> None:
-    """Sign this browser out: its cookie is refused from now on, wherever it is sent from."""
-    if principal.kind is PrincipalKind.NOBODY:
+    """Sign this browser out: its cookie is refused from now on, from any address."""
+    if principal.kind is PrincipalKind.ANONYMOUS:
         raise WrongCredentials("nobody is signed in here", found="no sign-in", remedy="sign in first")
     clear_cookie(response)
     if principal.kind is PrincipalKind.USER and principal.sign_in is not None:

@@ -28,7 +28,7 @@ def tokens(accounts: Provided[Accounts]) -> ServiceTokenList:
 def add(
     body: ServiceTokenRequest, accounts: Provided[Accounts], principal: PrincipalDep, note: AuditNoteDep
 ) -> ServiceTokenCreated:
-    """Return a new token, which never may more than its owner; its secret is shown this once."""
+    """Return a new token, whose rights never exceed its owner's; its secret is shown only this once."""
     note.detail = f"{body.name}: {', '.join(body.scopes)}"
     secret, token = accounts.add_token(
         principal, body.name, frozenset(map(Right, body.scopes)), days=body.days
@@ -38,5 +38,5 @@ def add(
 
 @router.delete("/{token_id}", status_code=204, summary="Revoke a token", responses=problems(404))
 def revoke(token_id: str, accounts: Provided[Accounts], note: AuditNoteDep) -> None:
-    """Refuse a token from now on; its open streams end."""
+    """Revoke a token; its open streams end."""
     note.detail = accounts.revoke_token(token_id).name

@@ -64,7 +64,7 @@ def add(
     )
     if first:
         sign_in_browser(request, response, accounts, user)
-        background.add_task(accounts.streams.end, LOCAL_STREAMS)  # once this browser has its cookie
+        background.add_task(accounts.streams.end, LOCAL_STREAMS)  # only after this browser has its cookie
     return UserCreated(
         user=user_document(user, accounts),
         invitation=None if invitation is None else invitation_document(invitation),
@@ -75,7 +75,7 @@ def add(
 def change(
     name: NamePath, body: UserChange, accounts: Provided[Accounts], note: AuditNoteDep
 ) -> UserDocument:
-    """Change a user's role, or whether the user may sign in; it holds at once, in every open browser."""
+    """Change a user's role, or whether the user may sign in; effective at once in all open browsers."""
     note.detail = ", ".join(f"{field} {value}" for field, value in body.model_dump(exclude_none=True).items())
     role = None if body.role is None else UserRole(body.role)
     user = accounts.change_user(name, role=role, disabled=body.disabled)
@@ -101,7 +101,8 @@ def remove(
 ) -> UserRemoved:
     """Remove a user, who is signed out everywhere; what the user made stays, except for tokens.
 
-    `GET /service_tokens` lists beforehand which tokens have this owner; the answer says what became of them.
+    `GET /service_tokens` lists beforehand which tokens have this owner; the answer lists which were kept or
+    revoked.
     """
     keep = tokens == "keep"
     found = accounts.remove_user(name, keep_tokens=keep, by=accounts.authority_of(principal))

@@ -1,1 +1,1 @@
-"""The rigs of a lab: this one, those that a file names, and those that announce themselves."""
+"""The rigs of a lab: this one, those listed in a file, and those found in the network by DNS-SD."""

@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundRig:
-    """A rig that announces itself; `key` tells it from others as long as it does."""
+    """An announced rig; `key` identifies it as long as it is announced."""
 
     key: str
     name: str
@@ -29,7 +29,7 @@ class FoundRig:
 
 
 class Announcements:
-    """What the network announces; changed by zeroconf's own threads."""
+    """Rigs announced in the network; changed by zeroconf's threads."""
 
     def __init__(self, zeroconf: "Zeroconf", addresses: Sequence[str]) -> None:
         """`addresses`: those of this machine, as others reach it."""
@@ -47,28 +47,28 @@ class Announcements:
         return {name: rig for name, rig in dict(self._found).items() if name != self._own}
 
     def add_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:
-        """Ask where a new one is."""
+        """Resolve the address of a new service."""
         info = zeroconf.get_service_info(kind, name, timeout=ASK_MS)
         addresses = [] if info is None else info.parsed_addresses()
         if info is None or not addresses:
             return
-        told = {
+        properties = {
             key.decode(): (value or b"").decode("utf-8", "replace") for key, value in info.properties.items()
         }
-        scheme = "https" if told.get("tls") == "1" else "http"
+        scheme = "https" if properties.get("tls") == "1" else "http"
         host = f"[{addresses[0]}]" if ":" in addresses[0] else addresses[0]
         self._found[name] = FoundRig(
             key=hashlib.sha256(name.encode()).hexdigest()[:10],
-            name=told.get("name") or name.removesuffix(f".{SERVICE}"),
-            url=join_address(join_address(f"{scheme}://{host}:{info.port}", told.get("path", "")), "/"),
+            name=properties.get("name") or name.removesuffix(f".{SERVICE}"),
+            url=join_address(join_address(f"{scheme}://{host}:{info.port}", properties.get("path", "")), "/"),
         )
 
     def update_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:
-        """Ask again."""
+        """Resolve the address again."""
         self.add_service(zeroconf, kind, name)
 
     def remove_service(self, zeroconf: "Zeroconf", kind: str, name: str) -> None:
-        """Forget one that said goodbye, or was silent for too long."""
+        """Remove a service that was withdrawn or has timed out."""
         del zeroconf, kind
         self._found.pop(name, None)
 
@@ -90,14 +90,14 @@ class Announcements:
         _log.info("announced as %s at port %d", name, port)
 
     def close(self) -> None:
-        """Say goodbye, and stop listening."""
+        """Withdraw the announcement, and stop listening."""
         self._zeroconf.close()
 
 
 def open_announcements(host: str) -> Announcements:
-    """Listen where a server that listens on `host` is reached; raise `InvalidInput` without zeroconf.
+    """Listen on the interfaces on which a server on `host` is reached; raise `InvalidInput` without zeroconf.
 
-    Called on a thread without an event loop: zeroconf would wait for it.
+    Call on a thread without an event loop, for which zeroconf would wait.
     """
     try:
         from zeroconf import Zeroconf

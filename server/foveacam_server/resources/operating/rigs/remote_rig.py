@@ -1,4 +1,4 @@
-"""Asks the server of another rig how it is, and for its wide picture; never for anything that changes it."""
+"""Reads state and wide picture from the server of another rig; never changes anything there."""
 
 import json
 from collections.abc import Mapping
@@ -14,26 +14,26 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 3.0
 MOST_BYTES = 4_000_000
-"""Of one answer: a picture; a server that sends more is not one of ours."""
+"""Largest answer, that of a picture; a server that sends more is not a rig's."""
 SNAPSHOT = "views/wide/snapshot.jpg?scale=2"
 _ASKS_WHO_COMES = (401, 403)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RemoteRig:
-    """Where another rig's server is."""
+    """Address of another rig's server."""
 
     id: str
     name: str
     url: str
-    """With a slash at its end."""
+    """Base address with a trailing slash."""
     announced: bool
     token_file: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RemoteState:
-    """What its server says of it."""
+    """State of another rig, as reported by its server."""
 
     rig_id: str | None
     simulated: bool
@@ -44,7 +44,7 @@ class RemoteState:
 
 
 async def ask_state(rig: RemoteRig) -> RemoteState:
-    """Return the state of a rig and who drives it; raise `NotConnected` in words."""
+    """Return the state of a rig and the holder of its lease; raise `NotConnected` with the reason."""
     async with _client(rig) as client:
         found = await _document(rig, client, "rig")
         lease = await _document(rig, client, "lease")
@@ -62,13 +62,13 @@ async def ask_state(rig: RemoteRig) -> RemoteState:
 
 
 async def ask_picture(rig: RemoteRig) -> bytes:
-    """Return its newest wide picture, JPEG; raise `NotConnected` in words."""
+    """Return its newest wide picture, JPEG; raise `NotConnected` with the reason."""
     async with _client(rig) as client:
         return await _content(rig, client, SNAPSHOT)
 
 
 def _client(rig: RemoteRig) -> "httpx.AsyncClient":
-    import httpx  # a server that asks no others does without
+    import httpx  # not needed by a server that reads no others
 
     return httpx.AsyncClient(
         base_url=join_address(rig.url, "/api/v1/"), headers=_headers(rig), timeout=PATIENCE_S, trust_env=False

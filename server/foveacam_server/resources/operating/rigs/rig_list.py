@@ -30,7 +30,7 @@ class _RigList(BaseModel):
 
 
 def read_rig_list(path: Path) -> tuple[NamedRig, ...]:
-    """Return the rigs that a file names; raise `InvalidInput` for one that cannot be used."""
+    """Return the rigs listed in a file; raise `InvalidInput` for a file that cannot be used."""
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

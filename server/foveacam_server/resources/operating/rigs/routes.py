@@ -14,7 +14,7 @@ router = GuardedRouter("/rigs", tags=["rig"], reading=Right.VIEW, changing=Right
 
 @router.get("", summary="This rig, and the others of the lab")
 async def rigs(rig_directory: Provided[RigDirectory]) -> list[RigEntry]:
-    """Return this rig first, then those of the list and those that announce themselves, each as it is now."""
+    """Return this rig first, then those of the list and the announced ones, each with its present state."""
     return await rig_directory.describe()
 
 

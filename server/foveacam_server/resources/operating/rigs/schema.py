@@ -8,9 +8,9 @@ Source = Literal["this", "file", "announced"]
 
 
 class RigEntry(ResponseModel):
-    """One rig of the list, as its server says of it now.
+    """One rig of the list, with the state that its server reports now.
 
-    `state`: null where it does not answer, and `problem` then says why. `driver`: who holds its lease.
+    `state`: null where it does not answer; `problem` then gives the reason. `driver`: who holds its lease.
     `picture_url`: its newest wide picture, read through this server.
     """
 

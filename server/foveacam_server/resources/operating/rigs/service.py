@@ -1,4 +1,4 @@
-"""Lists the rigs of a lab with their states, read from their servers when somebody asks."""
+"""Lists the rigs of a lab with their states, read from their servers on request."""
 
 import asyncio
 import hashlib
@@ -20,7 +20,7 @@ URL = "/api/v1/rigs"
 
 
 class RigDirectory:
-    """This rig, those of the list, and those that announce themselves."""
+    """This rig, those of the list, and the announced ones."""
 
     def __init__(
         self,
@@ -36,18 +36,18 @@ class RigDirectory:
         self._lease = lease
 
     def announce(self, *, port: int, tls: bool, path: str) -> None:
-        """Announce this rig in the network, where that was asked for; blocks, so not on the event loop."""
+        """Announce this rig in the network, if configured; blocks, so not on the event loop."""
         if self._announcements is not None:
             name = self._own().name or "FoveaCam Duo"
             self._announcements.announce(name=name, port=port, tls=tls, path=path)
 
     async def describe(self) -> list[RigEntry]:
-        """Return this rig first, then the others; one that does not answer says why."""
+        """Return this rig first, then the others; one that does not answer with the reason."""
         others = await asyncio.gather(*(_entry(rig) for rig in self._others()))
         return [self._own_entry(), *others]
 
     async def picture(self, rig_id: str) -> bytes:
-        """Return the wide picture of another rig, JPEG; raise `NotFound`, or `NotConnected` in words."""
+        """Return another rig's wide picture, JPEG; raise `NotFound`, or `NotConnected` with the reason."""
         rig = next((rig for rig in self._others() if rig.id == rig_id), None)
         if rig is None:
             raise NotFound(
@@ -59,7 +59,7 @@ class RigDirectory:
         return await ask_picture(rig)
 
     def _others(self) -> list[RemoteRig]:
-        """Return the rigs of the list, then those announced that no address of the list has."""
+        """Return the rigs of the list, then announced ones whose address is not in the list."""
         found = {} if self._announcements is None else self._announcements.found
         known = {rig.url for rig in self._named}
         announced = [

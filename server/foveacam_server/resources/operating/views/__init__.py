@@ -1,1 +1,1 @@
-"""Live views over WebSocket and MJPEG, and what is drawn over them."""
+"""Live views over WebSocket and MJPEG, and their overlays."""

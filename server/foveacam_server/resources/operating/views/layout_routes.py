@@ -16,13 +16,13 @@ router = GuardedRouter("/views/layouts", tags=["views"], reading=Right.VIEW, cha
 
 
 class WindowLayout(NamedDocument):
-    """A layout of `/windows` under a name; `layout`: what stands behind the # of its address."""
+    """A named layout of `/windows`; `layout`: the fragment (after #) of its address."""
 
     layout: str
 
 
 class WindowLayoutRequest(RequestModel):
-    """A layout as its address has it: `row-600(wide,column-500(left,right))`."""
+    """A layout in the form of its address: `row-600(wide,column-500(left,right))`."""
 
     layout: Annotated[str, Field(min_length=1, max_length=600, pattern=r"^[a-z_0-9(),-]+$")]
 

@@ -1,6 +1,6 @@
 """Makes anaglyph, difference and depth of the foveae's newest pair, and the wide view at their scale.
 
-Each is made while somebody looks at it.
+Each is computed only while it has viewers.
 """
 
 import logging
@@ -35,12 +35,12 @@ VIEWS = ("anaglyph", "difference", "depth", "wide_zoom")
 SCALE = 0.5
 SAME_EXPOSURE_NS = 2_000_000
 IDLE_S = 0.1
-"""So often it is asked whether somebody looks."""
+"""Interval at which the presence of viewers is checked."""
 SHORTEST_PERIOD_S = 0.08
 SPARING_PERIOD_S = 0.5
-"""So long a pair waits while a job has the rig: its looks and what it computes come first."""
+"""Pause between pairs while a job has the rig, whose looks and computations have priority."""
 SHARE = 0.6
-"""At most such a share of one core's time goes into these views."""
+"""Largest share of one core's time spent on these views."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,7 +58,7 @@ def _grey(frame: Frame) -> Frame:
 
 
 class PairJoiner:
-    """Joins the frames of both foveae that one pulse exposed; keeps the newest pair alone."""
+    """Pairs the frames of both foveae exposed by one pulse; holds only the newest pair."""
 
     def __init__(self) -> None:
         self._frames: dict[Role, Frame] = {}
@@ -66,7 +66,7 @@ class PairJoiner:
         self._changed = threading.Condition()
 
     def take(self, frame: Frame) -> None:
-        """Take a frame of any camera; quick, as the cameras' thread calls it."""
+        """Add a frame of any camera; fast, as it is called on the cameras' thread."""
         with self._changed:
             self._frames[frame.role] = frame
             left, right = self._frames.get(Role.LEFT), self._frames.get(Role.RIGHT)
@@ -79,7 +79,7 @@ class PairJoiner:
             self._changed.notify()
 
     def newest(self, timeout_s: float) -> LivePair | None:
-        """Return the newest pair that was not returned yet, waiting for one; None where none came."""
+        """Wait for a new pair and return the newest; None on timeout."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None, timeout_s)
             pair, self._newest = self._newest, None
@@ -87,7 +87,7 @@ class PairJoiner:
 
 
 class SteadySpan:
-    """Scale of the live depth: changed only when depths leave it, or need less than a third of it."""
+    """Colour scale of the live depth: changes only when depths leave it, or use less than a third of it."""
 
     def __init__(self) -> None:
         self._span_m = (0.0, 0.0)
@@ -102,7 +102,7 @@ class SteadySpan:
 
 
 class LiveStereo:
-    """Publishes the views of both eyes on a thread of its own."""
+    """Publishes the views of both eyes on a separate thread."""
 
     def __init__(self, tap: FrameTap, *, calibration: Callable[[], Calibration | None], clock: Clock) -> None:
         self._tap = tap
@@ -121,7 +121,7 @@ class LiveStereo:
         self._thread.start()
 
     def spare_while(self, needed_elsewhere: Callable[[], bool]) -> None:
-        """Make few pictures while `needed_elsewhere` says that something else needs the machine."""
+        """Lower the rate of pictures while `needed_elsewhere` returns true."""
         self._needed_elsewhere = needed_elsewhere
 
     def match_by(self, match: Callable[[RectifiedPair], DisparityMap]) -> None:
@@ -142,7 +142,7 @@ class LiveStereo:
                     self._follow(joiner)
 
     def _follow(self, joiner: PairJoiner) -> None:
-        """Show each newest pair until nobody looks any more."""
+        """Publish each newest pair until there are no viewers."""
         while not self._ended.is_set() and (views := self._watched()):
             pair, calibration = joiner.newest(IDLE_S), self._calibration()
             if pair is None or calibration is None:
@@ -153,7 +153,7 @@ class LiveStereo:
             try:
                 self._show(pair, calibration, views)
             except FoveaError as error:
-                _log.debug("live stereo: %s", error)  # a pose beyond the calibration, at the field's rim
+                _log.debug("live stereo: %s", error)  # pose outside the calibrated field
             spent_s = (self._clock.now_ns() - began_ns) / 1e9
             self._ended.wait(max(SHORTEST_PERIOD_S - spent_s, spent_s * (1.0 / SHARE - 1.0)))
 
@@ -167,7 +167,7 @@ class LiveStereo:
             self._tap.publish_picture("wide_zoom", zoomed, t_ns=t_ns)
         if not set(views) - {"wide_zoom"}:
             return
-        # a third of the work, where no picture needs the colours
+        # grey: a third of the work, where no picture needs colours
         left, right = (
             (frames.left, frames.right) if "depth" in views else map(_grey, (frames.left, frames.right))
         )
@@ -182,7 +182,7 @@ class LiveStereo:
                 self._tap.publish_picture(view, picture(), t_ns=t_ns)
 
     def _depth(self, pair: RectifiedPair) -> NDArray[np.uint8]:
-        """Return the picture of the depth of a pair, matched at half its size and drawn at its own."""
+        """Return the depth picture of a pair, matched at half size and drawn at full size."""
         depth = depth_map(half := halved(pair), self._match(half))
         height, width = pair.left.shape[:2]
         z_m = cv2.resize(depth.z_m, (width, height), interpolation=cv2.INTER_NEAREST)

@@ -31,7 +31,7 @@ class GazeOverlay:
         self._distance_m = distance_m
 
     def show_follows(self, follows: Callable[[], list[FollowMark]]) -> None:
-        """Mark from now on what `follows` returns; it is called with every wide frame."""
+        """Set the function that returns the marks of followed targets; called with every wide frame."""
         self._follows = follows
 
     def of(self, gaze: StereoVolts | None) -> OverlayDocument | None:

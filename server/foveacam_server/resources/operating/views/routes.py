@@ -56,7 +56,7 @@ class ViewDocument(BaseModel):
 
     name: str
     width: int
-    """Of the sensor for the views of cameras, px, however they are binned; all pixels of REST are its."""
+    """Width of the unbinned sensor for views of cameras, px; all pixels in REST refer to it."""
     height: int
     picture_scale: int
     """Sensor pixels along each side of a pixel of the picture at full size: `width` over the picture's."""
@@ -106,7 +106,7 @@ async def anaglyph_style(stereo: Provided[LiveStereo]) -> AnaglyphColours:
 
 @router.put("/views/anaglyph/style", summary="Choose the colours of the anaglyph")
 async def choose_anaglyph_style(request: AnaglyphColours, stereo: Provided[LiveStereo]) -> AnaglyphColours:
-    """Show the anaglyph in other colours, to all viewers, from the next picture on."""
+    """Set the colours of the anaglyph for all viewers, from the next picture on."""
     stereo.style = AnaglyphStyle(request.style)
     return request
 
@@ -122,7 +122,7 @@ async def snapshot(
 ) -> Response:
     """Return the newest picture of a view as JPEG; its number, capture time and scale are in the headers.
 
-    Where it is older than 1.5 s, as while nobody looks, the answer waits up to a second for the next one.
+    If it is older than 1.5 s, as without viewers, the answer waits up to a second for the next one.
     """
     encoded = await streams.snapshot(_known(streams, name), _SCALES[scale])
     if encoded is None and not hardware.status.opened:
@@ -156,7 +156,7 @@ async def snapshot(
 async def stream_mjpeg(
     name: str, streams: Provided[LiveStreams], scale: ScaleQuery = "1"
 ) -> StreamingResponse:
-    """Stream a view without end; at most two a person; a slow client lags without bound."""
+    """Stream a view endlessly; at most two per person; the delay of a slow client grows without bound."""
     return _MjpegResponse(streams, view=_known(streams, name), scale=_SCALES[scale])
 
 

@@ -1,6 +1,6 @@
 """Keeps the rig's drawing in the 3D pane up to date: the calibration in force and the mirrors' positions.
 
-Runs on a thread of its own at a low rate, as calls of the pane must not delay the hardware thread.
+Runs on a separate thread at a low rate, as calls of the pane must not delay the hardware thread.
 """
 
 import logging
@@ -17,8 +17,8 @@ from foveacam_web.scene_values import EyeGaze, RigShape
 
 PERIOD_S = 0.25
 MOVING_PERIODS = 8
-"""While the gaze goes on changing, it is sent once in so many periods: a browser that draws in software needs
-a core for each drawing, which a fixation then lacks."""
+"""Periods between two updates of a changing gaze: a browser that renders in software needs a core for each,
+which a fixation then lacks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +69,7 @@ class SceneFollower:
         self._thread.close()
 
     def update(self) -> None:
-        """Send a gaze that has come to rest, and every `MOVING_PERIODS` calls one that has not."""
+        """Send a gaze once it rests, and a changing one every `MOVING_PERIODS` calls."""
         gaze = self._gaze()
         rests, self._last = gaze == self._last, gaze
         if gaze is None or gaze == self._sent:

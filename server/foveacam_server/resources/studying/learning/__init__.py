@@ -1,1 +1,1 @@
-"""Training a stereo network on what the rig captured."""
+"""Training of stereo networks on captured or simulated pairs."""

@@ -26,7 +26,7 @@ PAIR_SIZE = "360x270"
 @app.command()
 def pairs(
     *,
-    out: Annotated[Path, typer.Option(help="folder for the pairs; one that is there goes on")],
+    out: Annotated[Path, typer.Option(help="folder for the pairs; an existing one is resumed")],
     count: Annotated[int, typer.Option(help="pairs in all", min=1, max=10_000_000)],
     seed: Annotated[int, typer.Option(help="seed of the stream of pairs", min=0)] = 0,
     split: Annotated[str, typer.Option(help="train, or held-out: other scenes and textures")] = "train",
@@ -56,10 +56,10 @@ def pairs(
 def train(
     datasets: DatasetsArgument,
     *,
-    out: Annotated[Path, typer.Option(help="folder for checkpoint and curves; one that is there goes on")],
+    out: Annotated[Path, typer.Option(help="folder for checkpoint and curves; an existing one is resumed")],
     held_out: Annotated[
         list[Path] | None,
-        typer.Option(help="dataset of another scene to judge the network by; again for more"),
+        typer.Option(help="dataset of another scene for evaluation; again for more"),
     ] = None,
     size: Annotated[str, typer.Option(help="nano, tiny, small or base")] = "nano",
     steps: Annotated[int, typer.Option(help="steps in all", min=1, max=10_000_000)] = 2000,
@@ -67,7 +67,7 @@ def train(
     crop: Annotated[str, typer.Option(help="width and height of a crop, px, multiples of 8")] = CROP,
     seed: Annotated[int, typer.Option(help="seed of all that is drawn at random", min=0)] = 0,
     truth: Annotated[
-        bool, typer.Option("--truth/--no-truth", help="train on pairs with truth by it, or as on all others")
+        bool, typer.Option("--truth/--no-truth", help="supervise by the truth of pairs that have it")
     ] = True,
     prior: Annotated[
         str, typer.Option(help="loss by a monocular prior: none, annealed (to nothing) or full (constant)")
@@ -79,12 +79,12 @@ def train(
     without: Annotated[
         list[str] | None,
         typer.Option(
-            help="part of the loss left out: photometric, reconstruction, smoothness; again for more"
+            help="term of the loss to omit: photometric, reconstruction, smoothness; again for more"
         ),
     ] = None,
     start: Annotated[
         Path | None,
-        typer.Option("--from", help="checkpoint of the same size whose weights it begins with"),
+        typer.Option("--from", help="checkpoint of the same size for initial weights"),
     ] = None,
     device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda")] = "auto",
     precision: Annotated[
@@ -96,7 +96,7 @@ def train(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Train on datasets and judge on a held-out scene; after Ctrl-C the same command goes on."""
+    """Train on datasets and evaluate on a held-out scene; after Ctrl-C, repeat the command to resume."""
     from foveacam_server.resources.studying.learning.run import TrainingOrder, run_training
 
     order = TrainingOrder(
@@ -124,14 +124,14 @@ def train(
 def train_prior(
     datasets: Annotated[list[Path], typer.Argument(help="folders of pairs with truth, of `pairs`")],
     *,
-    out: Annotated[Path, typer.Option(help="folder for checkpoint and curves; one that is there goes on")],
+    out: Annotated[Path, typer.Option(help="folder for checkpoint and curves; an existing one is resumed")],
     steps: Annotated[int, typer.Option(help="steps in all", min=1, max=10_000_000)] = 2000,
     batch: Annotated[int, typer.Option(help="crops a step", min=1, max=256)] = 4,
     crop: Annotated[str, typer.Option(help="width and height of a crop, px, multiples of 8")] = CROP,
     seed: Annotated[int, typer.Option(help="seed of all that is drawn at random", min=0)] = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Train a monocular prior, one picture to relative inverse depth, for `learn train --prior-network`."""
+    """Train a monocular prior (relative inverse depth of one picture) for `learn train --prior-network`."""
     from foveacam_server.resources.studying.learning.run import PriorOrder, run_prior
 
     order = PriorOrder(
@@ -175,7 +175,7 @@ def export(
 
 @app.command()
 def info(checkpoint: CheckpointArgument) -> None:
-    """Print what a checkpoint says of its training, as JSON."""
+    """Print a checkpoint's record of its training as JSON."""
     from foveacam_server.resources.studying.learning.run import run_info
 
     run_info(checkpoint)

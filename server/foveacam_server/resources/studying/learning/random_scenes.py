@@ -1,4 +1,4 @@
-"""Draws random scenes about the point that both foveae look at: shapes, textures, depths, light.
+"""Draws random scenes about the point on which both foveae verge: shapes, textures, depths, light.
 
 Scenes to train on and held-out ones have disjoint seeds, families of textures and ranges of parameters.
 """
@@ -34,21 +34,22 @@ from foveacam_pipeline.learn.pair_folder import Split
 
 SEED_BITS = 47
 NEAREST_M, FARTHEST_M = 3.0, 20.0
-"""Range of the verged depth."""
+"""Range of the depth on which both foveae verge."""
 LAST_M = 60.0
 LARGEST_AX_DEG, LARGEST_AY_DEG = 6.5, 5.0
 FIELD = 0.05
 """Width of a fovea's view as a share of the distance (2.86 degrees)."""
 BASELINE_M = 0.2
 LARGEST_RESIDUAL = 0.09
-"""Of objects, in widths: 128 px of 1440."""
+"""Largest residual disparity of objects, in widths of the view: 128 px of 1440."""
 OBJECTS = (4, 16)
 BLANK_SHARE, REPEATED_SHARE, BAR_SHARE, PRINT_SHARE = 0.08, 0.18, 0.4, 0.15
 STRETCH = {Split.TRAIN: (1.0, 4.0), Split.HELD_OUT: (6.0, 20.0)}
-"""Of noise: scenes to train on look like stone and cloth, held-out ones like wood."""
+"""Ranges of the stretch of noise textures: training scenes look like stone and cloth, held-out ones like
+wood."""
 LETTERS = "ABCDEFGHKLMNPRSTUVXYZ|/#"
 DRIFT_S = 300.0
-"""Latest time of a look after the calibration: the mounts have drifted as in real looks."""
+"""Longest time from the calibration to a look, in which the mounts drift as in real looks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +65,7 @@ class PairScene:
 
 
 def scene_seed(seed: int, split: Split, index: int) -> int:
-    """Return the seed of a pair's scene; those of both splits differ whatever the seed of the stream."""
+    """Return the seed of a pair's scene; seeds of the two splits are disjoint for any seed of the stream."""
     drawn = np.random.default_rng([seed, index]).integers(1 << SEED_BITS)
     return 2 * int(drawn) + (split is Split.HELD_OUT)
 
@@ -121,7 +122,7 @@ class _Drawing:
         )
 
     def add_background(self) -> None:
-        """Add a slanted wall behind all, and often a floor or a ceiling that leads to it."""
+        """Add a slanted wall behind everything, and often a floor or a ceiling up to it."""
         rng = self._rng
         z_m = self._depth_m(rng.uniform(-0.12, -0.015))
         turn = rng.uniform(-50.0, 50.0, 2) * rng.integers(0, 2, 2)
@@ -280,7 +281,7 @@ class _Drawing:
 
 
 def _cameras(rng: np.random.Generator) -> dict[Role, CameraSettings]:
-    """Return settings of both foveae: one brightness, other gains, and exposures that differ by a quarter."""
+    """Return settings of both foveae: different gains, compensated by the exposures to within a quarter."""
     brightness, chosen = rng.uniform(0.5, 1.2), {}
     black_level = float(rng.integers(1, 5)) if rng.random() < 0.25 else 0.0
     for role in (Role.LEFT, Role.RIGHT):

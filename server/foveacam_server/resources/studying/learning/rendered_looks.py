@@ -35,7 +35,7 @@ class LabelledLook:
 
 
 def scale_of(calibration: Calibration, size: tuple[int, int]) -> float:
-    """Return the scale at which pairs have a size; raise InvalidInput where there is none."""
+    """Return the scale that gives pairs of a size; raise InvalidInput for any other size."""
     sizes = {
         (round(calibration.fovea_width * scale), round(calibration.fovea_height * scale)): scale
         for scale in SCALES
@@ -48,7 +48,7 @@ def scale_of(calibration: Calibration, size: tuple[int, int]) -> float:
 
 @cache
 def own_calibration() -> Calibration:
-    """Return the calibration of the simulated rig that ships, as a measurement left it."""
+    """Return the shipped calibration of the simulated rig, which was measured."""
     return load_calibration(SHIPPED / f"sim-{PRESET.name}.json")
 
 
@@ -93,9 +93,9 @@ def _truth(
     volts: StereoVolts,
     pair: RectifiedPair,
 ) -> tuple[PairTruth, float]:
-    """Return the truth of a pair and its median row error, px: both windows are cameras of their own.
+    """Return the truth of a pair and its median row error, px; each window is rendered as a camera.
 
-    A window is a homography of a raw picture, so that the renderer gives the depth of its very pixels.
+    A window is a homography of a raw picture, so that the renderer gives the depth of exactly its pixels.
     """
     left, right = (_window(views[role], calibration, role, volts, pair) for role in EYES)
     near, far = scene.probe(left, 0.0), scene.probe(right, 0.0)
@@ -122,7 +122,7 @@ def _window(
 
 
 def _inside(valid_right: NDArray[np.bool_], disparity_px: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Return (h, w) whether the right window has a valid pixel there."""
+    """Return (h, w) bool: whether the right window has a valid pixel at the true match."""
     rows, columns = np.indices(disparity_px.shape)
     target = np.rint(columns - np.nan_to_num(disparity_px)).astype(np.intp)
     inside = (target >= 0) & (target < disparity_px.shape[1])

@@ -1,6 +1,6 @@
-"""Makes folders of pairs with truth for `foveacam learn pairs`: by seed, by any workers, gone on with.
+"""Makes and resumes folders of pairs with truth for `foveacam learn pairs`, on any workers.
 
-A pair depends on seed, split, size and its index alone, wherever it is made.
+A pair depends only on seed, split, size and its index, on any machine.
 """
 
 import time
@@ -35,7 +35,7 @@ MadePair: TypeAlias = tuple[PairEntry, dict[str, NDArray[np.generic]]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairOrder:
-    """Which pairs are made; `size`: width and height, px."""
+    """The pairs to make; `size`: width and height, px."""
 
     folder: Path
     count: int
@@ -46,7 +46,7 @@ class PairOrder:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MadePairs:
-    """The document of the folder, how many of its pairs this call made, and how many a second."""
+    """The folder's document, the number of pairs that this call made, and its rate per second."""
 
     document: PairDocument
     made: int
@@ -60,7 +60,7 @@ def make_pairs(
     on_pair: Callable[[int, int, float], None],
     stopped: Callable[[], bool],
 ) -> MadePairs:
-    """Make what is missing of a folder; when stopped, what was made is kept.
+    """Make the missing pairs of a folder; when stopped, the finished ones are kept.
 
     `on_pair` gets the pairs done, their total, and the rate, pairs/s. Raise InvalidInput for a folder of
     other pairs, StorageFull for a full disk, WorkersLost.

@@ -1,4 +1,4 @@
-"""Runs the commands of learning: progress with the time left, Ctrl-C, and what is printed at the end."""
+"""Runs the commands of learning, with progress bar, Ctrl-C and the printed result."""
 
 import json
 import subprocess
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingOrder:
-    """What the command line asked for."""
+    """Options of `foveacam learn train`."""
 
     datasets: tuple[Path, ...]
     held_out: tuple[Path, ...]
@@ -48,11 +48,11 @@ class TrainingOrder:
     device: str = "auto"
     precision: str = "auto"
     workers: int | None = None
-    """Processes that make crops; None: what suits the device."""
+    """Processes that make crops; None: chosen for the device."""
 
 
 def run_training(order: TrainingOrder, *, as_json: bool) -> None:
-    """Train, then judge on the held-out datasets; print what came of it."""
+    """Train, evaluate on the held-out datasets, and print the result."""
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint, load_starting_weights
     from foveacam_pipeline.learn.device import choose_device
@@ -97,7 +97,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
         network = load_checkpoint(order.out / CHECKPOINT).network()
         judged: list[Evaluation] = []
         for dataset in held_out:
-            with suppress(Cancelled):  # Ctrl-C: what was trained and judged so far is told
+            with suppress(Cancelled):  # Ctrl-C: the results so far are printed
                 judged.append(_judge(network, dataset, bar))
     document = {**facts.model_dump(mode="json"), "held_out": [asdict(found) for found in judged]}
     (order.out / "training.json").write_text(json.dumps(document, indent=1) + "\n")
@@ -113,7 +113,7 @@ def run_training(order: TrainingOrder, *, as_json: bool) -> None:
 def run_evaluation(
     checkpoint: Path, datasets: Sequence[Path], *, cluster: str | None = None, as_json: bool
 ) -> None:
-    """Judge a checkpoint on datasets, here or on a Dask cluster; print the figures."""
+    """Evaluate a checkpoint on datasets, here or on a Dask cluster; print the figures."""
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
     from foveacam_pipeline.learn.pairs import load_datasets
@@ -137,7 +137,7 @@ def _workers(cluster: str | None) -> AbstractContextManager[WorkPool]:
 
 
 def run_export(checkpoint: Path, *, name: str, out: Path, licence: str) -> None:
-    """Write the ONNX file and its card; say how it is used."""
+    """Write the ONNX file and its card; print how to use it."""
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
     from foveacam_pipeline.learn.export import export_network
@@ -149,7 +149,7 @@ def run_export(checkpoint: Path, *, name: str, out: Path, licence: str) -> None:
 
 
 def run_info(checkpoint: Path) -> None:
-    """Print what a checkpoint says of its training."""
+    """Print a checkpoint's record of its training."""
     check_torch()
     from foveacam_pipeline.learn.checkpoint import load_checkpoint
 
@@ -243,7 +243,7 @@ def _size(name: str) -> "SizeName":
 
 
 def commit_of_program() -> str:
-    """Return the commit of the checkout that the program runs from; empty where there is none."""
+    """Return the commit of the checkout from which the program runs; empty without one."""
     try:
         found = subprocess.run(  # noqa: S603 - no input from outside
             ["git", "-C", str(Path(__file__).parent), "rev-parse", "HEAD"],  # noqa: S607 - git, by name
@@ -258,14 +258,14 @@ def commit_of_program() -> str:
 
 
 def check_torch() -> None:
-    """Raise InvalidInput, which says how to get it, where torch is missing."""
+    """Raise InvalidInput, with how to install it, where torch is missing."""
     if find_spec("torch") is None or find_spec("safetensors") is None:
         raise InvalidInput("learning needs torch, which is not installed", remedy=install_command("learn"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PriorOrder:
-    """What the command line asked for."""
+    """Options of `foveacam learn prior`."""
 
     datasets: tuple[Path, ...]
     out: Path
@@ -276,7 +276,7 @@ class PriorOrder:
 
 
 def run_prior(order: PriorOrder, *, as_json: bool) -> None:
-    """Train; say how the checkpoint is used."""
+    """Train; print how to use the checkpoint."""
     check_torch()
     from foveacam_pipeline.learn.monocular.training import PriorPlan, train_prior
     from foveacam_pipeline.learn.pairs import load_datasets

@@ -1,4 +1,4 @@
-"""Runs `foveacam learn pairs`: renders what is missing of a folder, and says how fast."""
+"""Runs `foveacam learn pairs`: renders the missing pairs of a folder, and prints the rate."""
 
 import json
 from contextlib import AbstractContextManager
@@ -19,7 +19,7 @@ from foveacam_server.resources.studying.learning.rendered_pairs import PairOrder
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairRequest:
-    """What the command line asked for."""
+    """Options of `foveacam learn pairs`."""
 
     out: Path
     count: int
@@ -32,7 +32,7 @@ class PairRequest:
 
 
 def run_pairs(request: PairRequest, *, as_json: bool) -> None:
-    """Make the pairs that are missing; say how many a second were made."""
+    """Make the missing pairs; print the rate per second."""
     order = PairOrder(
         folder=request.out,
         count=request.count,
@@ -53,8 +53,8 @@ def run_pairs(request: PairRequest, *, as_json: bool) -> None:
         )
     complete = len(found.document.pairs)
     if as_json:
-        told = {"pairs": complete, "made": found.made, "pairs_per_s": found.pairs_per_s}
-        typer.echo(json.dumps({**told, "split": found.document.split, "seed": found.document.seed}))
+        document = {"pairs": complete, "made": found.made, "pairs_per_s": found.pairs_per_s}
+        typer.echo(json.dumps({**document, "split": found.document.split, "seed": found.document.seed}))
         return
     left = "" if complete >= request.count else "; the same command goes on"
     made = f"{complete} of {max(complete, request.count)} pairs, {found.pairs_per_s:.2f} pairs/s"

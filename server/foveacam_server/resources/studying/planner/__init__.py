@@ -1,1 +1,1 @@
-"""The planner: where a target can be seen from, and how well."""
+"""The planner: where an observer can stand to see a target, and the probability of success."""

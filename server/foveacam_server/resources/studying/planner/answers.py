@@ -50,7 +50,7 @@ def requested_ring(request: RingRequest) -> StandoffRing:
 
 
 def describe_ring(request: RingRequest) -> RingDocument:
-    """Return the ring of a request, and in words why it is empty where it is."""
+    """Return the ring of a request; for an empty one, with the reason in words."""
     found = requested_ring(request)
     return RingDocument(
         resolution_mrad=1e3 * _resolution_rad(request),
@@ -86,7 +86,7 @@ def describe_standoff(request: StandoffRequest) -> StandoffDocument:
     reach_m = found.inner_m if found.empty else found.outer_m
     domain_m2 = math.pi * (DOMAIN_FACTOR * reach_m) ** 2 if request.domain_m2 is None else request.domain_m2
     if not domain_m2 > 0.0:
-        raise InvalidInput(f"a ring of {reach_m:g} m is too small for a domain of its own; say domain_m2")
+        raise InvalidInput(f"a ring of {reach_m:g} m is too small for a domain of its own; set domain_m2")
     success = success_probability(found, clutter, domain_m2=domain_m2)
     slope = 0.0 if found.empty else success_slope_per_m(found.outer_m, clutter, domain_m2=domain_m2)
     clear = clear_probability([found.inner_m, found.outer_m], clutter)
@@ -108,7 +108,7 @@ def _obstacles(request: ClutterRequest) -> RandomObstacles:
 
 
 def _curve(inner_m: float, clutter: RandomObstacles, domain_m2: float) -> CurveDocument:
-    """Return Eq. 12 for every D_max that the domain holds."""
+    """Return the curve of Eq. 12 over D_max, up to the largest that fits into the domain."""
     last_m = math.sqrt(domain_m2 / math.pi)
     reaches_m = [last_m * index / (CURVE_POINTS - 1) for index in range(CURVE_POINTS)]
     rings = [StandoffRing(inner_m=inner_m, outer_m=reach_m) for reach_m in reaches_m]

@@ -22,17 +22,17 @@ from foveacam_server.resources.studying.planner.schema import (
 
 
 def map_answer(asked: MapAsked) -> bytes:
-    """Return a map that is drawn at random, open, or read from what was sent."""
+    """Return a random map, an open one, or the map of the request."""
     return _json_of(describe_map(_field(asked)))
 
 
 def regions_answer(request: RegionsRequest) -> bytes:
-    """Return where one can stand on a map."""
+    """Return the regions of a map in which an observer can stand."""
     return _json_of(describe_regions(request))
 
 
 def _json_of(document: ResponseModel) -> bytes:
-    """Return an answer as it is sent, so that the server's event loop need not write a long one."""
+    """Return an answer as JSON bytes, so that the server's event loop need not serialize a long one."""
     return json.dumps(document.as_json(), ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
 
 

@@ -1,4 +1,4 @@
-"""Reads the planner's maps, within limits of size, and computes where on them one can stand."""
+"""Reads the planner's maps, within limits of size, and computes the regions in which one can stand."""
 
 import base64
 import binascii
@@ -33,12 +33,12 @@ from foveacam_server.resources.studying.planner.schema import (
 MOST_VERTICES = 10_000
 MOST_PIXELS = 4_000_000
 MOST_PIXEL_CORNERS = 2 * MOST_VERTICES
-"""Of a picture's outlines before they are simplified, which leaves more than half of them."""
-MOST_SIGHTS = 100_000
-"""Limit of corners times targets: some ten seconds of work."""
+"""Most corners of a picture's outlines before simplification, which leaves more than half of them."""
+MOST_RAYS = 100_000
+"""Limit of sight lines, which are corners times targets: some ten seconds of work."""
 FARTHEST_M = 1e7
 EDGE_M, GAP_M = 10.0, 4.0
-"""Distances of random maps: targets to the map's edge, between targets; less on small maps."""
+"""Least distances in random maps, from targets to the map's edge and between targets; less on small maps."""
 UNREADABLE = (GEOSException, ArithmeticError, AttributeError, TypeError, ValueError)
 """Errors that malformed outlines raise while a map is read."""
 
@@ -89,7 +89,7 @@ def field_of(
 
 
 def field_of_picture(content_base64: str, *, m_per_px: float | None) -> FieldMap:
-    """Return the map that a PNG or JPEG shows; its size is read before it is unpacked."""
+    """Return the map of a PNG or JPEG; its size is checked before it is decoded."""
     try:
         content = base64.b64decode(content_base64, validate=True)
     except (binascii.Error, ValueError) as error:
@@ -109,7 +109,7 @@ def field_of_picture(content_base64: str, *, m_per_px: float | None) -> FieldMap
 
 
 def describe_map(field: FieldMap) -> MapDocument:
-    """Return a map as REST shows it."""
+    """Return the document of a map."""
     union = shapely.union_all(list(field.obstacles))
     return MapDocument(
         map=geojson_of(field),
@@ -122,11 +122,11 @@ def describe_map(field: FieldMap) -> MapDocument:
 
 
 def describe_regions(request: RegionsRequest) -> RegionsDocument:
-    """Return where one can stand on a map: regions, areas, and targets in sight at some points."""
+    """Return regions in which one can stand, their areas, and the targets in sight at some points."""
     began_s = time.perf_counter()
     targets_m = None if request.targets_m is None else [(x, y) for x, y in request.targets_m]
     field = field_of(request.map, targets_m=targets_m)
-    _check_sights(field)
+    _check_sight_lines(field)
     ring = requested_ring(request.ring)
     reach_m = 1.01 * math.hypot(*field.size_m)  # the map has no point farther away
     within = StandoffRing(inner_m=ring.inner_m, outer_m=min(ring.outer_m, reach_m))
@@ -207,11 +207,11 @@ def _checked(field: FieldMap) -> FieldMap:
     return field
 
 
-def _check_sights(field: FieldMap) -> None:
+def _check_sight_lines(field: FieldMap) -> None:
     corners, targets = _corners(field), len(field.targets_m)
-    if corners * targets > MOST_SIGHTS:
+    if corners * targets > MOST_RAYS:
         raise InvalidInput(
-            f"{targets} targets among {corners:,} corners of obstacles were given; {MOST_SIGHTS // corners}"
+            f"{targets} targets among {corners:,} corners of obstacles were given; {MOST_RAYS // corners}"
             " targets are the most on such a map: ask for fewer, or simplify its outlines"
         )
 
@@ -226,7 +226,7 @@ def _kind(feature: object) -> object:
 
 
 def _check_coordinates(features: Sequence[object]) -> None:
-    """Refuse too many coordinates, or ones too large to reckon with, before anything is made of them."""
+    """Raise InvalidInput for too many or too large coordinates, before they are parsed as geometry."""
     for count, value in enumerate(_numbers(features), start=1):
         if not abs(value) <= 1e12:
             raise InvalidInput(f"a coordinate of {value:g} was given; up to 1e12 is possible: check the map")
@@ -251,7 +251,7 @@ def _numbers(features: Sequence[object]) -> Iterator[float]:
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _SIZED = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"""JPEG's frame headers; the other three of that range are tables (ITU-T T.81, Table B.1)."""
+"""Markers of JPEG's frame headers; the other three of that range are tables (ITU-T T.81, Table B.1)."""
 
 
 def picture_size(content: bytes) -> tuple[int, int]:

@@ -32,12 +32,12 @@ def standoff(request: StandoffRequest) -> StandoffDocument:
 
 @router.post(
     "/map",
-    summary="A map by lot, of GeoJSON or of a picture",
+    summary="A map, random, of GeoJSON or of a picture",
     response_model=MapDocument,
     max_body_size=PICTURE_BYTES,
 )
 async def make_map(request: MapAsked, computing: Provided[ComputeQueue]) -> Response:
-    """Return a map in metres: random, without obstacles, or the one that was sent, checked."""
+    """Return a map in metres: random, without obstacles, or the sent one after a check."""
     return _answer(await computing.run_apart(map_json, request))
 
 
@@ -45,7 +45,7 @@ async def make_map(request: MapAsked, computing: Provided[ComputeQueue]) -> Resp
     "/regions", summary="Where to stand on a map", response_model=RegionsDocument, max_body_size=FILE_BYTES
 )
 async def regions(request: RegionsRequest, computing: Provided[ComputeQueue]) -> Response:
-    """Return from where each target is seen unnoticed: in its ring, in sight, free to stand on."""
+    """Return the regions from which each target is seen unnoticed: in its ring, in sight, unobstructed."""
     return _answer(await computing.run_apart(regions_json, request))
 
 

@@ -17,22 +17,22 @@ Scale = Annotated[float, Field(gt=0.0, le=1e6)]
 MOST_TARGETS = 50
 MOST_POINTS = 1000
 MOST_BASE64 = 24_000_000
-"""A picture of 18 MB."""
+"""Base64 of a picture of up to 18 MB."""
 
 
 class RingRequest(RequestModel):
     """The feature to resolve, the resolution, and the nearest allowed distance (Eqs. 6-9)."""
 
     feature_mm: Annotated[float, Field(ge=1e-3, le=1e6)] = 20.0
-    """Size of the feature that shall be resolved."""
+    """Size of the feature to resolve."""
     px_per_deg: Annotated[float, Field(ge=1e-3, le=1e5)] = 502.0
     """Angular resolution: some 502 of a fovea, 55 of the wide camera (Table 2)."""
     pixels: Annotated[float, Field(ge=0.01, le=1e5)] = 1.0
-    """How many pixels the feature must fill."""
+    """Number of pixels that the feature must fill."""
     small_angle: bool = False
-    """Whether D_max is the approximation S / theta instead of the exact S / (2 tan(theta / 2))."""
+    """Whether to approximate D_max by S / theta instead of the exact S / (2 tan(theta / 2))."""
     d_min_m: Metres = 0.0
-    """Nearer than this the observer is noticed."""
+    """D_min: distance below which the observer is noticed."""
     near_error_m: Metres = 0.0
     """The observer's own depth error at D_min."""
     bound: Literal["inflated", "plain", "as_printed"] = "inflated"
@@ -43,7 +43,7 @@ class ClutterRequest(RequestModel):
     """Random obstacles (Eqs. 10-13)."""
 
     occupancy: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
-    """p: the probability that an obstacle's centre lies in a square metre."""
+    """p: probability that an obstacle's centre lies in a given square metre."""
     radius_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.5
 
 
@@ -53,7 +53,7 @@ class StandoffRequest(RequestModel):
     ring: RingRequest = RingRequest()
     clutter: ClutterRequest = ClutterRequest()
     domain_m2: Annotated[float, Field(gt=0.0, le=1e30)] | None = None
-    """The area in which the observer may be anywhere; without it, the disc twice as wide as the ring."""
+    """Area of the observer's possible positions; without it, a disc twice as wide as the ring."""
 
 
 class RingDocument(ResponseModel):
@@ -90,11 +90,11 @@ class StandoffDocument(ResponseModel):
     clear_at_outer: float
     """Probability that the line of sight is clear (Eq. 11)."""
     success: float
-    """Eq. 12."""
+    """Probability of success (Eq. 12)."""
     success_slope_per_m: float
     """Change of the probability with a metre of D_max (Eq. 13); 0 where the ring is empty."""
     expected_area_m2: float
-    """The part of the ring from which the target is seen, on average: success times domain."""
+    """Mean area of the ring from which the target is seen: success times domain."""
     curve: CurveDocument
 
 
@@ -126,7 +126,7 @@ class PictureMapRequest(RequestModel):
     kind: Literal["picture"]
     picture_base64: Annotated[str, Field(max_length=MOST_BASE64)]
     m_per_px: Scale | None = None
-    """Its scale; a picture without one is refused."""
+    """Scale of the picture; required."""
 
 
 class OpenMapRequest(RequestModel):
@@ -150,12 +150,12 @@ class MapDocument(ResponseModel):
     targets_m: list[list[float]]
     obstacles: int
     obstacle_m2: float
-    """Area that the obstacles cover."""
+    """Area covered by obstacles."""
     vertices: int
 
 
 class RegionsRequest(RequestModel):
-    """Where one can stand about the targets of a map."""
+    """Request of the regions in which one can stand about the targets of a map."""
 
     map: GeoJson
     targets_m: Annotated[list[Place], Field(max_length=MOST_TARGETS)] | None = None
@@ -187,7 +187,7 @@ class AreasDocument(ResponseModel):
 
 
 class SightDocument(ResponseModel):
-    """A point, and the targets that are seen from it unnoticed."""
+    """A point, with the targets seen from it unnoticed."""
 
     x_m: float
     y_m: float

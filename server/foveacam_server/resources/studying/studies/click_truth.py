@@ -29,7 +29,7 @@ HIDDEN_SHARE = 3e-3
 
 
 class ClickKind(StrEnum):
-    """What a click shows."""
+    """Kind of a clicked surface."""
 
     TEXTURED = "textured"
     """Textured material, visible to both eyes at the moment of the click, in the calibrated field of both

@@ -1,4 +1,4 @@
-"""Fixations of random clicks on a simulated scene, each judged by the simulation's truth."""
+"""Fixations of random clicks on a simulated scene, compared with the simulation's truth."""
 
 import math
 from collections.abc import Iterator
@@ -22,7 +22,8 @@ from foveacam_server.resources.studying.studies.click_truth import (
 NEAREST_M, FARTHEST_M = 1.5, 30.0
 BORDER_PX = 30.0
 WRONG_SHARE, WRONG_SIGMA = 0.03, 5.0
-"""A distance is wrong when its error exceeds both, as shares of the distance and of its standard error."""
+"""A distance is wrong when its error exceeds both this share of it and this multiple of its standard
+error."""
 SEED = 20_25
 
 
@@ -32,13 +33,13 @@ class ClickResult:
 
     click: Click
     fixation: Fixation
-    """Without the frames of its last look."""
+    """The fixation, without the frames of its last look."""
     error_m: float = math.nan
     residual_px: float = math.nan
 
     @property
     def verged(self) -> bool:
-        """Whether it ended verged."""
+        """Whether the fixation ended verged."""
         return self.fixation.state is FixationState.VERGED
 
     @property
@@ -73,7 +74,7 @@ def judged_clicks(
 
 
 def judge_click(rig: Rig, calibration: Calibration, click: Click) -> ClickResult:
-    """Fixate one click and compare with the truth."""
+    """Fixate one click and compare the result with the truth."""
     fixation = fixate(rig.head, calibration, PixelTarget(x_px=click.x_px, y_px=click.y_px), clock=rig.clock)
     sighting = fixation.sighting
     without_frames = replace(fixation, sighting=None)  # frees about 20 MB

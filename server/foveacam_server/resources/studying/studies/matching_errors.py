@@ -14,7 +14,7 @@ _REMEDY = "write one by `foveacam bench stereo --json > FILE`"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Measured:
-    """One figure of a bench that is an error of matching: its name there, and how it is measured."""
+    """A bench's figure that is an error of matching: its key, and how it is measured."""
 
     figure: str
     key: str

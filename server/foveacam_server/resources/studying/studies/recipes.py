@@ -1,4 +1,4 @@
-"""How each study is computed: its settings, the files it depends on, and the function."""
+"""Recipes of the studies: settings, the files on which a result depends, and the computing function."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -20,9 +20,9 @@ PAIR_SOURCES = tuple(
     Path(__file__).parents[1] / "learning" / f"{name}.py"
     for name in ("random_scenes", "rendered_looks", "rendered_pairs")
 )
-"""What simulated pairs depend on beside the renderer."""
+"""Sources on which simulated pairs depend, besides the renderer."""
 CLICKS, QUICK_CLICKS = 30, 8
-"""Fixations whose true residuals measure the rig's error of matching."""
+"""Number of fixations whose true residuals measure the rig's error of matching."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +45,10 @@ class StudyOrder:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyRecipe:
-    """How to compute one study. `settings` (with library versions) and `files` are all that it depends on."""
+    """Recipe of one study.
+
+    `settings` (with library versions) and `files` are all on which its result depends.
+    """
 
     name: str
     settings: Mapping[str, object]
@@ -93,10 +96,10 @@ def _recipe(
     pairs: bool = False,
     **settings: object,
 ) -> StudyRecipe:
-    """Return a recipe with the files that its result depends on, and its own `settings`, plain for JSON.
+    """Return a recipe with the files on which its result depends, and its `settings` as plain JSON values.
 
-    `rig`: it uses the simulated rig, whose sources and scenes count then. `pairs`: it uses simulated pairs,
-    whose sources count then.
+    `rig`: it uses the simulated rig, and depends on its sources and scenes. `pairs`: it uses simulated pairs,
+    and depends on their sources.
     """
     files = source_files(Path(foveacam_pipeline.__file__).parent)
     if rig:
@@ -163,7 +166,7 @@ def _tradeoff(order: StudyOrder) -> StudyRecipe:
 
 
 def _state_of(folder: Path | None) -> str | None:
-    """Return a folder's path with the time of its last change, so that a change gives another key."""
+    """Return a folder's path with its modification time, so that a change gives another key."""
     if folder is None:
         return None
     changed_ns = folder.stat().st_mtime_ns if folder.exists() else 0

@@ -59,7 +59,7 @@ def catch_ctrl_c(on_first: Callable[[], None]) -> Iterator[None]:
 
 
 def _listen(over: threading.Event) -> None:
-    """Pass a blocked Ctrl-C on to the main thread's handler."""
+    """Forward a blocked Ctrl-C to the main thread's handler."""
     while not over.is_set():
         if signal.sigtimedwait({signal.SIGINT}, _POLL_S) is not None:
             _thread.interrupt_main()
@@ -70,7 +70,7 @@ _FAILURE, _INTERRUPTED = 1, 130
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportOptions:
-    """What to do with the results. `every`: all studies were requested, and one that fails stops no other."""
+    """Output of the results. `every`: all studies were requested; a failed one does not stop the others."""
 
     as_json: bool = False
     out: Path | None = None

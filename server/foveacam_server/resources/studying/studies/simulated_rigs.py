@@ -1,7 +1,7 @@
 """Simulated rigs of the studies, in virtual time, with the shipped calibration.
 
-One stands at any position of a scene, one in front of the rail, whose figurine it moves. The truth is moved,
-not read.
+One can be moved in a scene, one stands in front of the rail and moves its figurine. They change the truth but
+do not read it.
 """
 
 import math
@@ -25,7 +25,7 @@ from foveacam_pipeline.study.visibility.toy_scene import SCENE, AgentPose
 from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
 
 FIGURINE, SUPPORTS = "figurine", ("rail", "stand")
-"""Objects of the scene: what stands on the rail, and what carries it."""
+"""Names of scene objects: the figurine on the rail, and those that carry it."""
 
 
 def bin_cameras(rig: Rig, binning: Binning) -> None:
@@ -36,7 +36,7 @@ def bin_cameras(rig: Rig, binning: Binning) -> None:
 
 @contextmanager
 def placed_rig(scene: str = SCENE) -> Iterator[Observer]:
-    """Open the rig in a scene and yield it with a function that moves it; the truth is moved, not read."""
+    """Open the rig in a scene and yield it with a function that moves it."""
     with open_simulated(scene, inline=True) as rig:
         if rig.truth is None:
             raise DeviceFault("the simulated rig came without its world; open it with open_simulated")

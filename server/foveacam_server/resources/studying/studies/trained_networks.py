@@ -1,4 +1,4 @@
-"""Computes the study of Sec. 5: pairs with truth are rendered once, networks are trained, and judged.
+"""Computes the study of Sec. 5: renders pairs with truth once, trains networks, evaluates them.
 
 Both are kept in the cache folder: the pairs for every later study, the trainings until the study is complete.
 """
@@ -28,7 +28,7 @@ PAIR_WORKERS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainedStudy:
-    """What is asked for; `key`: hash of all that the trainings depend on."""
+    """Settings of the study; `key`: hash of everything on which the trainings depend."""
 
     quick: bool
     processes: int
@@ -58,7 +58,7 @@ def compute_learned(wanted: TrainedStudy, watch: ProgressWatcher) -> StudyResult
 
 
 def rendered_pairs(cache: Path, split: Split, count: int, watch: ProgressWatcher) -> Path:
-    """Return the folder of at least so many pairs; what is missing is rendered. Raise Cancelled."""
+    """Return the folder of at least so many pairs, after rendering missing ones. Raise Cancelled."""
     folder = cache / f"pairs-{split.value}-{_pairs_key()}"
     order = PairOrder(folder=folder, count=count, seed=PAIR_SEED, split=split, size=PAIR_SIZE)
     with local_workers(PAIR_WORKERS) as pool:
@@ -74,7 +74,7 @@ def rendered_pairs(cache: Path, split: Split, count: int, watch: ProgressWatcher
 
 
 def _pairs_key() -> str:
-    """Return the hash of what the pairs depend on."""
+    """Return the hash of everything on which the pairs depend."""
     files = source_files(Path(foveacam_hardware.__file__).parent) + PAIR_SOURCES
     return cache_key("pairs", {"seed": PAIR_SEED, "size": list(PAIR_SIZE)}, files=files)
 

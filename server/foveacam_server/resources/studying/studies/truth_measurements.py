@@ -33,7 +33,7 @@ from foveacam_server.resources.studying.studies.recipes import CERTIFICATE
 from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras, pose_setter
 
 CLICK_SCENE = "bench"
-"""The simulated scene that the clicks of `verge_error` fall on."""
+"""The simulated scene of the clicks of `verge_error`."""
 
 
 def verge_error(clicks: int, *, watch: ProgressWatcher) -> MatchingError:
@@ -61,7 +61,7 @@ def verge_error(clicks: int, *, watch: ProgressWatcher) -> MatchingError:
 COLUMNS_DEG, ROWS_DEG = (-7.0, -3.5, 0.0, 3.5, 7.0), (-5.0, 0.0, 5.0)
 QUICK_COLUMNS_DEG, QUICK_ROWS_DEG = (-5.0, 0.0, 5.0), (-3.0, 3.0)
 FOVEAE = 4
-"""Number of patches: the farthest of the verged points, whose distances the looks have measured."""
+"""Number of patches, taken from the farthest of the verged points."""
 
 
 def rig_pair(*, quick: bool, watch: ProgressWatcher) -> RigPairScene:
@@ -106,7 +106,7 @@ NEAR_M = 2.5
 FAR_M = 60.0
 """Pixels of the background and of surfaces farther away are not counted."""
 SAME_SHARE = 0.01
-"""Left and right see the same point where their depths differ by less than this share."""
+"""Relative difference of depth below which left and right see the same point."""
 
 
 def wide_pair(

@@ -1,19 +1,19 @@
 // Copies a text that the page shows.
 
-import { say } from "./dom.js";
+import { setText } from "./dom.js";
 
 /**
  * Copy the text of the `pre` in the same `.copied` element as the button that was clicked, and say so beside the button.
  * @param {{currentTarget: HTMLElement}} event
  */
 export async function copyCode({ currentTarget }) {
-  const told = /** @type {HTMLElement} */ (currentTarget.nextElementSibling);
-  const code = currentTarget.closest(".copied")?.querySelector("pre") ?? told;
+  const status = /** @type {HTMLElement} */ (currentTarget.nextElementSibling);
+  const code = currentTarget.closest(".copied")?.querySelector("pre") ?? status;
   try {
     await navigator.clipboard.writeText(code.textContent ?? "");
-    say(told, "Copied");
+    setText(status, "Copied");
   } catch {
     getSelection()?.selectAllChildren(code); // no clipboard over plain HTTP from another machine
-    say(told, "Selected: copy it with the keyboard");
+    setText(status, "Selected: copy it with the keyboard");
   }
 }

@@ -1,6 +1,6 @@
 // Small parts of the pages: panels, fields, figures, and buttons that show why they are disabled.
 
-import { absent, fill, h, html, say } from "./dom.js";
+import { absent, fill, h, html, setText } from "./dom.js";
 import { MISSING } from "./format.js";
 import { icon } from "./icons.js";
 import { isRunning } from "../calibrating/calibration/state.js";
@@ -53,8 +53,8 @@ export function starter({
         ? "No connection to the server."
         : (why(state) ?? (isRunning(state.work) ? "Something runs already." : null));
     button.disabled = against !== null;
-    say(reason, against !== null && !silent && !isRunning(state.work) ? against : "");
-    if (named) say(words, named(state));
+    setText(reason, against !== null && !silent && !isRunning(state.work) ? against : "");
+    if (named) setText(words, named(state));
   });
   return html`<span class="starter">${button}${reason}</span>`;
 }

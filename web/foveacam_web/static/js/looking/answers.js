@@ -25,9 +25,9 @@ const BASES = Object.freeze({
   surroundings: {
     words: "from its surroundings",
     title: "Inferred from its surroundings",
-    meaning: "Nothing on it can be matched. A surface through what was measured around it.",
+    meaning: "Nothing on it can be matched: interpolated by a surface through the depth measured around it.",
   },
-  bound: { words: "limits only", title: "Limits only", meaning: "Nothing tells the distance itself." },
+  bound: { words: "limits only", title: "Limits only", meaning: "The distance itself could not be measured." },
 });
 
 /**

@@ -1,4 +1,4 @@
-// Follows the running fixation, whoever requested it: its steps by events, its result at the end.
+// Follows the running fixation of any client: its steps by events, its result at the end.
 
 import { outcome, request } from "../transport/api.js";
 import { hasEnded, JobFollower, resultPath } from "../transport/jobs.js";
@@ -54,9 +54,9 @@ export class Fixations {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     const data = event.data ?? {};
-    this.#jobs.hear(event);
+    this.#jobs.onEvent(event);
     if (event.kind === "fixation.step") this.#step(data);
     else if (event.kind === "fixation.estimate")
       this.#estimate(/** @type {FixationEstimate} */ (/** @type {unknown} */ (data)));

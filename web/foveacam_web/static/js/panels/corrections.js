@@ -9,6 +9,8 @@ import { textButton } from "../elements/parts.js";
  * @import { Commands } from "#console"
  */
 
+const LEAST_NONE = 0.01; // a smaller rest is rounding
+
 /**
  * List the alternative distances, each with its probability.
  * @param {FixationDocument} fixation
@@ -30,9 +32,11 @@ export function alternatives(fixation, commands) {
       </button>
     </li>`,
   );
+  const none = 1 - fixation.alternatives.reduce((sum, each) => sum + each.probability, 0);
   return html`<div class="alternatives">
     <p class="lead">${chosen ? "Chosen of these:" : `${rows.length} distances are possible. Which one is it?`}</p>
     <ul>${rows}</ul>
+    ${none > LEAST_NONE ? html`<p class="lead">None of these: ${percent(none)}</p>` : null}
   </div>`;
 }
 

@@ -1,7 +1,7 @@
 // Builds the dialogs: help, settings, steering distance.
 
 import { PEOPLE_ADDRESS, SETTINGS_ADDRESS } from "../addresses.js";
-import { fill, h, html, say } from "../elements/dom.js";
+import { fill, h, html, setText } from "../elements/dom.js";
 import { changeSettings } from "../settings.js";
 import { distanceText } from "../looking/steer/words.js";
 import { ROOT } from "../root.js";
@@ -248,7 +248,7 @@ export function makeSteerDistance(store, id = "steer-distance") {
   });
   store.on(["steer_distance_m"], ({ steer_distance_m }) => {
     const words = distanceText(steer_distance_m);
-    say(text, words);
+    setText(text, words);
     slider.setAttribute("aria-valuetext", steer_distance_m === null ? "infinity, eyes parallel" : words);
   });
   return h(

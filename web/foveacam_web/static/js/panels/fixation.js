@@ -3,7 +3,7 @@
 import { answerOf, basisMeaning, basisOf, basisWords, boundText, chosenOf, heading } from "../looking/answers.js";
 import { spoken, spokenEstimate } from "../looking/answers.js";
 import { request } from "../transport/api.js";
-import { changing, fill, h, html, say } from "../elements/dom.js";
+import { changing, fill, h, html, setText } from "../elements/dom.js";
 import { angle, distance, millis, MISSING, number, remedyOf, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 import { hasEnded } from "../transport/jobs.js";
@@ -52,7 +52,7 @@ export function mountFixation(place, announcer, { store, ...orders }) {
     place.dataset["fixation"] = current?.fixation?.id ?? "";
     showOutcome(current);
     showSteps(plot, current?.steps ?? []);
-    say(announcer, announcement(current));
+    setText(announcer, announcement(current));
   });
 }
 
@@ -152,10 +152,10 @@ function running(commands) {
     show: (/** @type {CurrentFixation} */ current) => {
       const last = current.steps.at(-1);
       const residual = last && last.residual_x_px !== null ? `${number(Math.abs(last.residual_x_px), 2)} px apart` : "";
-      say(state, RUNNING[current.state] ?? current.state);
+      setText(state, RUNNING[current.state] ?? current.state);
       far.show(current.estimate);
       const known = current.estimate?.basis ? `so far: ${basisWords(current.estimate.basis)}` : "";
-      say(
+      setText(
         note,
         [known, last && `step ${last.index + 1}`, last?.phase, residual || current.note].filter(Boolean).join(", ") ||
           asked(current.request),
@@ -174,9 +174,9 @@ function estimated() {
     show: (/** @type {FixationEstimate | null} */ estimate) => {
       const found = distance(estimate?.distance_m, estimate?.distance_sigma_m);
       element.classList.toggle("quiet", estimate?.distance_m == null);
-      if (value) say(value, found.value);
-      if (sigma) say(sigma, found.sigma && ` ± ${found.sigma}`);
-      if (unit) say(unit, found.unit && ` ${found.unit}`);
+      if (value) setText(value, found.value);
+      if (sigma) setText(sigma, found.sigma && ` ± ${found.sigma}`);
+      if (unit) setText(unit, found.unit && ` ${found.unit}`);
     },
   };
 }
@@ -297,7 +297,7 @@ function asked(request) {
   return `${number(width_px, 0)} × ${number(height_px, 0)} px at ${number(x_px, 0)}, ${number(y_px, 0)}`;
 }
 
-/** Return a function that words what a screen reader says: of the estimates of a fixation the first one alone. */
+/** Return a function that words the announcements for screen readers: only a fixation's first estimate is announced. */
 function announcements() {
   let [job_id, first] = /** @type {[string | null, string]} */ ([null, ""]);
   return (/** @type {CurrentFixation | null} */ current) => {

@@ -32,7 +32,7 @@ export class FullResolution {
   #store;
   #commands;
   #fixations;
-  /** Follows the look; to be told the server's events. */
+  /** Follows the look's job; the server's events have to be passed to it. */
   jobs = new JobFollower({ news: (job) => this.#take(job) });
 
   /** @param {{store: Store, commands: Commands, fixations: Fixations}} context */

@@ -1,4 +1,4 @@
-// The 3D pane: viser in a frame. Without WebGL it says so and offers the files and the depth picture.
+// The 3D pane: viser in a frame. Without WebGL a notice offers the files and the depth picture instead.
 
 import { fill, h, html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";

@@ -1,6 +1,6 @@
-// What every page with live views has from its beginning: the stop button, and the strip that says that the server is away.
+// Present from the start on every page with live views: the stop button, and the strip shown while the server is away.
 
-import { fill, h, html, say } from "../elements/dom.js";
+import { fill, h, html, setText } from "../elements/dom.js";
 import { clockTime } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 
@@ -9,7 +9,7 @@ import { icon } from "../elements/icons.js";
  */
 
 /**
- * Connect the stop button and the strip that says that the mirrors are stopped.
+ * Connect the stop button and the strip shown while the mirrors are stopped.
  * @param {HTMLElement} button
  * @param {HTMLElement} strip
  * @param {{store: Store, commands: Commands}} context
@@ -27,7 +27,7 @@ export function mountStop(button, strip, { store, commands }) {
     const by = [stop?.by && `by ${stop.by}`, stop?.since_utc && `at ${clockTime(stop.since_utc)}`]
       .filter(Boolean)
       .join(" ");
-    say(text, engaged ? `Stopped ${by}: the mirrors are parked and take no orders.` : "");
+    setText(text, engaged ? `Stopped ${by}: the mirrors are parked and take no orders.` : "");
   });
 }
 

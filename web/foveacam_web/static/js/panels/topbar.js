@@ -5,7 +5,7 @@ import { healthReason, verdictOf } from "../calibrating/calibration/verdict.js";
 import { isRunning, placeOf } from "../calibrating/calibration/state.js";
 import { isCapturing, shareOf } from "../capturing/capture/state.js";
 import { farWords, stateWords } from "../capturing/capture/words.js";
-import { fill, h, html, say } from "../elements/dom.js";
+import { fill, h, html, setText } from "../elements/dom.js";
 import { baseline, remedyOf, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
 import { leaseBadge } from "../operating/lease/words.js";
@@ -33,7 +33,7 @@ export function mountBadges(place, { store, openLease }) {
   const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
   fill(place, rig, simulated, state, calibration, lease);
   store.on(["rig", "stream", "stop", "signed_out"], (now) => {
-    say(rig, now.rig ? now.rig.name : "");
+    setText(rig, now.rig ? now.rig.name : "");
     rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
     simulated.hidden = !now.rig?.simulated;
     simulated.title = now.rig?.scene ? `Scene “${now.rig.scene}”` : "";
@@ -60,7 +60,7 @@ function showState(badge, { rig, stream, stop, signed_out }) {
           ? STATES[rig.state]
           : { text: "Connecting", tone: "warn" };
   badge.className = `badge ${word?.tone ?? "warn"}`;
-  say(badge, word?.text ?? rig?.state ?? "");
+  setText(badge, word?.text ?? rig?.state ?? "");
   badge.title = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`).join("\n") ?? "";
 }
 
@@ -69,7 +69,7 @@ function showCalibration(badge, now) {
   badge.hidden = !now.rig;
   const { tone, text, reason } = now.work && isRunning(now.work) ? runningWords(now.work) : verdictOf(now);
   badge.className = `badge link ${tone}`;
-  say(badge, text);
+  setText(badge, text);
   badge.title = reason;
 }
 
@@ -79,7 +79,7 @@ function showCapture(badge, { capturing }) {
   const share = shareOf(capturing);
   const waits = capturing.state === "paused" ? "Capture paused" : "Capturing";
   badge.className = `badge link ${capturing.why ? "warn" : "plain mine"}`;
-  say(badge, [waits, share === null ? "" : `${Math.floor(100 * share)} %`].filter(Boolean).join(" "));
+  setText(badge, [waits, share === null ? "" : `${Math.floor(100 * share)} %`].filter(Boolean).join(" "));
   badge.title = sentence(
     [capturing.name, capturing.why || stateWords(capturing), farWords(capturing)].filter(Boolean).join(", "),
   );

@@ -27,13 +27,13 @@ export class WideDepth {
   #calibration = "";
   #words = h("a", { class: "wide-depth-known", href: `${API}/wide_depth.png`, target: "_blank", rel: "noopener" });
   #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.#press() } });
-  #said = h("span", { class: "unseen", role: "status" });
+  #status = h("span", { class: "unseen", role: "status" });
 
   /** @param {{store: Store, commands: Commands}} context */
   constructor({ store, commands }) {
     this.#store = store;
     this.#commands = commands;
-    this.element = h("span", { class: "wide-depth" }, this.#words, this.#button, this.#said);
+    this.element = h("span", { class: "wide-depth" }, this.#words, this.#button, this.#status);
     store.on(["stop", "rig"], ({ rig }) => {
       const now = rig?.calibration?.id ?? "";
       const changed = now !== this.#calibration;
@@ -64,9 +64,9 @@ export class WideDepth {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     const { kind, data } = event;
-    this.#survey.hear(event);
+    this.#survey.onEvent(event);
     if (kind.startsWith("calibration.")) void this.readAll();
     if (kind !== "wide_depth.changed") return;
     this.#known = /** @type {WideDepthDocument} */ (/** @type {unknown} */ (data));
@@ -78,8 +78,8 @@ export class WideDepth {
     this.#draw();
     if (!hasEnded(state)) return;
     if (state === "failed")
-      this.#commands.say({ tone: "bad", title: "The look around has failed", detail: problem?.detail ?? "" });
-    this.#said.textContent = state === "succeeded" ? "The look around is done" : "The look around has ended early";
+      this.#commands.notify({ tone: "bad", title: "The look around has failed", detail: problem?.detail ?? "" });
+    this.#status.textContent = state === "succeeded" ? "The look around is done" : "The look around has ended early";
     void this.readAll();
   }
 

@@ -34,7 +34,7 @@ export class Preferences {
     });
   }
 
-  hear() {}
+  onEvent() {}
 
   /** @param {string} name */
   saveCameras(name) {
@@ -45,7 +45,7 @@ export class Preferences {
   async applyCameras(name) {
     const path = `/cameras/presets/${encodeURIComponent(name)}/apply`;
     const done = await this.#commands.send("POST", path, { patience_ms: CHANGE_MS });
-    if (done) this.#commands.say({ tone: "good", title: `The cameras are set as “${name}”`, detail: "" });
+    if (done) this.#commands.notify({ tone: "good", title: `The cameras are set as “${name}”`, detail: "" });
   }
 
   /** @param {string} name */

@@ -40,7 +40,7 @@ export function showRetention(place, { store, commands, signal }) {
       await commands.send("POST", "/retention", { body: { digest } })
     );
     if (moved)
-      commands.say({
+      commands.notify({
         tone: "info",
         title: removedWords(moved.items),
         detail: moved.items.some(({ for_good }) => !for_good)
@@ -59,7 +59,7 @@ function shown({ file, rules, items, size_bytes, digest }, move) {
     <p class="note">
       ${rules.automatic ? "Applied once an hour." : "Applied only here."} What has a label, or is in use, is kept always,
       and so are the newest cloud and fixation, and a fixation as long as it has a cloud. With a fixation goes its
-      target. The rules stand in${" "}<code>${file}</code>.
+      target. The rules are in${" "}<code>${file}</code>.
     </p>
     ${items.length === 0 ? nothing("Nothing would be removed now.") : dueOf(items)}
     <p class="actions">

@@ -1,4 +1,4 @@
-// The words of the rules of retention, and of what they remove.
+// Texts of the retention rules and of what they remove.
 
 import { count } from "../elements/format.js";
 

@@ -9,7 +9,7 @@ import { API, parsed } from "../root.js";
 const PATIENCE_MS = 15_000;
 const SIGN_IN_PATH = "/session";
 const STOP_PATH = "/stop";
-/** The kind of problem that a request of nobody in particular has; a wrong password has another one. */
+/** Problem type of a request without a valid sign-in; a wrong password has another one. */
 export const SIGNED_OUT = "unauthorized";
 
 /** A request that failed; `document` is the server's problem, or one made here when the server did not answer. */
@@ -58,7 +58,7 @@ export async function outcome(asked) {
   }
 }
 
-/** Ask the server who this browser is to it, "nobody" when it is signed out. @returns {Promise<SignInDocument>} */
+/** Ask the server who is signed in in this browser; kind "nobody" when it is signed out. @returns {Promise<SignInDocument>} */
 export function whoAmI() {
   return request("GET", SIGN_IN_PATH);
 }
@@ -117,7 +117,7 @@ function typeOf(body) {
   return body instanceof Blob ? "application/octet-stream" : "application/json";
 }
 
-/** Tell where the server does not know this browser any more. @param {RequestError} error */
+/** Report an error that means that this browser's sign-in is no longer accepted. @param {RequestError} error */
 function refusedBy(error) {
   if (error.slug === SIGNED_OUT) signIn.refuse();
   return error;

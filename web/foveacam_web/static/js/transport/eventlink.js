@@ -7,11 +7,11 @@ import { keepEvents } from "./eventsource.js";
 
 /**
  * Listen to the events for as long as the page lives.
- * @param {(news: EventNews) => void} tell
+ * @param {(news: EventNews) => void} onNews
  * @returns {EventLink}
  */
-export function listenToEvents(tell) {
-  if (typeof SharedWorker !== "function") return keepEvents(tell);
+export function listenToEvents(onNews) {
+  if (typeof SharedWorker !== "function") return keepEvents(onNews);
   /** @type {MessagePort} */
   let joined;
   const join = () => {
@@ -20,7 +20,7 @@ export function listenToEvents(tell) {
       name: "events",
     });
     joined = port;
-    port.onmessage = ({ data }) => tell(data);
+    port.onmessage = ({ data }) => onNews(data);
     window.addEventListener("pagehide", () => port.postMessage("bye"), { once: true });
   };
   join();

@@ -11,7 +11,7 @@ const ports = new Set();
 let link = { type: "link", open: false };
 
 /** @param {EventNews} news */
-function tellAll(news) {
+function sendToAll(news) {
   if (news.type === "link") link = news;
   for (const port of ports) port.postMessage(news);
 }
@@ -29,5 +29,5 @@ function welcome(event) {
   kept.again(); // a page that loads now may have signed in
 }
 
-const kept = keepEvents(tellAll);
+const kept = keepEvents(sendToAll);
 /** @type {{onconnect: ((event: MessageEvent) => void) | null}} */ (/** @type {unknown} */ (self)).onconnect = welcome;

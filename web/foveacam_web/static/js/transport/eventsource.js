@@ -1,5 +1,5 @@
 // Receives the server's events (SSE), reconnects within two seconds, and reports when the connection opens or breaks.
-// A browser that is signed out does not try again until the page says so.
+// A browser that is signed out does not reconnect until the page requests it.
 
 import { RequestError, whoAmI } from "./api.js";
 import { API, parsed } from "../root.js";
@@ -103,15 +103,15 @@ const KINDS = [
 
 /**
  * Listen to the events for as long as the page or worker lives.
- * @param {(news: EventNews) => void} tell
+ * @param {(news: EventNews) => void} onNews
  * @returns {EventLink}
  */
-export function keepEvents(tell) {
+export function keepEvents(onNews) {
   let [retry_ms, halted] = [FIRST_RETRY_MS, false];
   const retry = async (/** @type {boolean} */ refused) => {
     if (refused && (await isSignedOut())) {
       halted = true;
-      tell({ type: "signed_out" });
+      onNews({ type: "signed_out" });
       return;
     }
     setTimeout(open, retry_ms);
@@ -122,16 +122,16 @@ export function keepEvents(tell) {
     const source = new EventSource(`${API}/events`);
     source.onopen = () => {
       retry_ms = FIRST_RETRY_MS;
-      tell({ type: "link", open: true });
+      onNews({ type: "link", open: true });
     };
     source.onerror = () => {
       const refused = source.readyState === EventSource.CLOSED; // an HTTP error; after a broken connection it would try again
       source.close(); // the browser's own retry waits three seconds, and never after an HTTP error
-      tell({ type: "link", open: false });
+      onNews({ type: "link", open: false });
       void retry(refused);
     };
     for (const kind of KINDS) {
-      source.addEventListener(kind, (message) => tell({ type: "event", event: parsed(message.data) }));
+      source.addEventListener(kind, (message) => onNews({ type: "event", event: parsed(message.data) }));
     }
   };
   open();

@@ -74,7 +74,7 @@ export class JobFollower {
   }
 
   /** @param {EventDocument} event */
-  hear({ kind, data }) {
+  onEvent({ kind, data }) {
     if (kind !== "job.updated") return;
     const job = /** @type {JobDocument} */ (/** @type {unknown} */ (data));
     if (job.id === this.id) this.#take(job);

@@ -1,10 +1,10 @@
-// Whether this browser is still signed in, as the answers to the requests of one page or worker tell.
+// Whether this browser is still signed in, judged by the answers to the requests of one page or worker.
 
-/** Passes on what answers tell. While a page has set `over`, its requests fail at once, the stop excepted. */
+/** Dispatches changes of the sign-in. While a page has set `over`, its requests fail at once, except the stop. */
 export class SignIn extends EventTarget {
   over = false;
 
-  /** Tell that the server seems not to know this browser any more. */
+  /** Dispatch "refused": the server seems to accept this browser's sign-in no longer. */
   refuse() {
     this.dispatchEvent(new Event("refused"));
   }

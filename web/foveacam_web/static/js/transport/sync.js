@@ -10,7 +10,7 @@ import { signIn } from "./sign_in.js";
  * @import { EventDocument, RigDocument, StopDocument } from "#api"
  * @import { Store } from "#console"
  * @import { Fixations } from "../looking/fixations.js"
- * @typedef {{readAll(): Promise<unknown>, hear(event: EventDocument): void, forget?(): void}} Reader reads what is its
+ * @typedef {{readAll(): Promise<unknown>, onEvent(event: EventDocument): void, forget?(): void}} Reader reads what is its
  *   own; `forget`: called when its page is left
  */
 
@@ -22,7 +22,7 @@ export class Sync {
   #fixations;
   #reads = new QuietReads();
   #others;
-  #stops_told = 0;
+  #stop_events = 0;
 
   /** @param {{store: Store, fixations: Fixations, others?: Reader[]}} context */
   constructor({ store, fixations, others = [] }) {
@@ -35,7 +35,7 @@ export class Sync {
   /** Read everything that a page with panels shows, and follow its changes. */
   followAll() {
     const link = listenToEvents((news) => {
-      if (news.type === "event") this.#hear(news.event);
+      if (news.type === "event") this.#onEvent(news.event);
       else if (news.type === "signed_out") signIn.refuse();
       else {
         this.#store.set({ events_link: news.open ? "open" : "down" });
@@ -77,9 +77,9 @@ export class Sync {
 
   #readStop() {
     return this.#reads.read("stop", async () => {
-      const told = this.#stops_told;
+      const before = this.#stop_events;
       const stop = /** @type {StopDocument} */ (await request("GET", "/stop"));
-      if (told === this.#stops_told) this.#store.set({ stop }); // else an event has brought a newer state
+      if (before === this.#stop_events) this.#store.set({ stop }); // else an event has brought a newer state
     });
   }
 
@@ -101,23 +101,23 @@ export class Sync {
    * would delay the next command.
    * @param {EventDocument} event
    */
-  #hearStop({ data }) {
+  #onStop({ data }) {
     const stop = /** @type {StopDocument | undefined} */ (data?.["stop"]);
     if (stop) {
-      this.#stops_told += 1;
+      this.#stop_events += 1;
       this.#store.set({ stop });
     } else void this.#readStop();
   }
 
   /** @param {EventDocument} event */
-  #hear(event) {
+  #onEvent(event) {
     this.#store.set({ log: withEvent(this.#store.state.log, event) });
-    this.#fixations.hear(event);
-    for (const other of this.#others) other.hear(event);
+    this.#fixations.onEvent(event);
+    for (const other of this.#others) other.onEvent(event);
     const subject = event.kind.split(".")[0];
     if (subject === "target") void this.#readTargets();
     else if (subject === "cloud") void this.#readClouds();
-    else if (subject === "stop") this.#hearStop(event);
+    else if (subject === "stop") this.#onStop(event);
     else if (subject === "lease") void this.#readLease();
     else if (subject === "rig" || subject === "device" || subject === "camera" || subject === "mirrors")
       void this.readRig();

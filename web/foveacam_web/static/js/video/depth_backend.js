@@ -1,4 +1,4 @@
-// Chooses what computes the depth of looks; links to where two backends are compared.
+// Chooses the backend that computes the depth of looks; links to the comparison of two.
 
 import { COMPARE_ADDRESS } from "../addresses.js";
 import { request } from "../transport/api.js";

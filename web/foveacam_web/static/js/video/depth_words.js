@@ -1,4 +1,4 @@
-// Says which backend computes the depth of looks, and why one does not.
+// Texts about the backend that computes the depth of looks, and why one cannot.
 
 /** @import { DepthBackendDocument, DepthBackendsDocument } from "#api" */
 
@@ -13,7 +13,7 @@ export function backendWords({ kind, name, licence, problem, research_only }) {
   return research_only ? `${name} (research only, ${licence})` : `${name} (${licence})`;
 }
 
-/** Return what a list's title says. @param {DepthBackendsDocument} found */
+/** Return the title of the list of backends. @param {DepthBackendsDocument} found */
 export function choiceWords({ fallback, in_use }) {
   return fallback
     ? `The last look was computed by ${BUILT_IN} instead of ${in_use}: ${fallback}`

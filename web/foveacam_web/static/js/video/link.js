@@ -12,21 +12,21 @@ import { ViewStream } from "./stream.js";
  * }} StreamLink
  */
 
-/** Open the view stream. @param {(report: StreamReport) => void} hear @returns {StreamLink} */
-export function openStream(hear) {
+/** Open the view stream. @param {(report: StreamReport) => void} onReport @returns {StreamLink} */
+export function openStream(onReport) {
   const url = socketUrl(location.href);
   const offscreen =
     typeof OffscreenCanvas === "function" && "transferControlToOffscreen" in HTMLCanvasElement.prototype;
-  return offscreen ? new WorkerLink(url, hear) : new ViewStream(url, hear);
+  return offscreen ? new WorkerLink(url, onReport) : new ViewStream(url, onReport);
 }
 
 /** Forwards every call to the worker. */
 class WorkerLink {
   #worker = new Worker(new URL("./stream-worker.js", import.meta.url), { type: "module", name: "views" });
 
-  /** @param {string} url @param {(report: StreamReport) => void} hear */
-  constructor(url, hear) {
-    this.#worker.onmessage = ({ data }) => hear(data);
+  /** @param {string} url @param {(report: StreamReport) => void} onReport */
+  constructor(url, onReport) {
+    this.#worker.onmessage = ({ data }) => onReport(data);
     this.#order({ type: "start", url });
   }
 

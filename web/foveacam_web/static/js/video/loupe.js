@@ -1,6 +1,6 @@
 // The magnifier beside the pointer on the wide picture, with a readout of pixel, direction, reach and distance.
 
-import { fill, h, html, say } from "../elements/dom.js";
+import { fill, h, html, setText } from "../elements/dom.js";
 import { angle, distanceText, span } from "../elements/format.js";
 import { directionOf, inField } from "./angles.js";
 import { SEEING, seeing } from "./reach.js";
@@ -43,10 +43,10 @@ export class Loupe {
     this.stream.aimLoupe(pixel, Math.max(MAGNIFY, place.scale * 2));
     if (!pixel) return;
     this.element.classList.toggle("to-left", place.css.x > place.width / 2);
-    say(this.pixel, `${pixel.x.toFixed(2)}, ${pixel.y.toFixed(2)} px`);
+    setText(this.pixel, `${pixel.x.toFixed(2)}, ${pixel.y.toFixed(2)} px`);
     const { text, verdict, beyond } = judge(pixel, state);
-    say(this.direction, text);
-    say(this.verdict, verdict);
+    setText(this.direction, text);
+    setText(this.verdict, verdict);
     this.element.classList.toggle("beyond", beyond);
     this.element.classList.toggle("both", verdict === SEEING.both);
   }

@@ -2,7 +2,7 @@
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
 import { answerText, estimateText } from "../looking/answers.js";
-import { fill, h, html, s, say, svg } from "../elements/dom.js";
+import { fill, h, html, s, setText, svg } from "../elements/dom.js";
 import { followRings, marksOf, RING_PX } from "../looking/follow/words.js";
 import { number } from "../elements/format.js";
 import { hasEnded } from "../transport/jobs.js";
@@ -83,7 +83,7 @@ export class Overlay {
   }
 
   /**
-   * Return whether a layer does not show this yet: its elements are made anew, and drawn, only then.
+   * Return whether a layer's content has changed: only then are its elements rebuilt and drawn.
    * @param {Element} layer
    * @param {unknown} content
    */
@@ -273,7 +273,7 @@ export class ReachLegend {
   show(reach) {
     this.element.hidden = reach === null;
     if (reach)
-      say(
+      setText(
         this.#where,
         reach.distance_m === null ? "far away" : `at ${number(reach.distance_m, reach.distance_m < 10 ? 1 : 0)} m`,
       );

@@ -1,6 +1,6 @@
 // A view's pane: canvas, title, rate and age, and the reason when there is no picture.
 
-import { fill, h, html, say } from "../elements/dom.js";
+import { fill, h, html, setText } from "../elements/dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../elements/format.js";
 import { isRunning } from "../calibrating/calibration/state.js";
 import { isCapturing } from "../capturing/capture/state.js";
@@ -135,7 +135,7 @@ export class Pane {
     this.place();
   }
 
-  /** Place the canvas as the viewport says. */
+  /** Place the canvas by the viewport. */
   place() {
     const { viewport, canvas } = this;
     viewport.resize(this.surface.getBoundingClientRect(), 1 / devicePixelRatio);
@@ -177,7 +177,7 @@ export class Pane {
           : null;
     const reason = seen && !seen.sees_target ? sentence(seen.reason) || "This eye does not see the target." : "";
     this.note.hidden = noticed || reason === "";
-    say(this.note, reason);
+    setText(this.note, reason);
     this.note.title = reason;
   }
 
@@ -185,10 +185,10 @@ export class Pane {
   #showRate(state, shown) {
     this.readout.hidden = !state.settings.readout;
     const what = VIEWS[this.name].title.endsWith(ADDED) ? "annotated · " : "";
-    if (!shown || shown.count === 0 || state.stream !== "open") say(this.readout, "");
+    if (!shown || shown.count === 0 || state.stream !== "open") setText(this.readout, "");
     else if (STILL.has(this.name) && shown.fps < FLOWING_FPS)
-      say(this.readout, `${what}${span(shown.age_ms / 1000)} old`);
-    else say(this.readout, `${what}${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
+      setText(this.readout, `${what}${span(shown.age_ms / 1000)} old`);
+    else setText(this.readout, `${what}${shown.fps.toFixed(1)} fps · ${millis(shown.age_ms)}`);
     this.readout.title = shown ? `frame ${shown.seq}, ${shown.width} × ${shown.height} px` : "";
   }
 
@@ -197,7 +197,7 @@ export class Pane {
     const camera = rig?.cameras.find(({ role }) => role === this.name);
     const words = shown && shown.count > 0 ? resolutionWords(camera, shown.binning) : null;
     this.resolution.hidden = words === null;
-    say(this.resolution, words?.text ?? "");
+    setText(this.resolution, words?.text ?? "");
     this.resolution.title = words?.meaning ?? "";
   }
 
@@ -213,7 +213,7 @@ export class Pane {
     if (!showing) this.#frozen_since = null;
     else this.#frozen_since ??= new Date(Date.now() - (frozen_ms ?? 0)).toISOString();
     if (showing)
-      say(
+      setText(
         this.badge,
         [`Frozen since ${clockTime(this.#frozen_since)}`, reasonOf(state, VIEWS[this.name].needs)]
           .filter(Boolean)
@@ -230,7 +230,7 @@ export class Pane {
   #trouble(state, shown) {
     const empty = !shown || shown.count === 0;
     if (state.stream === "down") {
-      return { title: "Offline", detail: "The last picture stands. Reconnecting by itself.", empty };
+      return { title: "Offline", detail: "This is the last picture. Reconnecting by itself.", empty };
     }
     const missing =
       state.rig?.cameras.filter(
@@ -247,9 +247,9 @@ export class Pane {
       };
     if (!empty) return null;
     if (STEREO.has(this.name) && state.rig && !state.rig.calibration)
-      return { title: "Not calibrated", detail: "It needs to be known where both foveae look.", empty };
+      return { title: "Not calibrated", detail: "The directions of both foveae are not known.", empty };
     if (this.name.startsWith("calibration_"))
-      return { title: "No picture yet", detail: "The procedure shows here what it sees.", empty };
+      return { title: "No picture yet", detail: "The procedure's pictures appear here.", empty };
     const opening = state.rig?.state === "opening"; // nothing is missing yet
     if (state.rig?.mirrors && !state.rig.mirrors.connected && this.name !== "wide" && !opening) {
       return { ...missingMirrors(state), empty };

@@ -29,7 +29,7 @@ export class ViewStream {
   #socket = null;
   #retry_ms = FIRST_RETRY_MS;
   #halted = false;
-  #heard_ms = 0;
+  #message_ms = 0;
   /** @type {Subscription} */
   #subscription = {};
   /** @type {ViewInfo[]} */
@@ -87,7 +87,7 @@ export class ViewStream {
     this.#send({ type: "subscribe", views });
   }
 
-  /** Close the socket and open none until told so: the server refuses this browser. @param {boolean} halted */
+  /** Close the socket and open none while `halted`: the server refuses this browser. @param {boolean} halted */
   halt(halted) {
     this.#halted = halted;
     if (halted) this.#socket?.close();
@@ -99,10 +99,10 @@ export class ViewStream {
     const socket = new WebSocket(this.#url);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
-    this.#heard_ms = performance.now();
+    this.#message_ms = performance.now();
     socket.onmessage = (event) => {
-      this.#heard_ms = performance.now();
-      if (typeof event.data === "string") this.#hear(event.data);
+      this.#message_ms = performance.now();
+      if (typeof event.data === "string") this.#onMessage(event.data);
       else this.#receive(event.data);
     };
     socket.onclose = () => {
@@ -115,7 +115,7 @@ export class ViewStream {
   }
 
   /** @param {string} text */
-  #hear(text) {
+  #onMessage(text) {
     const message = JSON.parse(text);
     if (message.type === "hello") {
       this.#views = message.views;
@@ -124,7 +124,7 @@ export class ViewStream {
       this.#post({ type: "hello", hello: message });
     } else if (message.type === "overlay") {
       this.#overlay = message;
-      if (!("wide" in this.#subscription)) this.#tellOverlay();
+      if (!("wide" in this.#subscription)) this.#postOverlay();
     } else if (message.type === "stats") {
       this.#post({ type: "stats", stats: message });
     }
@@ -170,11 +170,11 @@ export class ViewStream {
     slot.times_ms.push(performance.now());
     if (slot.count === 1) this.#report(); // the page waits for the first picture
     if (name !== "wide") return;
-    if (this.#overlay) this.#tellOverlay();
+    if (this.#overlay) this.#postOverlay();
     this.#drawLoupe();
   }
 
-  #tellOverlay() {
+  #postOverlay() {
     if (!this.#overlay) return;
     this.#post({ type: "overlay", overlay: this.#overlay });
     this.#overlay = null;
@@ -207,8 +207,8 @@ export class ViewStream {
 
   #report() {
     const now_ms = performance.now();
-    if (this.#socket && now_ms - this.#heard_ms > SILENCE_MS) this.#socket.close();
-    if (this.#socket && now_ms - this.#heard_ms > SILENCE_MS + 1000) this.#socket.onclose?.(new CloseEvent("close"));
+    if (this.#socket && now_ms - this.#message_ms > SILENCE_MS) this.#socket.close();
+    if (this.#socket && now_ms - this.#message_ms > SILENCE_MS + 1000) this.#socket.onclose?.(new CloseEvent("close"));
     /** @type {Partial<Record<ViewName, ShownView>>} */
     const views = {};
     for (const [name, slot] of this.#slots) {

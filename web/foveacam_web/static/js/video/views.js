@@ -35,7 +35,7 @@ export class Views {
   constructor({ store, commands, follows, loop, steering, onBoot }) {
     this.#store = store;
     this.#commands = commands;
-    this.#stream = openStream((report) => this.#hear(report, onBoot));
+    this.#stream = openStream((report) => this.#onReport(report, onBoot));
     for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
       if (!LATER.has(name)) this.#addPane(name);
     }
@@ -133,7 +133,7 @@ export class Views {
   }
 
   /** @param {StreamReport} report @param {(boot_id: string) => void} onBoot */
-  #hear(report, onBoot) {
+  #onReport(report, onBoot) {
     const store = this.#store;
     if (report.type === "hello") {
       for (const info of report.hello.views) this.#panes.get(info.name)?.describe(info);

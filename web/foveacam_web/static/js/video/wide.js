@@ -1,7 +1,7 @@
 // Operates the wide view: click, rectangle, steering, zoom, keyboard crosshair.
 
 import { NEAR_CSS_PX, withCorrected } from "../looking/corrects.js";
-import { h, html, say } from "../elements/dom.js";
+import { h, html, setText } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { directionOf, inField } from "./angles.js";
 import { Gestures } from "./gestures.js";
@@ -204,7 +204,7 @@ export class WideView {
       return void (done ? this.#loop.release() : this.#loop.drag(pixel));
     }
     if (!intrinsics) {
-      if (done) this.#commands.sayNoCalibration();
+      if (done) this.#commands.notifyNoCalibration();
       return;
     }
     this.#steering.look(directionOf(intrinsics, hold(this.#pane.viewport.toSensor(at), this.#pane.viewport)));
@@ -291,7 +291,7 @@ export class WideView {
   #redraw() {
     this.#overlay.draw(this.#pane.viewport, this.#store.state);
     this.#hints.draw();
-    say(this.#zoom_text, `${Math.round(this.#pane.viewport.zoom * 100)} %`);
+    setText(this.#zoom_text, `${Math.round(this.#pane.viewport.zoom * 100)} %`);
   }
 }
 

@@ -25,7 +25,7 @@ FRAME = "rig"
 KINDS = {"uint8": PointField.UINT8, "float32": PointField.FLOAT32}
 
 Ros = Any
-"""An object of ROS, which ships no types."""
+"""Any: an object of ROS, which ships no type hints."""
 
 
 class FoveacamNode:
@@ -49,7 +49,7 @@ class FoveacamNode:
         )
 
     def publish_views(self) -> None:
-        """Publish the newest picture of each view; one that has none yet is left out."""
+        """Publish the newest picture of each view that has one."""
         for view, publisher in self._images.items():
             message = CompressedImage()
             try:
@@ -63,7 +63,7 @@ class FoveacamNode:
             publisher.publish(message)
 
     def publish_clouds(self) -> None:
-        """Publish every new point cloud, of whoever's fixation, until the connection is closed."""
+        """Publish every new point cloud, of any client's fixation, until the connection is closed."""
         for event in self._rig.events(kinds=["cloud.created"]):
             self.publish_cloud(str(event.data["id"]))
 
@@ -77,13 +77,13 @@ class FoveacamNode:
             self._clouds.publish(self._cloud_message(cloud))
 
     def fixate(self, goal: Ros) -> Ros:
-        """Fixate a pixel and tell the progress."""
+        """Fixate a pixel and publish the progress."""
         request = models.FixationRequest(pixel=models.Pixel(x_px=goal.request.x_px, y_px=goal.request.y_px))
         result = Fixate.Result()
         try:
             started = self._rig.api.fixations.create(request)
             fixation = self._rig.wait(
-                started, on_progress=lambda progress: self._tell(goal, progress, started.id)
+                started, on_progress=lambda progress: self._publish_feedback(goal, progress, started.id)
             )
             self._fill(result, fixation)
             goal.succeed()
@@ -95,8 +95,8 @@ class FoveacamNode:
             goal.abort()
         return result
 
-    def _tell(self, goal: Ros, progress: models.JobProgress, job_id: str) -> None:
-        """Publish feedback; a goal that is to be cancelled cancels the job."""
+    def _publish_feedback(self, goal: Ros, progress: models.JobProgress, job_id: str) -> None:
+        """Publish feedback; cancel the job when the goal is cancelled."""
         feedback = Fixate.Feedback()
         feedback.done, feedback.total = progress.done, progress.total
         feedback.left_s = math.nan if progress.eta_s is None else progress.eta_s
@@ -115,7 +115,7 @@ class FoveacamNode:
         result.basis = fixation.basis or ""
 
     def _cloud_message(self, cloud: PointCloud) -> Ros:
-        """Return a point cloud as ROS has it: the vertices as they are."""
+        """Return a point cloud as a ROS message with the unchanged vertices of the PLY file."""
         vertices = cloud.vertices
         message = PointCloud2()
         message.header.frame_id = FRAME

@@ -1,1 +1,1 @@
-"""Recordings from elsewhere: sent by a browser in parts, or opened in a folder of this machine."""
+"""Import of recordings: uploaded by a browser in parts, or opened in a folder of the server's machine."""

@@ -1,4 +1,4 @@
-"""Folders of the server's machine from which recordings are opened where they lie; no other path is read."""
+"""Folders of the server's machine from which recordings are opened in place; no other path is read."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -14,9 +14,9 @@ from foveacam_server.resources.capturing.recordings.imports.schema import (
 )
 
 MOST_FILES = 500
-"""Files that are listed."""
+"""Largest number of listed files."""
 MOST_ENTRIES = 20_000
-"""Entries of folders that are looked at for them."""
+"""Largest number of folder entries searched."""
 IMPORT = "import"
 """The folder of the data directory from which recordings are opened without any setting."""
 
@@ -28,7 +28,7 @@ class RecordingFolders:
         self._folders = tuple(folder.expanduser().absolute() for folder in folders)
 
     def describe(self, opened: set[Path]) -> FoldersDocument:
-        """Return the folders and the newest of their recordings; `opened`: real paths opened already."""
+        """Return the folders and their newest recordings; `opened`: real paths of those already opened."""
         files, looked_at = list[tuple[float, FolderFile]](), 0
         for folder in self._folders:
             for entry in _entries(folder):

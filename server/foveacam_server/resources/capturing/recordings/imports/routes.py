@@ -1,4 +1,4 @@
-"""Routes of recordings that come from elsewhere: sent in parts, or opened in a folder of this machine."""
+"""Routes of imported recordings: uploaded in parts, or opened in a folder of the server's machine."""
 
 from typing import Annotated
 
@@ -38,9 +38,9 @@ def folders(recordings: Provided[RecordingService]) -> FoldersDocument:
     return recordings.imports.folders()
 
 
-@router.post("/open", status_code=201, summary="Open a recording where it lies", responses=problems(502))
+@router.post("/open", status_code=201, summary="Open a recording in place", responses=problems(502))
 def open_file(request: OpenRequest, recordings: Provided[RecordingService]) -> RecordingDocument:
-    """Add a recording of one of the folders; its file stays where it is and is only read."""
+    """Add a recording from one of the folders; its file stays there and is only read."""
     return recordings.imports.open(request)
 
 
@@ -51,13 +51,13 @@ def open_file(request: OpenRequest, recordings: Provided[RecordingService]) -> R
     responses=problems(409, 502),
 )
 def begin_upload(request: UploadRequest, recordings: Provided[RecordingService]) -> UploadDocument:
-    """Announce a recording; refused at once where its name is used, or the disk has no room for it."""
+    """Begin an upload; refused at once where the name is used, or the disk lacks space."""
     return recordings.imports.begin(request)
 
 
-@router.get("/uploads/{upload_id}", summary="How far an upload is", responses=problems(404))
+@router.get("/uploads/{upload_id}", summary="Progress of an upload", responses=problems(404))
 def upload(upload_id: UploadId, recordings: Provided[RecordingService]) -> UploadDocument:
-    """Return an upload, to go on after a lost connection."""
+    """Return an upload, to resume it after a lost connection."""
     return recordings.imports.upload(upload_id)
 
 
@@ -74,11 +74,11 @@ async def add_part(
     recordings: Provided[RecordingService],
     at: Annotated[int, Query(ge=0, le=10**15, description="byte of the file with which the part begins")],
 ) -> UploadDocument:
-    """Append a part as it comes, 8 MiB at most; after the last one the file is checked and added."""
+    """Append a part of at most 8 MiB; after the last one the file is checked and added."""
     return await recordings.imports.add(upload_id, at=at, parts=request.stream())
 
 
 @router.delete("/uploads/{upload_id}", status_code=204, summary="Abandon an upload", responses=problems(404))
 def abandon(upload_id: UploadId, recordings: Provided[RecordingService]) -> None:
-    """Remove what has come of it."""
+    """Cancel an upload and delete its received parts."""
     recordings.imports.abandon(upload_id)

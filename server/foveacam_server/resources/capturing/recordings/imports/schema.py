@@ -1,4 +1,4 @@
-"""Schemas of recordings from elsewhere: sent by a browser, or opened in a folder of this machine."""
+"""Schemas of imported recordings: uploaded by a browser, or opened in a folder of the server's machine."""
 
 from typing import Annotated
 
@@ -9,22 +9,23 @@ from foveacam_server.resources.capturing.recordings.schema import RecordingDocum
 
 GIB = 2**30
 LARGEST_BYTES = 256 * GIB
-"""Largest recording that is received: an hour and a half of three cameras at 50 MB/s."""
+"""Largest upload: an hour and a half of three cameras at 50 MB/s."""
 
 RecordingName = Annotated[str, Field(max_length=1000)]
 
 
 class UploadRequest(RequestModel):
-    """A recording that will be sent in parts: its name here, without a suffix, and its length."""
+    """Request of an upload: the recording's name here, without a suffix, and its length."""
 
     name: RecordingName
     size_bytes: Annotated[int, Field(ge=0, le=10**15)]
 
 
 class UploadDocument(ResponseModel):
-    """A recording on its way. `part_bytes`: largest part; the next one begins at `received_bytes`.
+    """An upload.
 
-    `recording`: set once all has come and was found readable; `state` says when it is cut off.
+    `part_bytes`: largest part; the next one begins at `received_bytes`. `recording`: set once the file is
+    complete and readable; its `state` shows whether it was cut off.
     """
 
     id: str
@@ -50,7 +51,7 @@ class FolderDocument(ResponseModel):
 
 
 class FolderFile(ResponseModel):
-    """A recording in such a folder; `opened`: whether it is among the recordings already."""
+    """A recording in such a folder; `opened`: whether it was already added to the recordings."""
 
     path: str
     name: str

@@ -22,11 +22,11 @@ from foveacam_server.resources.capturing.recordings.imports.uploads import (
 from foveacam_server.resources.capturing.recordings.schema import RecordingDocument
 
 Report = Callable[[StoredRecording], None]
-"""Called with each recording that was added."""
+"""Callback for each added recording."""
 
 
 class ImportService:
-    """What REST offers of recordings that come from elsewhere."""
+    """Imports recordings by upload or from folders, with their events."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class ImportService:
         return self._folders.describe({stored.path.resolve() for stored in self._collection.every()})
 
     def open(self, request: OpenRequest) -> RecordingDocument:
-        """Add a recording where it lies."""
+        """Add a recording of a folder in place."""
         path = self._folders.resolve(request.path)
         stored = self._collection.link(path, name=request.name or path.stem)
         self._report(stored)
@@ -68,7 +68,7 @@ class ImportService:
         return _document(upload)
 
     def abandon(self, upload_id: str) -> None:
-        """Forget an upload."""
+        """Cancel an upload."""
         self._uploads.abandon(upload_id)
 
 

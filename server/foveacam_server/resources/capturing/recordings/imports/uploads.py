@@ -1,6 +1,6 @@
-"""Recordings that a browser sends in parts: each part goes to the disk as it comes, the whole is checked.
+"""Uploads of recordings in parts: each part is written as it arrives, the complete file is checked.
 
-Parts end soon, as the server's longest time of a body demands, and a lost connection costs one of them.
+Parts are small enough for the server's timeout of a request body; a lost connection costs one part.
 """
 
 import asyncio
@@ -26,22 +26,22 @@ PART_BYTES = 8 * MIB
 """Largest part: over a line of 1 Mbit/s it takes 70 s."""
 UPLOADS = ".uploads"
 IDLE_S = 3600.0
-"""An upload of which nothing has come for so long is forgotten."""
+"""Idle time after which an upload is dropped."""
 LEFT_S = 30.0
-"""The same, when a recording of its name is sent anew: its page was closed."""
+"""Idle time after which a new upload of the same name replaces it, as its page was closed."""
 WRITE_BYTES = MIB
 HEAD_SHOWN = 12
-"""Bytes of another file's beginning that a refusal shows."""
+"""Bytes of a wrong file's beginning that the error message shows."""
 
 MOST_OPEN, MOST_OPEN_EACH = 16, 4
-"""Uploads that are on their way: of all persons, and of one."""
+"""Most uploads in progress, of all persons and of one."""
 
 FreeBytes = Callable[[Path], int]
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class Upload:
-    """A recording on its way; `recording`: once it is complete."""
+    """An upload in progress; `recording`: set once it is complete."""
 
     id: str
     name: str
@@ -52,11 +52,11 @@ class Upload:
     touched_s: float = field(default_factory=time.monotonic)
     writing: bool = False
     person: Person = None
-    """Who holds its place until it is complete or forgotten."""
+    """Person on whose quota it counts until it is complete or dropped."""
 
 
 class UploadService:
-    """The uploads in progress; what an earlier server left of its own is removed."""
+    """The uploads in progress; removes files left by an earlier run."""
 
     def __init__(self, collection: RecordingCollection, *, free_bytes: FreeBytes) -> None:
         self._collection = collection
@@ -71,7 +71,7 @@ class UploadService:
             left.unlink(missing_ok=True)
 
     def begin(self, request: UploadRequest) -> Upload:
-        """Begin an upload; raise at once for a name that is used, a size beyond the limit or the disk."""
+        """Begin an upload; raise at once for a used name, or a size beyond the limit or the free space."""
         stem = self._collection.new_file(request.name).stem
         self._forget_idle(stem)
         self._check_size(request)
@@ -82,7 +82,7 @@ class UploadService:
             return self._begun(stem, request.size_bytes)
 
     def _begun(self, stem: str, size_bytes: int) -> Upload:
-        """Return a new upload, which holds a place; called with the lock."""
+        """Return a new upload, counted on the person's quota; call with the lock held."""
         upload_id, person = new_id("upl"), PERSON.get()
         upload = Upload(
             id=upload_id, name=stem, size_bytes=size_bytes, path=self._folder / upload_id, person=person
@@ -107,7 +107,7 @@ class UploadService:
         return found
 
     async def add(self, upload_id: str, *, at: int, parts: AsyncIterator[bytes]) -> Upload:
-        """Write one part as it comes; with the last one, check the whole and add it to the recordings."""
+        """Write one part as it arrives; after the last one, check the file and add it to the recordings."""
         upload = self.get(upload_id)
         self._take(upload, at=at)
         try:
@@ -122,7 +122,7 @@ class UploadService:
         return upload
 
     def abandon(self, upload_id: str) -> None:
-        """Forget an upload, with what has come of it."""
+        """Drop an upload and delete its received parts."""
         self._drop(self.get(upload_id))
 
     def _take(self, upload: Upload, *, at: int) -> None:
@@ -165,7 +165,7 @@ class UploadService:
             )
 
     def _check_head(self, upload: Upload) -> None:
-        """Raise `InvalidInput`, and forget the upload, unless it begins as a recording does."""
+        """Drop the upload and raise `InvalidInput` unless it begins like a recording."""
         with upload.path.open("rb") as file:
             head = file.read(HEAD_SHOWN)
         if head.startswith(MAGIC):
@@ -180,7 +180,7 @@ class UploadService:
         )
 
     def _finish(self, upload: Upload) -> StoredRecording:
-        """Sync the whole and add it to the recordings; one that cannot be used is forgotten."""
+        """Sync the complete file and add it to the recordings; drop one that cannot be used."""
         try:
             with disk_errors(f"receiving recording {upload.name}", self._folder):
                 _sync(upload.path)
@@ -192,7 +192,7 @@ class UploadService:
     def _complete(self, upload: Upload, recording: StoredRecording) -> None:
         with self._lock:
             upload.recording = recording
-            if upload.id in self._uploads:  # else it was abandoned meanwhile
+            if upload.id in self._uploads:  # otherwise it was cancelled meanwhile
                 self._places.give_back(upload.person)
 
     def _drop(self, upload: Upload) -> None:
@@ -203,7 +203,7 @@ class UploadService:
         upload.path.unlink(missing_ok=True)
 
     def _forget_idle(self, stem: str) -> None:
-        """Forget uploads of which nothing came for long; sooner that of the name which is sent anew."""
+        """Drop idle uploads, after a shorter time the one whose name is uploaded again."""
         now_s = time.monotonic()
         with self._lock:
             resting = [one for one in self._uploads.values() if not one.writing]
@@ -214,13 +214,13 @@ class UploadService:
 
 
 async def _written(upload: Upload, parts: AsyncIterator[bytes]) -> int:
-    """Append what comes, in writes of some size, and return the length; raise for more than announced."""
+    """Append the arriving bytes in blocks and return the length; raise for more than announced."""
     end = upload.received_bytes
     with (
         disk_errors(f"receiving recording {upload.name}", upload.path.parent),
         await asyncio.to_thread(upload.path.open, "r+b") as file,
     ):
-        await asyncio.to_thread(file.truncate, end)  # what came of a part that was cut off
+        await asyncio.to_thread(file.truncate, end)  # drops the bytes of an interrupted part
         file.seek(end)
         waiting = bytearray()
         async for part in parts:
@@ -235,7 +235,7 @@ async def _written(upload: Upload, parts: AsyncIterator[bytes]) -> int:
 
 
 def _sync(path: Path) -> None:
-    """Put a file's content on the disk for good. Raise OSError."""
+    """Flush a file to the disk (fsync). Raise OSError."""
     with path.open("rb") as file:
         os.fsync(file.fileno())
 
@@ -249,7 +249,7 @@ def _check_end(upload: Upload, end: int) -> None:
 
 
 def _words(head: bytes) -> str:
-    """Return the beginning of another file in words: its text, or its bytes."""
+    """Return the beginning of a wrong file for the message: its text, or its bytes."""
     text = head.decode("ascii", "replace")
     if text.isprintable() and text.isascii():
         return f'the text "{text}"'

@@ -1,6 +1,6 @@
 // The dialog that starts a complete calibration: its steps, its label, and whether the result is put in use.
 
-import { h, html, say } from "../../elements/dom.js";
+import { h, html, setText } from "../../elements/dom.js";
 import { sheet } from "../../panels/dialogs.js";
 import { starter, tickField } from "../../elements/parts.js";
 
@@ -46,13 +46,13 @@ export function makeEverything({ store, orders }) {
     h("p", { class: "actions" }, button),
   );
   store.on(["pan_tilt"], ({ pan_tilt }) =>
-    say(
+    setText(
       turn,
       !pan_tilt?.present
         ? ""
         : pan_tilt.moves_itself
-          ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work all the time, and what was measured is kept."
-          : "You turn the rig by hand: the wizard says where to. Cancel works all the time, and what was measured is kept.",
+          ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work at any time, and what was measured is kept."
+          : "You turn the rig by hand as the wizard instructs. Cancel works at any time, and what was measured is kept.",
     ),
   );
   /** @type {string | null} */
@@ -71,11 +71,11 @@ export function makeEverything({ store, orders }) {
 
 function plan() {
   return html`<ol class="plan">
-    <li><b>Wide camera. </b>Somebody shows the board at its station.</li>
+    <li><b>Wide camera. </b>A helper shows the board at its station.</li>
     <li><b>Mirrors. </b>The rig turns to each station with markers; both eyes centre theirs at every node.</li>
     <li><b>Rectify. </b>The models are fitted and chosen by cross-validation.</li>
-    <li><b>Check. </b>The result is proved at places that were not measured.</li>
-    <li><b>Settle times. </b>How fast the mirrors come to rest after a step.</li>
+    <li><b>Check. </b>The result is validated at positions that were not measured.</li>
+    <li><b>Settle times. </b>How fast the mirrors settle after a step.</li>
   </ol>`;
 }
 
@@ -94,7 +94,7 @@ function choiceOfStart(changed) {
     html`<label class="field tick">${on}${words}</label>`,
     html`<label class="field tick">
       ${anew}
-      <span>Measure everything anew; what there is stays as it is</span>
+      <span>Measure everything again; existing measurements stay</span>
     </label>`,
   );
   return {
@@ -104,7 +104,7 @@ function choiceOfStart(changed) {
       element.hidden = session === null;
       on.checked = session !== null && session.fit === null;
       anew.checked = !on.checked;
-      say(words, session ? `Go on with “${session.label || session.id}”: ${heldBy(session)}` : "");
+      setText(words, session ? `Go on with “${session.label || session.id}”: ${heldBy(session)}` : "");
       changed();
     },
   };

@@ -1,6 +1,6 @@
 // Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { pixels, remedyOf, sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { knockWords } from "./fit/knocks.js";
@@ -33,7 +33,7 @@ const RESUMABLE = new Set(["wide", "lens", "mirrors", "all"]);
  * @param {{store: Store, orders: CalibrationOrders, work: WorkFollower, reader: import("./reader.js").CalibrationReader}} context
  */
 export function mountJobBar(place, { store, orders, work: follower, reader }) {
-  const said = h("div", { class: "unseen", "aria-live": "polite" });
+  const status = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "job" });
   const stop = keptButton("Cancel", () => orders.cancel());
   const onward = keptButton("Go on", () => store.state.work && void orders.goOn(store.state.work), {
@@ -48,7 +48,7 @@ export function mountJobBar(place, { store, orders, work: follower, reader }) {
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
   fill(shown, words, progress, elsewhere, onward, stop, dismiss);
-  fill(place, shown, said);
+  fill(place, shown, status);
   store.on(["work", "session", "rig"], ({ work, session, rig }) => {
     shown.hidden = work === null;
     if (!work) return;
@@ -62,7 +62,7 @@ export function mountJobBar(place, { store, orders, work: follower, reader }) {
     dismiss.hidden = running;
     onward.hidden = running || !canGoOn(work);
     elsewhere.hidden = !work.session_id || !session || session.id === work.session_id;
-    say(said, announcement(work));
+    setText(status, announcement(work));
   });
 }
 

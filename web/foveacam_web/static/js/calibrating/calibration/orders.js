@@ -141,7 +141,7 @@ export class CalibrationOrders {
   /** Move a record to the trash; it can be undone. @param {string} id @param {string} name */
   async discard(id, name) {
     if (await this.#commands.send("DELETE", `/calibrations/${id}`))
-      this.#commands.say({
+      this.#commands.notify({
         tone: "info",
         title: `“${name}” is in the trash`,
         detail: "",

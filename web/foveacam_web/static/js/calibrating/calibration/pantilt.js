@@ -1,7 +1,7 @@
 // Controls the pan-tilt: its angles, turning by steps or to a station, stopping; or instructions to turn the rig by
 // hand.
 
-import { changing, fill, h, html, say } from "../../elements/dom.js";
+import { changing, fill, h, html, setText } from "../../elements/dom.js";
 import { angle, MISSING, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { nextStep, stateWord } from "../../devices/rig/positioner_words.js";
@@ -85,13 +85,13 @@ function byHand(work) {
     ? h("p", { class: "order", role: "status", text: sentence(work.note) })
     : h("p", {
         class: "lead",
-        text: "Start a step: here it says which way to turn, and each pose is taken by itself once the rig is near and still.",
+        text: "Start a step: the direction to turn appears here, and each pose is taken automatically once the rig is near and still.",
       });
   return [
     html`<p class="state warn">${icon("hand")}You turn the rig</p>`,
     wanted,
     html`<ol class="how">
-      <li>Turn the rig until the bearing asked for is reached; pan is positive to the right, tilt downwards.</li>
+      <li>Turn the rig until the requested bearing is reached; pan is positive to the right, tilt downwards.</li>
       <li>Let go, and hold still until the number of poses goes up.</li>
       <li>Skip none: a pose that cannot be reached may be left by cancelling; what was measured is kept.</li>
     </ol>`,
@@ -148,7 +148,7 @@ function driveOf({ store, orders }) {
       for (const button of arrows) button.disabled = busy || !where;
       home.hidden = Boolean(pan_tilt?.awaits_zero);
       home.disabled = busy || !pan_tilt?.connected;
-      say(reason, busy ? "The procedure turns it." : nextStep(pan_tilt, "points"));
+      setText(reason, busy ? "The procedure turns it." : nextStep(pan_tilt, "points"));
     },
   };
 }
@@ -159,7 +159,7 @@ function stationsOf({ pan_tilt, busy }, { orders }) {
   if (pan_tilt.stations.length === 0)
     return [
       html`<h4>Stations</h4>`,
-      nothing("None is set up. Name them in the rig's file: where to point, and what stands there."),
+      nothing("None is set up. Name them in the rig's file: their direction, and what is mounted there."),
     ];
   return [
     html`<h4>Stations</h4>`,

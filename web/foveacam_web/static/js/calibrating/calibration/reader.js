@@ -133,7 +133,7 @@ export class CalibrationReader {
     });
   }
 
-  /** Read the displays now and repeatedly while the page is open: no event tells that one has gone silent. */
+  /** Read the displays now and repeatedly while the page is open: there is no event for one that went silent. */
   readDisplays() {
     const read = async () => {
       const [displays, display_pattern] = await Promise.all([
@@ -146,9 +146,9 @@ export class CalibrationReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     const data = event.data ?? {};
-    this.#work.hear(event);
+    this.#work.onEvent(event);
     if (event.kind === "calibration.health") void this.readHealth();
     if (event.kind === "rig.calibration") void this.readAll();
     if (!this.#store.state.wizard) return;

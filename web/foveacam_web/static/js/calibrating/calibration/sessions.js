@@ -1,6 +1,6 @@
 // Lists the sessions, one for each calibration: open one, create one, combine several, delete one.
 
-import { changing, fill, h, html, repeat, say } from "../../elements/dom.js";
+import { changing, fill, h, html, repeat, setText } from "../../elements/dom.js";
 import { MISSING, number } from "../../elements/format.js";
 import { badge, keptButton, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { offers } from "../../operating/session/words.js";
@@ -27,7 +27,7 @@ export function makeSessionChoice({ store, orders, reader }) {
     select.value = session?.id ?? "";
     select.title = session?.label ?? "";
     select.hidden = !sessions?.length;
-    say(empty, sessions?.length === 0 ? "Nothing measured yet" : "");
+    setText(empty, sessions?.length === 0 ? "Nothing measured yet" : "");
   });
   return html`<div class="session-choice"><label for="session">Measurement</label>${select}${empty}${add}</div>`;
 }
@@ -45,14 +45,14 @@ export function mountSessions(place, { store, orders, reader }) {
   const together = h("p", { class: "actions" }, html`<span class="starter">${combine}${hint}</span>`);
   const act = async () => {
     combine.disabled = true;
-    say(hint, "Putting them together …");
+    setText(hint, "Putting them together …");
     const made = await orders.combine([...picked]);
     if (made) picked.clear();
     update();
   };
   const choose = () => {
     combine.disabled = picked.size < 2;
-    say(hint, picked.size < 2 ? "Tick two or more to fit their sweeps as one." : "");
+    setText(hint, picked.size < 2 ? "Tick two or more to fit their sweeps as one." : "");
   };
   const pick = (/** @type {string} */ id, /** @type {boolean} */ on) => {
     if (on) picked.add(id);

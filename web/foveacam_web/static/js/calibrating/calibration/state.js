@@ -1,4 +1,4 @@
-// The state of the calibration page, and what it says about the running procedure. Pure functions.
+// State of the calibration page and its texts about the running procedure. Pure functions.
 
 import { hasEnded } from "../../transport/jobs.js";
 

@@ -1,4 +1,4 @@
-// Follows the running calibration procedure, whoever started it: its progress, time left and result.
+// Follows the running calibration procedure of any client: progress, time left and result.
 
 import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { isRunning } from "./state.js";
@@ -54,9 +54,9 @@ export class WorkFollower {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (event.kind === "calibration.progress") this.#progress(event.data ?? {});
-    this.#jobs.hear(event);
+    this.#jobs.onEvent(event);
   }
 
   /** @param {Record<string, unknown>} data */

@@ -49,7 +49,7 @@ export class Bench {
   /** Request an estimate when the plan has changed or its page has just opened. */
   ask() {
     if (this.#store.state.capture_page) this.#estimator.want(this.#wish());
-    this.#tell();
+    this.#showTroubles();
   }
 
   /** Request the estimate again: the rig is free now. */
@@ -94,11 +94,11 @@ export class Bench {
     const first = this.#view === null;
     if (document && intrinsics) this.#view ??= viewSize(document, intrinsics);
     if (first && this.#view) this.ask();
-    else if (!stale) this.#tell();
+    else if (!stale) this.#showTroubles();
   }
 
-  #tell() {
-    this.#starter.tell(this.#found().troubles);
+  #showTroubles() {
+    this.#starter.showTroubles(this.#found().troubles);
   }
 }
 
@@ -127,7 +127,7 @@ function makeKept({ commands, editor, starter, changed }) {
       const before = fields.read();
       putBack(draft.defaults);
       focusOn(editor.element); // the button has disappeared
-      commands.say({
+      commands.notify({
         tone: "info",
         title: "The plan has its defaults again",
         detail: "",

@@ -41,6 +41,7 @@ export function blamed({ detail }, source) {
 /** Drop the names that only programs use from a reason. @param {string} words */
 function plainly(words) {
   const [, given, needed] = ASKED.exec(words) ?? [];
-  const said = !given || !needed ? words : OF_A_KIND.test(needed) ? `${given} was given; needed is ${needed}` : needed;
-  return said.replace(/^(raster plan|set points)[:,] /, "");
+  const message =
+    !given || !needed ? words : OF_A_KIND.test(needed) ? `${given} was given; needed is ${needed}` : needed;
+  return message.replace(/^(raster plan|set points)[:,] /, "");
 }

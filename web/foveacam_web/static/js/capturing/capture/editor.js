@@ -17,19 +17,19 @@ export function makeEditor({ store, troubles, changed }) {
   /** @type {() => PlanDraft} */
   const read = () => Object.assign({}, ...parts.map((part) => part.read()));
   const parts = [
-    makePoints(troubles, gridText(store, read), () => said()),
+    makePoints(troubles, gridText(store, read), () => edited()),
     makeDistance(troubles),
-    makeExposures(troubles, () => said()),
-    makeRail(troubles, () => said()),
+    makeExposures(troubles, () => edited()),
+    makeRail(troubles, () => edited()),
   ];
   const titles = ["Points", "Distance", "At every point", "Rail"];
-  const said = () => {
+  const edited = () => {
     for (const { show } of parts) show();
     changed();
   };
   const element = h(
     "div",
-    { class: "plan-editor", on: { input: said, change: said } },
+    { class: "plan-editor", on: { input: edited, change: edited } },
     parts.map(
       (part, index) => html`<fieldset class="group"><legend>${titles[index]}</legend>${part.element}</fieldset>`,
     ),
@@ -77,7 +77,7 @@ function makeDistance(troubles) {
   );
   const given = numberField("Distance", { value: 4, step: "any", min: 0, unit: "m" });
   const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "seen last" });
-  const each = tickField("Verge anew at every point", false);
+  const each = tickField("Verge again at every point", false);
   const note = h("p", { class: "why", text: "The average of nine fixations, before the first point." });
   const show = () => {
     given.element.hidden = mode.value() !== "given";

@@ -33,7 +33,7 @@ export class Estimator {
     if (JSON.stringify(wish) === JSON.stringify(this.#wanted)) return;
     this.#wanted = wish;
     clearTimeout(this.#timer);
-    if (wish === null) this.#tell({ stale: false, problem: null, document: null });
+    if (wish === null) this.#publish({ stale: false, problem: null, document: null });
     else this.#soon(wish);
   }
 
@@ -44,7 +44,7 @@ export class Estimator {
 
   /** @param {EstimateRequest} wish */
   #soon(wish) {
-    this.#tell({ ...this.#store.state.estimate, stale: true });
+    this.#publish({ ...this.#store.state.estimate, stale: true });
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {
       this.#due = wish;
@@ -58,13 +58,13 @@ export class Estimator {
       const wish = this.#due;
       this.#due = null;
       const answer = await answerTo(wish);
-      if (wish === this.#wanted && !this.#due) this.#tell({ stale: false, ...answer });
+      if (wish === this.#wanted && !this.#due) this.#publish({ stale: false, ...answer });
     }
     this.#asking = false;
   }
 
   /** @param {Answered} estimate */
-  #tell(estimate) {
+  #publish(estimate) {
     this.#store.set({ estimate });
   }
 }

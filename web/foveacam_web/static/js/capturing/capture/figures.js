@@ -19,7 +19,7 @@ export function mountFigures(place, store) {
   const show = changing(place, (/** @type {Estimate | null} */ document) =>
     document
       ? figuresOf(document)
-      : [nothing("Time, size and footprints stand here as soon as the plan can be estimated.")],
+      : [nothing("Time, size and footprints appear here as soon as the plan can be estimated.")],
   );
   store.on(["estimate"], ({ estimate }) => {
     place.classList.toggle("stale", estimate.stale);
@@ -64,7 +64,7 @@ function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
     reverge_s + rail_s + hand_moves === 0
       ? ["at least, by settling, exposing and reading out"]
       : [`at least: ${span(limit_s)} settling, exposing and reading out`];
-  if (reverge_s > 0) parts.push(`${span(reverge_s)} verging anew`);
+  if (reverge_s > 0) parts.push(`${span(reverge_s)} verging again`);
   if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
   if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
   return parts.join(", ");

@@ -24,7 +24,7 @@ export class CaptureOrders {
   async start(wish) {
     const { answer, error } = await this.#commands.tried("POST", "/captures", {
       body: wish,
-      said: (refusal) => this.#hasAWayOut(refusal), // the message has a button
+      shows: (refusal) => this.#hasAWayOut(refusal), // the message has a button
     });
     if (answer) this.#reader.follow(/** @type {JobDocument} */ (answer), { name: wish.name });
     return error?.document ?? null;

@@ -28,7 +28,9 @@ export function mountPartials(place, { store, orders }) {
 function partialsOf(partials, orders) {
   if (partials === null) return [nothing("The captures have not been read yet.")];
   if (partials.length === 0)
-    return [nothing("None: what is cancelled or cut off waits here, and goes on at its exact next point.")];
+    return [
+      nothing("None. Captures that were cancelled or interrupted are listed here and resume at their next point."),
+    ];
   return [
     html`<ul class="partials">${repeat(
       partials.slice(0, MOST),

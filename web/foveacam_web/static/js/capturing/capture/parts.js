@@ -1,6 +1,6 @@
 // Small parts of the capture page: messages beside fields, a choice in a row, a text line, numbers as chips.
 
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { textButton } from "../../elements/parts.js";
@@ -23,18 +23,18 @@ export class Troubles {
    * Show these messages and clear all others; return those whose field does not exist or is not visible.
    * @param {Trouble[]} troubles
    */
-  tell(troubles) {
+  show(troubles) {
     /** @type {Map<string, string[]>} */
-    const told = new Map();
+    const messages = new Map();
     const homeless = [];
     for (const { place, words } of troubles) {
       const seen = place !== null && this.#places.has(place) && !this.#places.get(place)?.closest("[data-off]");
       if (!seen) homeless.push(words);
-      else told.set(place, [...(told.get(place) ?? []), sentence(words)]);
+      else messages.set(place, [...(messages.get(place) ?? []), sentence(words)]);
     }
     for (const [name, element] of this.#places) {
-      say(element, (told.get(name) ?? []).join(" "));
-      element.closest(".asked-for")?.classList.toggle("at-fault", told.has(name));
+      setText(element, (messages.get(name) ?? []).join(" "));
+      element.closest(".asked-for")?.classList.toggle("at-fault", messages.has(name));
     }
     return homeless;
   }

@@ -76,7 +76,7 @@ function extentOf({ field, across, down, columns, rows }, view, troubles) {
   if (field === "extent") return { half_width_deg: across, half_height_deg: down };
   if (field === "step") return { half_width_deg: halfOf(columns, across), half_height_deg: halfOf(rows, down) };
   if (across >= 100 || down >= 100) return wanting("Views that overlap wholly are one view: give less than 100 %.");
-  if (!view) return wanting("How large a view is comes with the first estimate.");
+  if (!view) return wanting("The size of a view is not known before the first estimate.");
   return {
     half_width_deg: halfOf(columns, view.width_deg * (1 - across / 100)),
     half_height_deg: halfOf(rows, view.height_deg * (1 - down / 100)),

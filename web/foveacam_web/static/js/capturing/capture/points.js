@@ -1,7 +1,7 @@
 // Fields for the source of the points: a grid of angles over a field, or a text in the set-point language.
 
 import { choiceField, numberField, textButton } from "../../elements/parts.js";
-import { h, html, say } from "../../elements/dom.js";
+import { h, html, setText } from "../../elements/dom.js";
 import { asked, named, segments } from "./parts.js";
 
 /**
@@ -16,7 +16,7 @@ const EXTENTS = {
     down: "",
     unit: "",
     usual: [0, 0],
-    note: "From corner to corner what both eyes reach at the distance where they meet, in steps of 0.1°.",
+    note: "The whole field that both eyes reach at the distance where they meet, in steps of 0.1°.",
   },
   extent: {
     across: "To each side",
@@ -31,7 +31,7 @@ const EXTENTS = {
     down: "Overlap down",
     unit: "%",
     usual: [30, 20],
-    note: "Of neighbouring views, by the size of the middle one; the estimate says what comes of it.",
+    note: "Of neighbouring views, by the size of the middle one; the estimate shows the resulting overlap.",
   },
 };
 
@@ -112,12 +112,12 @@ function makeGrid(troubles) {
     const { across: sideways, down: downwards, unit, usual, note: words } = EXTENTS[chosen];
     [across, down].forEach(({ element, input }, index) => {
       element.hidden = chosen === "all";
-      say(element.querySelector("label") ?? element, [sideways, downwards][index] ?? "");
-      say(element.querySelector(".unit") ?? element, unit);
+      setText(element.querySelector("label") ?? element, [sideways, downwards][index] ?? "");
+      setText(element.querySelector(".unit") ?? element, unit);
       if (chosen !== shown) input.value = String(usual[index]);
     });
     shown = chosen;
-    say(note, words);
+    setText(note, words);
   };
   const element = h(
     "div",

@@ -1,7 +1,7 @@
 // Draws the footprints of a plan over the live wide view, left and right in their colours, with the path of the
 // mirrors. Pointer, finger or arrow keys select a point, whose figures are shown.
 
-import { h, say } from "../../elements/dom.js";
+import { h, setText } from "../../elements/dom.js";
 import { angle, count, number } from "../../elements/format.js";
 import { placeOf } from "./plan.js";
 import { percent } from "./words.js";
@@ -83,7 +83,7 @@ export class PlanPrints {
     if (number === this.#chosen) return;
     this.#chosen = number;
     this.#tip.hidden = number === null;
-    if (number !== null && this.#estimate) say(this.#tip, wordsOf(this.#estimate, number));
+    if (number !== null && this.#estimate) setText(this.#tip, wordsOf(this.#estimate, number));
     this.#draw();
   }
 

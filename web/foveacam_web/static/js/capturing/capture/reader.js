@@ -1,4 +1,4 @@
-// Follows the running capture on every page, whoever started it; reads the list of captures while the capture page is
+// Follows the running capture of any client on every page; reads the list of captures while the capture page is
 // open.
 
 import { RequestError, request } from "../../transport/api.js";
@@ -72,9 +72,9 @@ export class CaptureReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     const data = event.data ?? {};
-    this.#jobs.hear(event);
+    this.#jobs.onEvent(event);
     // any: the data of this event kind, which OpenAPI leaves open
     if (event.kind === "capture.progress") this.#progress(/** @type {any} */ (data));
     if (/^capture\.(created|ended|updated|removed)$/.test(event.kind) && this.#store.state.capture_page)

@@ -2,7 +2,7 @@
 // it.
 
 import { bar, keptButton } from "../../elements/parts.js";
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { isCapturing, shareOf } from "./state.js";
@@ -17,7 +17,7 @@ import { endWords, farWords, stateWords } from "./words.js";
 
 /** @param {HTMLElement} place @param {{store: Store, orders: CaptureOrders, reader: CaptureReader}} context */
 export function mountRuns(place, { store, orders, reader }) {
-  const said = h("div", { class: "unseen", "aria-live": "polite" });
+  const status = h("div", { class: "unseen", "aria-live": "polite" });
   const shown = h("div", { class: "run-now", role: "group", "aria-label": "The capture" });
   const words = h("div", { class: "words" });
   const progress = h("div", { class: "progress" });
@@ -36,7 +36,7 @@ export function mountRuns(place, { store, orders, reader }) {
     ),
   };
   fill(shown, words, progress, ...Object.values(parts));
-  fill(place, shown, said);
+  fill(place, shown, status);
   store.on(["capturing"], ({ capturing }) => {
     shown.hidden = capturing === null;
     if (!capturing) return;
@@ -48,7 +48,7 @@ export function mountRuns(place, { store, orders, reader }) {
     progress.hidden = capturing.end !== null;
     shown.className = `run-now ${capturing.end ? endWords({ ...capturing, end: capturing.end }).tone : capturing.why ? "warn" : "running"}`;
     showButtons(parts, capturing);
-    say(said, announcement(capturing));
+    setText(status, announcement(capturing));
   });
 }
 
@@ -63,7 +63,7 @@ function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing
   pause.disabled = capture_id === null || state === "starting" || asked !== null;
   onward.hidden = !runs || state !== "paused";
   onward.disabled = asked !== null;
-  say(onward, why ? "Done, go on" : "Go on");
+  setText(onward, why ? "Done, go on" : "Go on");
   cancel.hidden = !runs;
   cancel.disabled = asked === "cancel";
   resume.hidden = !end?.resumable;

@@ -24,7 +24,7 @@ const OF_POINTS = new Set(["text", "size", "field", "centre"]);
 export function makeStarter({ store, orders, troubles, plan, source, changed }) {
   const fields = makeFields(troubles);
   const above = h("div", { class: "above" });
-  const tellAbove = changing(above, (/** @type {string[]} */ refusals) =>
+  const showAbove = changing(above, (/** @type {string[]} */ refusals) =>
     refusals.map((words) => html`<p class="refused" role="alert">${sentence(words)}</p>`),
   );
   const start = keptButton("Start the capture", () => begin(), { kind: "plain primary start", picture: "pictures" });
@@ -55,17 +55,17 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   }
 
   /** Show the faults that the editor and the server find in the plan. @param {Trouble[]} own */
-  function tell(own) {
+  function showTroubles(own) {
     const { problem, stale } = store.state.estimate;
     const of = (/** @type {Problem | null} */ document) => (document ? blamed(document, source()) : []);
     const estimated = of(problem).filter(
       ({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"),
     );
-    tellAbove(troubles.tell(distinct([...own, ...of(refused), ...estimated])));
+    showAbove(troubles.show(distinct([...own, ...of(refused), ...estimated])));
     start.disabled = sending || own.length > 0 || problem?.status === 422;
   }
 
-  return { element, tell, read: fields.read, put: fields.put, forget: () => (refused = null) };
+  return { element, showTroubles, read: fields.read, put: fields.put, forget: () => (refused = null) };
 }
 
 /** @param {Troubles} troubles */

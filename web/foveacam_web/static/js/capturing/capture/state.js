@@ -1,4 +1,4 @@
-// The state of the capture page, and what it says about the running capture. Pure functions.
+// State of the capture page and its texts about the running capture. Pure functions.
 
 /** @import { CapturePageState, Capturing } from "#page" */
 

@@ -16,8 +16,8 @@ import { makeStillShown } from "./still_shown.js";
 /** @param {{store: Store, commands: Commands, reader: StillReader}} context */
 export function stillPanel({ store, commands, reader }) {
   const orders = new StillOrders({ commands, changed: () => reader.readHeld() });
-  const [form, shown, told] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];
-  const tell = changing(told, toldOf);
+  const [form, shown, status] = [makeStillForm(), makeStillShown(orders), h("div", { class: "stack", role: "status" })];
+  const showProgress = changing(status, progressOf);
   /** The refusal of the last request, until the next one. @type {Problem | null} */
   let refused = null;
   let sending = false;
@@ -38,18 +38,18 @@ export function stillPanel({ store, commands, reader }) {
     button.disabled = sending || store.state.stream === "down" || jobs.running;
     shown.show(held);
     const { progress = null, problem = null } = jobs.job ?? {};
-    tell({ running: jobs.running, progress, problem: refused ?? problem });
+    showProgress({ running: jobs.running, progress, problem: refused ?? problem });
   };
   reader.changed = show;
-  reader.taken = (still) => still.state === "kept" && orders.sayKept(still);
+  reader.taken = (still) => still.state === "kept" && orders.notifyKept(still);
   store.on(["stream"], show);
   store.on(["capture_page"], ({ capture_page }) => capture_page && void reader.readAll());
-  const left = h("div", { class: "stack" }, form.element, html`<p class="actions">${button}</p>`, told);
+  const left = h("div", { class: "stack" }, form.element, html`<p class="actions">${button}</p>`, status);
   return panel("Still", h("div", { class: "still-panel" }, left, shown.element));
 }
 
 /** @param {{running: boolean, progress: JobProgress | null, problem: Problem | null}} now */
-function toldOf({ running, progress, problem }) {
+function progressOf({ running, progress, problem }) {
   if (running) {
     const { done = 0, total = 0 } = progress ?? {};
     const words = total > 0 ? `${count(done)} of ${count(total)} frames` : "Waiting for the rig.";

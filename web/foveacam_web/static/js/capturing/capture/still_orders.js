@@ -19,7 +19,7 @@ export class StillOrders extends CollectionOrders {
   async take(wish) {
     const { answer, error } = await this.commands.tried("POST", this.resource, {
       body: wish,
-      said: ({ slug }) => slug === "stopped", // the message has a button
+      shows: ({ slug }) => slug === "stopped", // the message has a button
     });
     return error?.document ?? /** @type {JobDocument} */ (answer);
   }
@@ -30,14 +30,14 @@ export class StillOrders extends CollectionOrders {
     const kept = /** @type {StillDocument | null} */ (
       await this.commands.send("POST", this.path(id, "/keep"), { body })
     );
-    if (kept) this.sayKept(kept);
+    if (kept) this.notifyKept(kept);
     this.changed();
     return kept !== null;
   }
 
   /** @param {Pick<StillDocument, "id" | "name">} still */
-  sayKept({ id, name }) {
-    this.commands.say({
+  notifyKept({ id, name }) {
+    this.commands.notify({
       tone: "good",
       title: `“${name}” is kept`,
       detail: "",

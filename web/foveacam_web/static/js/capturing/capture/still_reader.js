@@ -12,7 +12,7 @@ import { QuietReads } from "../../transport/quiet.js";
 /** The still reads of one page. */
 export class StillReader {
   #reads = new QuietReads();
-  /** Follows the still that is being taken, whoever takes it. */
+  /** Follows the still that is being taken, by this or any other client. */
   jobs = new JobFollower({ ours: ({ kind }) => kind === "still", news: (job) => this.#take(job) });
   /** The stills neither kept nor discarded, newest first; null before the first read. @type {StillDocument[] | null} */
   held = null;
@@ -33,9 +33,9 @@ export class StillReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (event.kind.startsWith("still.")) void this.readHeld();
-    this.jobs.hear(event);
+    this.jobs.onEvent(event);
   }
 
   /** @param {Job} job */

@@ -63,11 +63,11 @@ export function endWords({ name, end }) {
   const cancelled = job === "cancelled";
   const head = `${title}: ${cancelled ? "cancelled" : job === "failed" ? "failed" : (state ?? "ended")}`;
   const reason = sentence(problem && !cancelled ? problem.detail : why || problem?.detail);
-  const told = reason.includes(`${taken} of ${planned}`);
+  const counted = reason.includes(`${taken} of ${planned}`);
   const kept =
     state === null
       ? "Nothing was taken yet."
-      : told
+      : counted
         ? ""
         : `${count(taken)} of ${count(planned)} points are on the disk, and stay there.`;
   const remedy = cancelled ? "" : remedyOf(problem);

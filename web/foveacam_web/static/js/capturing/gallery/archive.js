@@ -32,7 +32,7 @@ export function makeArchive({ orders, reader, signal }) {
     news: async (job) => {
       changed();
       if (!hasEnded(job.state)) return;
-      await orders.sayEnd(job);
+      await orders.notifyEnd(job);
       await reader.readAll();
       changed();
     },

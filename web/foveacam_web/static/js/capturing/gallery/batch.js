@@ -68,8 +68,8 @@ class Batch {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
-    this.jobs.hear(event);
+  onEvent(event) {
+    this.jobs.onEvent(event);
   }
 
   forget() {

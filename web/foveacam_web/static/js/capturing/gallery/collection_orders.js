@@ -39,7 +39,7 @@ export class CollectionOrders {
   async remove(entry, became = "is in the trash") {
     const gone = await this.commands.send("DELETE", this.path(entry.id));
     if (gone)
-      this.commands.say({
+      this.commands.notify({
         tone: "info",
         title: `“${entry.name}” ${became}`,
         detail: "",
@@ -54,7 +54,7 @@ export class CollectionOrders {
   async restore({ id, name }) {
     const back = /** @type {T | null} */ (await this.commands.send("POST", this.path(id, "/restore")));
     if (back && back.name !== name)
-      this.commands.say({
+      this.commands.notify({
         tone: "info",
         title: `Restored as “${back.name}”`,
         detail: `There is another “${name}” by now.`,
@@ -91,7 +91,7 @@ export class CollectionOrders {
   }
 
   /** Show why a job has failed, if it has. @param {Job} job */
-  async sayEnd({ state, problem }) {
+  async notifyEnd({ state, problem }) {
     if (state === "failed" && problem) await this.commands.attempt(() => Promise.reject(new RequestError(problem)));
   }
 

@@ -13,7 +13,7 @@ export class ListReader {
   #resource;
   #trash_query;
   #waiting_query;
-  #hear;
+  #onEvent;
   #reads = new QuietReads();
   #text = "";
   /** The changes by events while the list was being read, which may be older. @type {Map<string, (known: T) => T>} */
@@ -30,15 +30,15 @@ export class ListReader {
   searched = "";
 
   /**
-   * @param {{resource: string, trash_query?: string, waiting_query?: string, hear: (reader: ListReader<T>, event: EventDocument) => void}} context
+   * @param {{resource: string, trash_query?: string, waiting_query?: string, onEvent: (reader: ListReader<T>, event: EventDocument) => void}} context
    *   `resource`: its path below /api/v1; `waiting_query`: selects the entries of which only the number is shown;
-   *   `hear`: applies an event
+   *   `onEvent`: applies an event
    */
-  constructor({ resource, trash_query = "removed=true", waiting_query = "", hear }) {
+  constructor({ resource, trash_query = "removed=true", waiting_query = "", onEvent }) {
     this.#resource = resource;
     this.#trash_query = trash_query;
     this.#waiting_query = waiting_query;
-    this.#hear = hear;
+    this.#onEvent = onEvent;
   }
 
   readAll() {
@@ -83,8 +83,8 @@ export class ListReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
-    this.#hear(this, event);
+  onEvent(event) {
+    this.#onEvent(this, event);
   }
 }
 
@@ -94,7 +94,7 @@ export class ListReader {
  */
 export class EntryReader {
   #path;
-  #hears;
+  #concerns;
   #reads = new QuietReads();
   /** Called when something has changed. */
   changed = () => {};
@@ -105,11 +105,11 @@ export class EntryReader {
 
   /**
    * @param {string} path of the entry below /api/v1
-   * @param {(event: EventDocument) => boolean} hears whether an event is about this entry
+   * @param {(event: EventDocument) => boolean} concerns whether an event is about this entry
    */
-  constructor(path, hears) {
+  constructor(path, concerns) {
     this.#path = path;
-    this.#hears = hears;
+    this.#concerns = concerns;
   }
 
   readAll() {
@@ -136,7 +136,7 @@ export class EntryReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
-    if (this.#hears(event)) void this.readAll();
+  onEvent(event) {
+    if (this.#concerns(event)) void this.readAll();
   }
 }

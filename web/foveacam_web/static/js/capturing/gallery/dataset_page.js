@@ -142,7 +142,7 @@ function planOf(plan) {
   return [
     words.length > 0
       ? html`<ul class="sentences">${words.map((text) => html`<li>${text}</li>`)}</ul>`
-      : nothing("It says nothing of its plan."),
+      : nothing("The dataset contains no plan."),
     asWritten("The plan as it is written", plan),
   ];
 }
@@ -151,7 +151,7 @@ function planOf(plan) {
 function conditionsOf(conditions) {
   const rows = conditionRows(conditions);
   return [
-    rows.length > 0 ? figures(rows) : nothing("It says nothing of what the rig ran with."),
+    rows.length > 0 ? figures(rows) : nothing("The dataset contains no conditions of the rig."),
     asWritten("The conditions as they are written", conditions),
   ];
 }

@@ -166,7 +166,7 @@ function vergingWords({ mode, distance_m, each_point }) {
         : mode === "scene"
           ? "Both eyes meet at the scene's average distance"
           : "";
-  return where && `${where}${each_point === true ? "; verged anew at every point" : ""}.`;
+  return where && `${where}${each_point === true ? "; verged again at every point" : ""}.`;
 }
 
 /** @param {Json} plan */

@@ -29,7 +29,7 @@ export function openDatasets(at, context) {
   const part = DATASET_PARTS.find(({ name }) => name === at.part);
   if (at.id !== null) return part ? part.open(at, context) : openDataset(at.id, context);
   /** @type {ListReader<CaptureDocument>} */
-  const reader = new ListReader({ resource: "/captures", hear });
+  const reader = new ListReader({ resource: "/captures", onEvent });
   const batch = makeBatch(context, () => reader.changed());
   return openList(
     {
@@ -81,7 +81,7 @@ export function progressOf(dataset, label) {
 }
 
 /** Apply an event to the list. @param {ListReader<CaptureDocument>} reader @param {EventDocument} event */
-function hear(reader, { kind, data }) {
+function onEvent(reader, { kind, data }) {
   if (kind !== "capture.progress") return void (kind.startsWith("capture.") && reader.readAll());
   const news = /** @type {any} */ (data); // any: the data of this event kind, which OpenAPI leaves open
   const known = reader.list?.find(({ id }) => id === news.capture_id);
@@ -128,8 +128,8 @@ export class DatasetReader extends EntryReader {
   }
 
   /** @override @param {EventDocument} event */
-  hear(event) {
-    if (event.kind !== "capture.progress") return super.hear(event);
+  onEvent(event) {
+    if (event.kind !== "capture.progress") return super.onEvent(event);
     const news = /** @type {any} */ (event.data); // any: the data of this event kind, which OpenAPI leaves open
     const { entry } = this;
     if (news.capture_id !== this.#id) return;

@@ -1,7 +1,7 @@
 // The element <drawn-picture src text>: a picture that the server draws, or the server's reason why it cannot.
 
 import { file, outcome } from "../../transport/api.js";
-import { h, say } from "../../elements/dom.js";
+import { h, setText } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { API } from "../../root.js";
 
@@ -46,7 +46,7 @@ class DrawnPicture extends HTMLElement {
   #settle(why) {
     if (this.#image) this.#image.hidden = why !== "";
     this.#reason.hidden = why === "";
-    say(this.#reason, why);
+    setText(this.#reason, why);
     this.removeAttribute("aria-busy");
   }
 

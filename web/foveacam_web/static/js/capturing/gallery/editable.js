@@ -1,6 +1,6 @@
 // A text line that is edited in place: saved on blur or Enter, reset by Escape or a refusal.
 
-import { h, html, say } from "../../elements/dom.js";
+import { h, html, setText } from "../../elements/dom.js";
 
 /**
  * @import { CollectionOrders } from "./collection_orders.js"
@@ -33,24 +33,24 @@ export function makeEditable(label, { save, usual = [], hint = "" }) {
   lists += 1;
   const id = `editable-${lists}`;
   const list = usual.length > 0 ? `${id}-usual` : undefined;
-  const told = h("span", { class: "why", role: "status" });
+  const status = h("span", { class: "why", role: "status" });
   let kept = "";
   let saving = false;
   const keep = async () => {
     const wanted = input.value.trim();
     if (wanted === kept || saving) return;
     saving = true;
-    say(told, "Saving …");
+    setText(status, "Saving …");
     const taken = await save(wanted);
     saving = false;
     if (taken) kept = wanted;
     else if (document.activeElement !== input) input.value = kept;
-    say(told, taken ? "Saved" : "Not saved");
+    setText(status, taken ? "Saved" : "Not saved");
     if (taken && document.activeElement !== input) void keep(); // it was edited again and left meanwhile
   };
   const on = {
     change: () => void keep(),
-    input: () => say(told, ""),
+    input: () => setText(status, ""),
     keydown: (/** @type {KeyboardEvent} */ event) => {
       if (event.key === "Enter") void keep();
       if (event.key !== "Escape") return;
@@ -60,7 +60,7 @@ export function makeEditable(label, { save, usual = [], hint = "" }) {
   };
   const input = h("input", { type: "text", id, maxlength: 400, placeholder: hint, list, autocomplete: "off", on });
   const options = html`<datalist id=${list ?? ""}>${usual.map((value) => html`<option value=${value}></option>`)}</datalist>`;
-  const field = h("div", { class: "field" }, html`<label for=${id}>${label}</label>`, input, told, list && options);
+  const field = h("div", { class: "field" }, html`<label for=${id}>${label}</label>`, input, status, list && options);
   return (/** @type {string} */ value) => {
     const untouched = input.value === kept;
     kept = value;

@@ -1,4 +1,4 @@
-// What the server makes of a dataset, a mosaic or a reference: its reads, its commands, and the making as it is shown.
+// Products that the server makes of a dataset (mosaic, reference): reads, commands, and the progress shown.
 
 import { hasEnded, JobFollower } from "../../transport/jobs.js";
 import { jobRow, shareOf, toolButton } from "../../elements/parts.js";
@@ -62,9 +62,9 @@ export class Made extends EntryReader {
   }
 
   /** @override @param {EventDocument} event */
-  hear(event) {
-    this.jobs.hear(event);
-    super.hear(event);
+  onEvent(event) {
+    this.jobs.onEvent(event);
+    super.onEvent(event);
   }
 
   /** @param {W} wish */

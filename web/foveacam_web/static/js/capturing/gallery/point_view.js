@@ -1,7 +1,7 @@
 // Shows one point large: the pictures of all cameras and the anaglyph; the arrow keys go to its neighbours.
 
 import { fresh } from "../../calibrating/calibration/pictures.js";
-import { h, html, say, update } from "../../elements/dom.js";
+import { h, html, setText, update } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { sheet } from "../../panels/dialogs.js";
 import { pointWords } from "./dataset_words.js";
@@ -34,7 +34,7 @@ export function makePointView(left) {
   const title = /** @type {HTMLElement} */ (dialog.querySelector("h2"));
   const step = (/** @type {number} */ by) => {
     at = Math.min(shown.points.length - 1, Math.max(0, at + by));
-    tell();
+    showPoint();
     clearTimeout(later);
     later = setTimeout(draw, PAUSE_MS);
   };
@@ -42,7 +42,7 @@ export function makePointView(left) {
     bracket = target.value;
     draw();
   };
-  const tell = () => {
+  const showPoint = () => {
     const { points, planned, scans } = shown;
     const point = points[at];
     if (!point) return;
@@ -53,7 +53,7 @@ export function makePointView(left) {
       >
         ${icon(name)}
       </button>`;
-    say(title, `Point ${point.index + 1} of ${planned}`);
+    setText(title, `Point ${point.index + 1} of ${planned}`);
     update(
       bar,
       html`${tool("Point before (←)", "back", -1)}${tool("Next point (→)", "on", 1)}
@@ -87,7 +87,7 @@ export function makePointView(left) {
         0,
         now.points.findIndex((point) => point.index === index),
       );
-      tell();
+      showPoint();
       draw();
       dialog.showModal();
     },

@@ -29,7 +29,7 @@ export class GalleryReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
-    for (const reader of this.#readers) reader.hear(event);
+  onEvent(event) {
+    for (const reader of this.#readers) reader.onEvent(event);
   }
 }

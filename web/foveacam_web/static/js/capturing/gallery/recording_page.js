@@ -34,8 +34,8 @@ import {
 const COLUMNS = [
   ["Camera", ""],
   ["Frames", ""],
-  ["Dropped", "They came, and are not on the file"],
-  ["Missing", "Between the frames that came these numbers are missing: nobody read them, or they never came"],
+  ["Dropped", "Received, but not written to the file"],
+  ["Missing", "Gaps in the numbers of the received frames: not read in time, or never received"],
   ["Rate", ""],
 ];
 

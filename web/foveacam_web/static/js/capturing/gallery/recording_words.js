@@ -26,9 +26,9 @@ export const CAMERAS = Object.freeze({ wide: "Wide", left: "Left", right: "Right
 const LOSSES = Object.freeze({
   queue: "the disk was slower than the cameras",
   format: "the camera's format had changed",
-  disk: "the disk took no more",
+  disk: "writing to the disk failed",
   closed: "they came after the end",
-  deadline: "they still waited when it had to end",
+  deadline: "they were still queued at the deadline of the end",
 });
 
 /** Return the path of a recording below /api/v1. @param {string} id @param {string} [rest] */
@@ -79,7 +79,7 @@ export function boundWords({ left_s, room_s, room_bytes }) {
   return [left_s != null && `ends by itself in ${clockWords(left_s, 0)}`, room].filter(Boolean).join("; ");
 }
 
-/** Word why frames of a camera are missing in the file; empty when none is. @param {RecordedStreamDocument} stream */
+/** Return why frames of a camera are missing in the file; empty when none is. @param {RecordedStreamDocument} stream */
 export function lossWords({ losses }) {
   return sentence(
     Object.entries(losses)

@@ -27,7 +27,7 @@ export function openRecordings({ id, part }, context) {
   /** @type {ListReader<RecordingDocument>} */
   const reader = new ListReader({
     resource: "/recordings",
-    hear: (list, { kind }) => void (kind.startsWith("recording.") && list.readAll()),
+    onEvent: (list, { kind }) => void (kind.startsWith("recording.") && list.readAll()),
   });
   const { store, signal } = context;
   const importer = makeImporter(context);

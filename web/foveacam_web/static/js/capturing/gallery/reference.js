@@ -16,7 +16,7 @@ import { referenceWords, wholeMm } from "./reference_words.js";
  */
 
 const TITLE =
-  "Over depth: how far the rig's own depth is off the reference, and the error that the reference states; on the right in per cent.";
+  "Against depth: deviation of the rig's own depth from the reference, and the reference's stated error; on the right in per cent.";
 
 /**
  * Return a function that shows the section; nothing where fewer than two scans have a rail position.
@@ -65,7 +65,7 @@ function resultOf(made, { outdated, idle, reference }) {
       })}
     </p>
     <p class=${outdated ? "warn-text" : "note"}>
-      Made ${whenWords(made_utc)}${outdated ? "; the dataset has grown since: make it anew" : ""}.
+      Made ${whenWords(made_utc)}${outdated ? "; the dataset has grown since: make it again" : ""}.
     </p>`;
 }
 
@@ -97,9 +97,9 @@ function offerOf({ anew, stops, brackets }, reference) {
     ${scan.element}${brackets.length > 1 && bracket.element}${across.element}${rail_mm.element}
   </div>`;
   const button = html`<p class="actions">
-    ${textButton(anew ? "Make it anew" : "Make the reference", make, { kind: anew ? "plain" : "plain primary" })}
+    ${textButton(anew ? "Make it again" : "Make the reference", make, { kind: anew ? "plain" : "plain primary" })}
   </p>`;
-  if (anew) return html`<details><summary>Make it anew</summary><div class="stack">${fields}${button}</div></details>`;
+  if (anew) return html`<details><summary>Make it again</summary><div class="stack">${fields}${button}</div></details>`;
   return html`<p class="lead">
       The depth of one scan is triangulated over the scans from the other places on the rail, and the rig's own depth
       compared with it. The rig stays free meanwhile.

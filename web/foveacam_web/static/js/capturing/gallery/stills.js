@@ -29,7 +29,7 @@ export function openStills({ id }, context) {
     resource: "/stills",
     trash_query: "state=removed",
     waiting_query: "state=held",
-    hear: (list, { kind }) => void (kind.startsWith("still.") && list.readAll()),
+    onEvent: (list, { kind }) => void (kind.startsWith("still.") && list.readAll()),
   });
   return openList(
     {

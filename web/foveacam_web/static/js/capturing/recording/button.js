@@ -1,6 +1,6 @@
 // The record button of the top bar: a click starts a recording as the settings say, the next click ends it.
 
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { count } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { boundWords, clockWords, droppedOf, tallyWords } from "../gallery/recording_words.js";
@@ -10,8 +10,8 @@ import { recordingOf } from "./options.js";
 export function makeRecordButton({ store, live }) {
   const words = h("span", { class: "words" });
   const button = h("button", { type: "button", class: "tool record" });
-  const said = h("span", { class: "unseen", role: "status" });
-  const place = h("span", { class: "record-place" }, button, said);
+  const status = h("span", { class: "unseen", role: "status" });
+  const place = h("span", { class: "record-place" }, button, status);
   let busy = false;
   button.addEventListener("click", async () => {
     if (busy) return;
@@ -23,7 +23,7 @@ export function makeRecordButton({ store, live }) {
   store.on(["recording"], ({ recording }) => {
     const now = recording !== null;
     if (on !== now) {
-      if (on !== null) say(said, now ? "Recording has begun" : "Recording has ended");
+      if (on !== null) setText(status, now ? "Recording has begun" : "Recording has ended");
       on = now;
       button.classList.toggle("on", now);
       fill(button, icon(now ? "square" : "record"), now && words);

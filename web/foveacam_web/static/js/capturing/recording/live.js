@@ -1,4 +1,4 @@
-// Follows the recording in progress, whoever started it, and starts and ends one for the button.
+// Follows the recording in progress, by whatever client, and starts and ends one for the button.
 
 import { RequestError, request } from "../../transport/api.js";
 import { isBeingMade, recordingPath, tallyWords } from "../gallery/recording_words.js";
@@ -35,10 +35,10 @@ export class LiveRecording {
   }
 
   /** @param {EventDocument} event */
-  hear({ kind, data }) {
+  onEvent({ kind, data }) {
     if (!kind.startsWith("recording.")) return;
     if (kind === "recording.ended" && data?.["why"]) {
-      this.#commands.say({
+      this.#commands.notify({
         tone: "bad",
         title: `Recording “${String(data["name"])}” has ended early`,
         detail: String(data["why"]),
@@ -63,7 +63,7 @@ export class LiveRecording {
     const options = { patience_ms: 60_000 };
     const ended = /** @type {RecordingDocument | null} */ (await this.#commands.send("POST", path, options));
     if (ended && ended.why === "") {
-      this.#commands.say({
+      this.#commands.notify({
         tone: "good",
         title: `Recorded “${ended.name}”`,
         detail: tallyWords(ended),

@@ -1,5 +1,5 @@
 // Keeps the player's arrangement beside the recording: read when it is opened, written a moment after each change. One
-// that cannot be used is told, and nothing is written until somebody says that it may be overwritten.
+// that cannot be read is reported, and nothing is written until the user confirms that it may be overwritten.
 
 import { outcome, request } from "../../transport/api.js";
 import { h, html, update } from "../../elements/dom.js";

@@ -68,7 +68,7 @@ export function makeDepth(id, { orders, at }) {
   return { element, compute, move };
 }
 
-/** Return the choice of what computes, once the server told it. @param {Now} now @param {(part: Partial<Now>) => void} show */
+/** Return the choice of the depth backend, once the list of backends has been read. @param {Now} now @param {(part: Partial<Now>) => void} show */
 function chooserOf({ backends, backend }, show) {
   if (backends.length === 0) return null;
   return html`<label class="field"

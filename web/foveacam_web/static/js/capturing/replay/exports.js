@@ -55,7 +55,7 @@ export function makeExports(recording, { orders, signal, span }) {
     news: (job) => {
       showFar(job);
       if (!hasEnded(job.state)) return;
-      void orders.sayEnd(job);
+      void orders.notifyEnd(job);
       if (job.state === "succeeded") far.querySelector("a")?.click();
     },
   });

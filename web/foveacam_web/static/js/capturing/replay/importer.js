@@ -69,12 +69,16 @@ export function makeImporter({ store, commands, signal }) {
     for (const sending of begun) await send(sending);
   };
   const send = async (/** @type {Sending} */ sending) => {
-    const told = (/** @type {number} */ sent) => {
+    const onProgress = (/** @type {number} */ sent) => {
       sending.sent = sent;
       show();
     };
     try {
-      const made = await sendRecording(sending.file, { name: sending.name, told, cancelled: sending.stop.signal });
+      const made = await sendRecording(sending.file, {
+        name: sending.name,
+        onProgress,
+        cancelled: sending.stop.signal,
+      });
       if (made) welcome(made);
       sendings = sendings.filter((one) => one !== sending);
     } catch (error) {
@@ -84,7 +88,7 @@ export function makeImporter({ store, commands, signal }) {
     show();
   };
   const welcome = (/** @type {RecordingDocument} */ { id, name, state, why }) => {
-    commands.say({
+    commands.notify({
       tone: state === "complete" ? "good" : "warn",
       title: `“${name}” is among the recordings`,
       detail: sentence(why),

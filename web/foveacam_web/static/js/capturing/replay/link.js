@@ -15,23 +15,23 @@ function channelOf(id) {
 }
 
 /**
- * Tell the windows of a recording what the player shows, until the signal is aborted.
+ * Send the player's state to the windows of a recording, until the signal is aborted.
  * @param {string} id
  * @param {{now: () => Now, press: (pressed: PressedKey) => void, signal: AbortSignal}} options
  */
 export function leadWindows(id, { now, press, signal }) {
   const channel = channelOf(id);
-  const tell = () => channel.postMessage({ kind: "now", now: now() });
+  const sendState = () => channel.postMessage({ kind: "now", now: now() });
   channel.addEventListener("message", ({ data }) => {
-    if (data.kind === "hello") tell();
+    if (data.kind === "hello") sendState();
     if (data.kind === "key") press(data.pressed);
   });
-  const timer = setInterval(tell, ALIVE_MS); // so that a window knows that the player is there
+  const timer = setInterval(sendState, ALIVE_MS); // so that a window knows that the player is there
   signal.addEventListener("abort", () => {
     clearInterval(timer);
     channel.close();
   });
-  return tell;
+  return sendState;
 }
 
 /**
@@ -41,14 +41,14 @@ export function leadWindows(id, { now, press, signal }) {
  */
 export function followPlayer(id, { show, lost }) {
   const channel = channelOf(id);
-  let heard_ms = performance.now();
+  let message_ms = performance.now();
   channel.addEventListener("message", ({ data }) => {
     if (data.kind !== "now") return;
-    heard_ms = performance.now();
+    message_ms = performance.now();
     lost(false);
     show(data.now);
   });
-  setInterval(() => lost(performance.now() - heard_ms > GONE_MS), ALIVE_MS);
+  setInterval(() => lost(performance.now() - message_ms > GONE_MS), ALIVE_MS);
   channel.postMessage({ kind: "hello" });
   return { press: (/** @type {PressedKey} */ pressed) => channel.postMessage({ kind: "key", pressed }) };
 }

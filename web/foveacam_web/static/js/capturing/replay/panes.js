@@ -43,7 +43,7 @@ export class ReplayPanes {
   #now = null;
   /** @type {MomentDocument | null} */
   #moment = null;
-  #told;
+  #moments;
 
   /**
    * @param {HTMLElement} place
@@ -54,7 +54,7 @@ export class ReplayPanes {
     this.#id = id;
     this.#streams = new Map(timeline.streams.map((stream) => [stream.role, stream]));
     this.#tracks = tracks.tracks;
-    this.#told = new Newest((at_s) => this.#read(at_s));
+    this.#moments = new Newest((at_s) => this.#read(at_s));
     this.board = new Board(place, {
       make: (source, acts) => {
         const slot = new ReplaySlot(source, { acts, size: this.#sizeOf(source), aside });
@@ -93,8 +93,8 @@ export class ReplayPanes {
     for (const source of sourcesOf(this.board.layout)) this.#slots.get(source)?.show(this.#wanted(source, now));
     const eye = EYES.map((role) => this.#streams.get(role)).find((stream) => stream !== undefined);
     const at_s = eye ? (eye.t_s[frameAt(eye, now.at_s)] ?? 0) : now.at_s;
-    void this.#told.want(at_s.toFixed(6));
-    this.#tell();
+    void this.#moments.want(at_s.toFixed(6));
+    this.#showMoment();
   }
 
   /** Return the picture of a source at a moment, or why there is none. @param {Source} source @param {Now} now */
@@ -138,11 +138,11 @@ export class ReplayPanes {
     const { answer, error } = await outcome(request("GET", recordingPath(this.#id, `/frames?t_s=${at_s}`)));
     if (error) return;
     this.#moment = answer;
-    this.#tell();
+    this.#showMoment();
   }
 
-  #tell() {
+  #showMoment() {
     const [moment, now] = [this.#moment, this.#now];
-    if (moment && now) for (const slot of this.#slots.values()) slot.tell(moment, now.overlays);
+    if (moment && now) for (const slot of this.#slots.values()) slot.showMoment(moment, now.overlays);
   }
 }

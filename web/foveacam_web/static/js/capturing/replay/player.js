@@ -1,6 +1,6 @@
 // The player of a recording: panes, timeline, steps of one frame, speeds, 3D modes, overlays, keys.
 
-import { fill, h, html, say, update } from "../../elements/dom.js";
+import { fill, h, html, setText, update } from "../../elements/dom.js";
 import { count } from "../../elements/format.js";
 import { clockWords } from "../gallery/recording_words.js";
 import { icon } from "../../elements/icons.js";
@@ -47,7 +47,7 @@ export class Player {
   #panes;
   #arrangement;
   #controls;
-  #tell = () => {};
+  #sendState = () => {};
   /** @type {Layout | null} */
   #kept = null;
   #quick = true;
@@ -85,7 +85,11 @@ export class Player {
       this.#controls.element,
       this.#timeline.element,
     );
-    this.#tell = leadWindows(recording.id, { now: () => this.#now, press: (pressed) => this.#press(pressed), signal });
+    this.#sendState = leadWindows(recording.id, {
+      now: () => this.#now,
+      press: (pressed) => this.#press(pressed),
+      signal,
+    });
     document.addEventListener("keydown", (event) => this.#down(event), { signal });
     run(this.#clock, signal);
     signal.addEventListener("abort", () => clearTimeout(this.#rest));
@@ -162,7 +166,7 @@ export class Player {
     this.#controls.show();
     this.#timeline.show(this.#clock.at_s, this.#clock.playing);
     this.#panes.show(this.#now);
-    this.#tell();
+    this.#sendState();
     this.#context.moved(this.#clock.at_s);
   }
 
@@ -227,8 +231,8 @@ export class Player {
         }
         line.value = String(clock.at_s);
         line.setAttribute("aria-valuetext", clockWords(clock.at_s));
-        say(time, `${clockWords(clock.at_s)} / ${clockWords(clock.duration_s)}`);
-        say(step, `frame ${count(clock.step + 1)} of ${count(clock.steps)}`);
+        setText(time, `${clockWords(clock.at_s)} / ${clockWords(clock.duration_s)}`);
+        setText(step, `frame ${count(clock.step + 1)} of ${count(clock.steps)}`);
         update(options, this.#options());
       },
     };

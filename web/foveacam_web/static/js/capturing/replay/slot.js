@@ -1,6 +1,6 @@
 // One pane of the player: a camera's frame, or both foveae in one picture, or the reason why there is none.
 
-import { fill, h, s, say, svg } from "../../elements/dom.js";
+import { fill, h, s, setText, svg } from "../../elements/dom.js";
 import { angle, number } from "../../elements/format.js";
 import { CAMERAS } from "../gallery/recording_words.js";
 import { PaneControls, placeSlot } from "../../operating/windows/pane_controls.js";
@@ -72,18 +72,18 @@ export class ReplaySlot {
   show(what) {
     const reason = "reason" in what ? what.reason : "";
     this.#reason.hidden = reason === "";
-    say(this.#reason, reason);
+    setText(this.#reason, reason);
     this.pane.classList.toggle("empty", reason !== "");
     if ("url" in what) void this.#newest.want(what.url);
   }
 
   /** @param {MomentDocument} moment @param {Overlays} overlays */
-  tell(moment, overlays) {
+  showMoment(moment, overlays) {
     const { source } = this;
     if (source === "wide") {
       fill(this.#over, ...over(moment, overlays));
-      say(this.#readout, moment.meeting_m === null ? "" : `eyes meet at ${number(moment.meeting_m, 2)} m`);
-    } else if (source === "left" || source === "right") say(this.#readout, gazeWords(source, moment));
+      setText(this.#readout, moment.meeting_m === null ? "" : `eyes meet at ${number(moment.meeting_m, 2)} m`);
+    } else if (source === "left" || source === "right") setText(this.#readout, gazeWords(source, moment));
   }
 
   /** @param {string} url */

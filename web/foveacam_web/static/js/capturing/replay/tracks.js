@@ -1,4 +1,4 @@
-// The tracks of a recording: their order, which are on, and what a pane says where a track has no frame. Pure functions.
+// Tracks of a recording: order, which are on, and the text of a pane whose track has no frame. Pure functions.
 
 import { clockWords } from "../gallery/recording_words.js";
 import { count } from "../../elements/format.js";

@@ -16,15 +16,15 @@ export function nameOf(file) {
 /**
  * Send a file and return its recording; null when it was cancelled. Raise `RequestError` when it is refused.
  * @param {File} file
- * @param {{name: string, told: (sent: number) => void, cancelled: AbortSignal}} how
+ * @param {{name: string, onProgress: (sent: number) => void, cancelled: AbortSignal}} how
  * @returns {Promise<RecordingDocument | null>}
  */
-export async function sendRecording(file, { name, told, cancelled }) {
+export async function sendRecording(file, { name, onProgress, cancelled }) {
   const body = { name, size_bytes: file.size };
   let upload = /** @type {UploadDocument} */ (await request("POST", "/recordings/uploads", { body }));
   const forget = () => request("DELETE", `/recordings/uploads/${upload.id}`).catch(() => {}); // the server may have
   while (!upload.recording) {
-    told(upload.received_bytes);
+    onProgress(upload.received_bytes);
     if (cancelled.aborted) {
       await forget();
       return null;

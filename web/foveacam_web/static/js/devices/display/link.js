@@ -1,4 +1,4 @@
-// Keeps a display registered at the server, and hears what it is to show: by the events, and by each registration's answer.
+// Keeps a display registered at the server, and receives its pattern by events and by each registration's answer.
 
 import { RequestError, request } from "../../transport/api.js";
 import { listenToEvents } from "../../transport/eventlink.js";
@@ -17,16 +17,16 @@ export class Link {
   #online = false;
   #described;
   #shows;
-  #heard;
+  #onState;
 
   /**
    * @param {{described: () => DisplayRequest, shows: (shown: PatternDocument) => void,
-   *   heard: (online: boolean, why: string) => void}} context `why`: what the server refused, empty when it is away
+   *   onState: (online: boolean, why: string) => void}} context `why`: what the server refused, empty when it is away
    */
-  constructor({ described, shows, heard }) {
+  constructor({ described, shows, onState }) {
     this.#described = described;
     this.#shows = shows;
-    this.#heard = heard;
+    this.#onState = onState;
   }
 
   /** Register, and again before the server forgets; leave when the page does. */
@@ -48,18 +48,18 @@ export class Link {
         const body = this.#described();
         this.#shows(/** @type {PatternDocument} */ (await request("PUT", this.#path, { body })));
         if (!this.#online) this.#events?.again(); // it may have been signed out
-        this.#tell(true, "");
+        this.#setOnline(true, "");
       } catch (error) {
         if (!(error instanceof RequestError)) throw error;
-        this.#tell(false, error.document.status > 0 ? ` (${error.document.title})` : "");
+        this.#setOnline(false, error.document.status > 0 ? ` (${error.document.title})` : "");
       }
     });
   }
 
   /** @param {boolean} online @param {string} why */
-  #tell(online, why) {
+  #setOnline(online, why) {
     this.#online = online;
-    this.#heard(online, why);
+    this.#onState(online, why);
   }
 
   get #path() {

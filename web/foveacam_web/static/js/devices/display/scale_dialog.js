@@ -1,6 +1,6 @@
 // The dialog in which a person sets the scale of the screen: an outline is dragged or stepped to the size of what lies on it.
 
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { number } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { ASSUMED_PX_PER_MM, REFERENCES } from "./scale.js";
@@ -134,7 +134,7 @@ export class ScaleDialog {
     this.outline.classList.toggle("upright", this.#upright);
     this.handle.setAttribute("aria-valuenow", String(this.#length_px));
     fill(this.handle, icon(this.#upright ? "low" : "on"));
-    say(this.readout, `${number(this.#px_per_mm, 3)} px/mm`);
+    setText(this.readout, `${number(this.#px_per_mm, 3)} px/mm`);
   }
 
   #save() {

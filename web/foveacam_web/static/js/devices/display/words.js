@@ -1,4 +1,4 @@
-// What the display says of itself: what it shows, its scale, and why what it shows is not true. Pure functions.
+// Texts of the display page: its pattern, its scale, and why the size shown is not true. Pure functions.
 
 import { number } from "../../elements/format.js";
 import { isTooLarge } from "./scale.js";
@@ -38,7 +38,7 @@ export function scaleWords({ width_px, height_px, px_per_mm }) {
 }
 
 /**
- * Return why what the screen shows has not its true size or is not shown; null when all is well.
+ * Return why the pattern is not shown, or not in its true size; null otherwise.
  * @param {Screen & {shown: PatternDocument | null, zoom: number}} of
  */
 export function warningWords({ shown, width_px, height_px, px_per_mm, zoom }) {
@@ -49,7 +49,7 @@ export function warningWords({ shown, width_px, height_px, px_per_mm, zoom }) {
   if (!isTooLarge({ width_mm, height_mm, width_px, height_px, px_per_mm })) return null;
   const screen = `${number(width_px / px_per_mm, 1)} × ${number(height_px / px_per_mm, 1)} mm`;
   return (
-    `Not shown, as it does not fit: ${number(width_mm, 1)} × ${number(height_mm, 1)} mm are asked for, ` +
+    `Not shown, as it does not fit: ${number(width_mm, 1)} × ${number(height_mm, 1)} mm are requested, ` +
     `the page has ${screen}. Use the full screen, turn it, or choose a smaller pattern.`
   );
 }

@@ -34,7 +34,7 @@ export class FaultReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (event.kind.startsWith("fault.")) void this.readAll();
   }
 

@@ -34,13 +34,13 @@ export function trayRows(server, page) {
   return rows.slice(0, MOST);
 }
 
-/** Return the tone of the button: of the worst that is present, softer for what is over. @param {FaultDocument[]} rows */
+/** Return the tone of the button: "bad" while an error is present, "warn" for all other rows. @param {FaultDocument[]} rows */
 export function trayTone(rows) {
   if (rows.length === 0) return "none";
   return rows.some(({ level, present }) => level === "error" && present) ? "bad" : "warn";
 }
 
-/** Return what the button says to a screen reader and as a hint. @param {FaultDocument[]} rows */
+/** Return the button's label for screen readers and its hint. @param {FaultDocument[]} rows */
 export function trayLabel(rows) {
   if (rows.length === 0) return "Faults and warnings: none";
   const errors = rows.filter(({ level }) => level === "error").length;

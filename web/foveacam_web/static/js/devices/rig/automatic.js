@@ -1,7 +1,7 @@
 // Controls for what a camera sets by itself: the mode of its exposure, the checkbox of its frame rate, where it has
 // them.
 
-import { changing, h, html, say } from "../../elements/dom.js";
+import { changing, h, html, setText } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 
 /**
@@ -45,7 +45,7 @@ export function exposureMode(of, ask) {
     const looks = busy && input.value === "once" && camera?.settings?.trigger === "hardware";
     return { itself: now !== "off", words: looks ? "Looking for one exposure for both foveae…" : SAID[now] };
   });
-  return { element, below: order.told, update: order.update };
+  return { element, below: order.status, update: order.update };
 }
 
 /**
@@ -68,7 +68,7 @@ export function ownRate(of, ask) {
     if (!busy) input.checked = now;
     return { itself: now, words: now ? READ_BACK : "" };
   });
-  return { element, below: order.told, update: order.update };
+  return { element, below: order.status, update: order.update };
 }
 
 /**
@@ -85,20 +85,20 @@ function makeOrder(ask, show) {
   const update = (/** @type {CameraDocument | undefined} */ camera, /** @type {boolean} */ open) => {
     seen = { camera, open };
     const { itself, words } = show(camera, open, busy);
-    say(note, words);
+    setText(note, words);
     return itself;
   };
   const send = async (/** @type {CameraPatch} */ patch) => {
     busy = true;
-    say(refused, "");
+    setText(refused, "");
     update(seen.camera, seen.open);
     try {
       const { refusal } = await ask(patch);
-      say(refused, refusal ? sentence(refusal) : "");
+      setText(refused, refusal ? sentence(refusal) : "");
     } finally {
       busy = false;
       update(seen.camera, seen.open);
     }
   };
-  return { told: h("div", { class: "itself-told" }, note, refused), update, send };
+  return { status: h("div", { class: "itself-told" }, note, refused), update, send };
 }

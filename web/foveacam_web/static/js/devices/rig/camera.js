@@ -1,8 +1,7 @@
-// Builds a camera's column: its identity, its link and the reason of a fault, its live picture, its settings as read
-// back.
+// Builds a camera's column: identity, link with the reason of a fault, live picture, and settings as read back.
 
 import { choiceField, keptButton } from "../../elements/parts.js";
-import { changing, h, html, say } from "../../elements/dom.js";
+import { changing, h, html, setText } from "../../elements/dom.js";
 import { count, millis, MISSING, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { exposureMode, ownRate } from "./automatic.js";
@@ -54,7 +53,7 @@ export function makeCamera(role, { store, orders }) {
     if (!state.rig_page) return;
     const camera = state.rig?.cameras.find((each) => each.role === role);
     showHead(camera ? phaseWords(linkOf(camera)) : null);
-    say(since, camera && state.stream !== "down" ? linkWords(linkOf(camera)).since : "");
+    setText(since, camera && state.stream !== "down" ? linkWords(linkOf(camera)).since : "");
     showLink(linkNow(state, role, camera));
     showFacts(camera ?? null);
     controls.update(state, camera);
@@ -112,9 +111,9 @@ function factsOf(camera) {
       )}
       ${row("Age", millis(camera.frame_age_ms), "of the newest frame")}
       ${row("Delivered", count(delivered))}
-      ${row("Skipped", count(skipped), "frames that came and nobody needed: newer ones were read")}
+      ${row("Skipped", count(skipped), "frames that were superseded by a newer one before they were read")}
       ${row("Dropped", lost(dropped), "frames that never came: their numbers are missing")}
-      ${row("Incomplete", lost(incomplete), "frames that came without a part of them")}
+      ${row("Incomplete", lost(incomplete), "frames of which a part is missing")}
       ${row("Late", lost(late), "frames that came too late to be used")}
       ${row("Underrun", lost(underrun), "frames for which no buffer was free")}
     </dl>
@@ -158,9 +157,9 @@ function makeControls(role, { store, orders }) {
     "p",
     { class: "aside-note linked" },
     icon("link"),
-    "Changes reach both foveae; only the frame rate is each one's own.",
+    "Changes apply to both foveae; only the frame rate is set separately.",
   );
-  const waits = h("p", { class: "aside-note" }, icon("warn"), "The foveae differ: choose above whose settings count.");
+  const waits = h("p", { class: "aside-note" }, icon("warn"), "The foveae differ: choose above whose settings apply.");
   const kept = h("span", { class: "why" });
   const reset = keptButton("Reset to the rig file", () => orders.reset(role), { picture: "again" });
   const fields = h(
@@ -188,19 +187,19 @@ function makeControls(role, { store, orders }) {
         const itself = automatic[name]?.update(camera, open) ?? false;
         dial.update(camera?.ranges?.[name], camera?.settings?.[name], open, itself);
       }
-      say(
+      setText(
         pace,
         camera?.settings?.trigger === "hardware"
-          ? "The controller's pulses set its pace; the frame rate counts only when it runs free."
+          ? "The controller's pulses set its rate; the frame rate applies only when it runs free."
           : "",
       );
       reset.disabled = !camera?.settings?.kept || !open;
-      say(
+      setText(
         kept,
         camera?.settings
           ? camera.settings.kept
-            ? "Changed here; asked again at every start."
-            : "As the rig file says."
+            ? "Changed here; applied again at every start."
+            : "As in the rig file."
           : "",
       );
     },
@@ -215,7 +214,7 @@ function makeFormat(ask) {
     sending = true;
     const { refusal } = await ask({ pixel_format: /** @type {CameraPatch["pixel_format"]} */ (value) }, true);
     sending = false;
-    say(refused, refusal ? sentence(refusal) : "");
+    setText(refused, refusal ? sentence(refusal) : "");
   };
   const field = choiceField(SETTINGS.pixel_format.name, [], (value) => void send(value));
   const offer = changing(field.input, (/** @type {string[]} */ formats) =>

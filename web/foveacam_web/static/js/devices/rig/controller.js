@@ -101,9 +101,8 @@ function switches(store, orders) {
   return html`<div class="stack">
     <div class="actions">${on}${off}${recover}</div>
     <p class="aside-note">
-      Recover mirrors: for a mirror that stands still though it is told to move. Both DACs start anew without
-      switching the high voltage, then both mirrors go back to where they were told to look. Needs firmware 2.1 or
-      newer.
+      Recover mirrors: for a mirror that does not follow its commands. Both DACs are restarted without switching the
+      high voltage, then both mirrors return to their commanded position. Needs firmware 2.1 or newer.
     </p>
   </div>`;
 }

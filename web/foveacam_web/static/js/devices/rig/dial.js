@@ -1,6 +1,6 @@
 // A numeric setting: field and slider. Sends a value and shows the one that was taken.
 
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { decades, plainly, shareOf, snapped, spanText, valueAt, WAY } from "./scale.js";
 import { textButton } from "../../elements/parts.js";
@@ -98,15 +98,15 @@ export class Dial {
     this.#slider.hidden = this.#scale.hidden = this.#presets.hidden = fixed;
     for (const button of this.#presets.querySelectorAll("button")) button.disabled = locked;
     this.#layScale();
-    say(this.#range, fixed ? (open ? "cannot be set" : "") : spanText(this.#span, this.#options.unit));
+    setText(this.#range, fixed ? (open ? "cannot be set" : "") : spanText(this.#span, this.#options.unit));
     this.#show();
   }
 
   /** Drop what was typed or taken before the camera set the value itself. */
   #forget() {
     this.#editing = false;
-    say(this.#taken, "");
-    say(this.#refused, "");
+    setText(this.#taken, "");
+    setText(this.#refused, "");
   }
 
   #layScale() {
@@ -201,7 +201,7 @@ export class Dial {
       while (this.#next !== null) {
         const asked = this.#next;
         this.#next = null;
-        this.#tell(asked, await this.#options.ask(asked));
+        this.#showOutcome(asked, await this.#options.ask(asked));
       }
     } finally {
       this.#busy = false;
@@ -211,14 +211,14 @@ export class Dial {
   }
 
   /** @param {number} asked @param {Outcome} outcome */
-  #tell(asked, { taken, refusal }) {
+  #showOutcome(asked, { taken, refusal }) {
     const { unit } = this.#options;
     if (taken !== null) this.#value = taken;
-    say(this.#refused, refusal ? sentence(refusal) : "");
-    say(
+    setText(this.#refused, refusal ? sentence(refusal) : "");
+    setText(
       this.#taken,
       taken !== null && snapped(asked, taken)
-        ? `Asked for ${plainly(asked)} ${unit}, the camera took ${plainly(taken)} ${unit}.`
+        ? `Requested ${plainly(asked)} ${unit}, the camera set ${plainly(taken)} ${unit}.`
             .replaceAll(" ,", ",")
             .replaceAll(" .", ".")
         : "",

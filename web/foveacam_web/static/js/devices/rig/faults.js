@@ -45,13 +45,13 @@ export function mountFaults(place, { store, orders }) {
   const mend = textButton("Mend everything", () => orders.mend(), { picture: "again" });
   fill(
     place,
-    html`<p class="lead">This rig is simulated: break something, and see what the product makes of it.</p>`,
+    html`<p class="lead">This rig is simulated: inject a fault and see how the server reports it.</p>`,
     table,
     html`<p class="actions">${knock}${mend}</p>`,
     html`<p class="aside-note">
-      A knock is as if the rig had been carried: each mount turned by 0.3° and rolled by 0.1°. Some clicks later, on
-      things with texture, the calibration’s health says so, and “Measure and correct” on the calibration page finds
-      what it was; the angle between the eyes only where it knows a distance.
+      A knock turns each mount by 0.3° and rolls it by 0.1°, as if the rig had been carried. After some fixations on
+      textured targets the calibration’s health reports it, and “Measure and correct” on the calibration page measures
+      it; the angle between the eyes only if a distance is known.
     </p>`,
   );
   const show = changing(table, (/** @type {SimulatedFaults} */ faults) => [tableOf(faults, put)]);

@@ -6,7 +6,7 @@
  * @import { RailDocument, RigBinningDocument, SimulatedFaults } from "#api"
  * @import { Commands, Role, Store } from "#console"
  * @import { RigReader } from "./reader.js"
- * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera did not take it
+ * @typedef {{changed: CamerasChangedDocument | null, refusal: string | null}} Answer `refusal`: why a camera refused it
  */
 
 const CAMERA_MS = 30_000; // the camera is stopped, set and started again
@@ -55,7 +55,7 @@ export class RigOrders {
   /** Reset a camera to the settings of the rig file. @param {Role} role */
   async reset(role) {
     const { refusal } = await this.#inTurn(() => this.#camera("DELETE", `/cameras/${role}/settings`, undefined));
-    if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
+    if (refusal) this.#commands.notify({ tone: "warn", title: "Not reset", detail: refusal });
   }
 
   /**
@@ -83,7 +83,7 @@ export class RigOrders {
   }
 
   /**
-   * Set what the cameras have; where it is refused, read what they have instead.
+   * Change settings of cameras; after a refusal read the rig again, so that the page shows the values in force.
    * @param {"PUT" | "PATCH" | "DELETE"} method
    * @param {string} path
    * @param {object | undefined} body
@@ -92,7 +92,7 @@ export class RigOrders {
     const options = { body, patience_ms: CAMERA_MS };
     const found = await this.#commands.tried(method, path, {
       ...options,
-      said: ({ document }) => document.status !== 422,
+      shows: ({ document }) => document.status !== 422,
     });
     if (found.error) void this.#reader.readRig();
     return found;
@@ -122,10 +122,10 @@ export class RigOrders {
   async recover() {
     const done = await this.#mirrors("/mirrors/recover");
     if (done)
-      this.#commands.say({
+      this.#commands.notify({
         tone: "good",
-        title: "The mirrors' DACs were started anew",
-        detail: "Both stand where they were told to before.",
+        title: "The mirrors' DACs were restarted",
+        detail: "Both mirrors are back at their commanded position.",
       });
   }
 

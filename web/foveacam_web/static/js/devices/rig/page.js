@@ -4,7 +4,7 @@ import { mountPanTilt } from "../../calibrating/calibration/pantilt.js";
 import { ENGINE_ADDRESS, RIGS_ADDRESS, SETUP_ADDRESS } from "../../addresses.js";
 import { icon } from "../../elements/icons.js";
 import { panel } from "../../elements/parts.js";
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
 import { mountBinning } from "./binning.js";
 import { makeCamera } from "./camera.js";
@@ -70,7 +70,7 @@ function inside() {
 /** @param {Store} store */
 function head(store) {
   const name = h("span", { class: "lead" });
-  store.on(["rig"], ({ rig }) => say(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
+  store.on(["rig"], ({ rig }) => setText(name, rig ? [rig.name, rig.rig_id].filter(Boolean).join(" · ") : ""));
   return pageHead(
     "rig-page-title",
     "Rig",

@@ -58,7 +58,7 @@ function question({ differences, refusal }, use) {
       <p class="state warn" id="apart-title">${icon("warn")}The foveae differ</p>
       <p id="apart-why" class="lead">
         One pulse exposes both, and their pictures are compared: they must run alike. Nothing is changed on either
-        until you say whose settings count.
+        until you choose whose settings apply.
       </p>
       <table class="compare">
         <thead><tr>${["", "Left", "Right"].map((text) => html`<th scope="col">${text}</th>`)}</tr></thead>

@@ -1,4 +1,4 @@
-// What a pan-tilt or a rail says of its place, and what to do where its place is not known.
+// Texts about the position of a pan-tilt or a rail, and the next step while it is not known.
 
 /**
  * @typedef {{connected: boolean, moving: boolean, homed: boolean, awaits_zero: boolean}} Positioner
@@ -16,6 +16,6 @@ export function stateWord(now, moving) {
 export function nextStep(now, verb) {
   if (!now?.connected || now.moving || now.homed) return "";
   return now.awaits_zero
-    ? `Bring it to its zero, then confirm that: nobody knows where it ${verb}.`
-    : `Home it first: nobody knows where it ${verb}.`;
+    ? `Bring it to its zero, then confirm that: it is not known where it ${verb}.`
+    : `Home it first: it is not known where it ${verb}.`;
 }

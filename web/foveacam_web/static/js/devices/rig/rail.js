@@ -2,7 +2,7 @@
 
 import { keptButton, nothing, numberField, textButton } from "../../elements/parts.js";
 import { isRunning } from "../../calibrating/calibration/state.js";
-import { changing, fill, h, html, say } from "../../elements/dom.js";
+import { changing, fill, h, html, setText } from "../../elements/dom.js";
 import { number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { nextStep, stateWord } from "./positioner_words.js";
@@ -39,7 +39,7 @@ function stateOf(rail) {
   if (!rail) return [nothing("The rail has not answered yet.")];
   if (!rail.present)
     return [
-      html`<p class="lead">This rig stands on no rail.</p>`,
+      html`<p class="lead">This rig has no rail.</p>`,
       html`<p class="remedy">Name one, or “manual”, in the rig's file to move it sideways from here.</p>`,
     ];
   if (rail.fault)
@@ -53,7 +53,7 @@ function stateOf(rail) {
   return [
     html`<p class="pose number">
       <span class="lamp ${tone}"></span>
-      ${rail.position_mm === null ? "nobody knows where" : `${number(rail.position_mm, 1)} mm`}
+      ${rail.position_mm === null ? "position unknown" : `${number(rail.position_mm, 1)} mm`}
     </p>`,
     html`<p class="lead">${stateWord(rail, "moving")}${reach}</p>`,
   ];
@@ -64,9 +64,9 @@ function byHand({ wanted_mm, position_mm }) {
   return [
     html`<p class="state warn">${icon("hand")}You push the rig</p>`,
     wanted_mm === null
-      ? html`<p class="lead">Choose a place: here it says where to push the rig.</p>`
+      ? html`<p class="lead">Choose a place: the position to push the rig to appears here.</p>`
       : html`<p class="order" role="status">Push the rig to ${number(wanted_mm, 1)} mm.</p>`,
-    position_mm !== null && html`<p class="why">It was last said to stand at ${number(position_mm, 1)} mm.</p>`,
+    position_mm !== null && html`<p class="why">Last confirmed position: ${number(position_mm, 1)} mm.</p>`,
   ];
 }
 
@@ -101,7 +101,7 @@ function driveOf(orders) {
       home.hidden = !rail?.moves_itself || rail.awaits_zero;
       hold.hidden = !rail?.moves_itself;
       home.disabled = busy || !rail?.connected;
-      say(
+      setText(
         reason,
         busy
           ? "The procedure needs the rig where it is."

@@ -20,7 +20,7 @@ export class RigReader {
   #pan_tilt;
   #commands;
   #reads = new QuietReads();
-  /** Follows the self-test of the triggers, whoever began it. */
+  /** Follows the self-test of the triggers, begun by this or any other client. */
   tests = new JobFollower({ ours: ({ kind }) => kind === "camera.self_test", news: (job) => this.#test(job) });
   /** How many answers to orders have shown the faults. */
   #faults_set = 0;
@@ -61,7 +61,7 @@ export class RigReader {
     if (!over) return;
     if (state === "failed") {
       const detail = problem?.detail ?? "";
-      this.#commands.say({ tone: "bad", title: "The trigger test failed", detail, remedy: remedyOf(problem) });
+      this.#commands.notify({ tone: "bad", title: "The trigger test failed", detail, remedy: remedyOf(problem) });
     }
     void this.readTest();
     void this.readRig();
@@ -99,9 +99,9 @@ export class RigReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (!this.#store.state.rig_page) return;
-    this.tests.hear(event);
+    this.tests.onEvent(event);
     if (event.kind === "camera.self_test") void this.readTest();
     if (event.kind === "simulation.faults") void this.readFaults();
     if (event.kind.startsWith("rail.")) void this.readRail();

@@ -61,7 +61,7 @@ function budgetOf(trigger) {
       <span>
         ${
           interval_ms === null
-            ? "not known until both cameras say how fast they can be"
+            ? "not known until both cameras report their read-out time"
             : `at most: a look of both foveae every ${number(interval_ms, 2)} ms`
         }
       </span>

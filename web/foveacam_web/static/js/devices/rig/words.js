@@ -15,7 +15,7 @@ export const CAMERAS = Object.freeze({ wide: "Wide camera", left: "Left fovea", 
 
 /** @type {Readonly<Record<CameraPhase, {text: string, tone: string, usual: string}>>} `usual`: where the server gives no reason */
 const PHASES = Object.freeze({
-  closed: { text: "Closed", tone: "", usual: "Nobody has opened it." },
+  closed: { text: "Closed", tone: "", usual: "It has not been opened." },
   opening: { text: "Opening", tone: "warn", usual: "It is being opened and set up." },
   ready: { text: "Ready", tone: "good", usual: "Open and set up, not started." },
   streaming: { text: "Streaming", tone: "good", usual: "" },
@@ -41,7 +41,7 @@ export const SETTINGS = Object.freeze({
 
 /** @type {Readonly<Record<Verdict, {text: string, tone: string, meaning: string}>>} */
 export const VERDICTS = Object.freeze({
-  untested: { text: "Untested", tone: "plain", meaning: "Nobody has tested this eye yet." },
+  untested: { text: "Untested", tone: "plain", meaning: "This eye has not been tested yet." },
   ok: { text: "OK: hardware and software", tone: "good", meaning: "The controller's pulse exposes it. Nothing to do." },
   ok_software_only: {
     text: "OK: software only",

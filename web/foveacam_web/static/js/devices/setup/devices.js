@@ -153,7 +153,7 @@ export class Pictures {
     });
   }
 
-  /** Take all pictures anew the next time they are shown. */
+  /** Forget all pictures, so that they are taken again the next time they are shown. */
   forget() {
     for (const { address } of this.#known.values()) URL.revokeObjectURL(address);
     this.#known.clear();

@@ -1,4 +1,4 @@
-// The fields of the draft: each shows its value, changes it, and says below what is wrong and what the doctor found.
+// The fields of the draft: each shows its value, changes it, and shows below its faults and the doctor's findings.
 
 import { absent, html } from "../../elements/dom.js";
 import { notesAt, valueAt, withValue } from "./words.js";

@@ -27,7 +27,7 @@ export class SetupOrders {
   }
 
   /**
-   * Change the draft: at once here, then at the server, which answers what is wrong. Changes that come meanwhile are sent
+   * Change the draft: at once here, then at the server, which answers its faults. Changes that come meanwhile are sent
    * together, and no read replaces them.
    * @param {(draft: RigDraft) => RigDraft} change
    */
@@ -55,7 +55,7 @@ export class SetupOrders {
     if (setup) void this.#reader.readAdvice();
   }
 
-  /** Begin anew, from a file or from nothing. @param {string | null} path */
+  /** Begin a new draft, from a file or empty. @param {string | null} path */
   async begin(path) {
     await this.#queue;
     await this.#commands.send("POST", "/rig/setup/draft", { body: { path } });
@@ -66,13 +66,13 @@ export class SetupOrders {
   async save() {
     await this.#queue;
     const saved = await this.#withHash("PUT", "/rig/setup/file");
-    if (saved) this.#commands.say({ tone: "good", title: "Saved", detail: saved.path });
+    if (saved) this.#commands.notify({ tone: "good", title: "Saved", detail: saved.path });
   }
 
   async undo() {
     await this.#queue;
     const undone = await this.#withHash("POST", "/rig/setup/undo");
-    if (undone) this.#commands.say({ tone: "good", title: "The version before is back", detail: undone.path });
+    if (undone) this.#commands.notify({ tone: "good", title: "The version before is back", detail: undone.path });
   }
 
   /** @param {"PUT" | "POST"} method @param {string} path @returns {Promise<RigFileDocument | null>} */
@@ -98,7 +98,7 @@ export class SetupOrders {
     return this.#tried(device, () => request("POST", "/rig/setup/tries", { body: { device }, patience_ms: TRY_MS }));
   }
 
-  /** Move the mirrors a small step; takes control for it when nobody has it. */
+  /** Move the mirrors a small step; takes control for it when it is free. */
   async stepMirrors() {
     const had = Boolean(this.#store.state.lease_token);
     if (!had) await this.#commands.takeLease("operator", false);
@@ -110,14 +110,17 @@ export class SetupOrders {
 
   /** @param {string} device @param {() => Promise<TryResult>} ask */
   async #tried(device, ask) {
-    this.#tell(device, "asking");
+    this.#setResult(device, "asking");
     await this.#queue; // the device that the page shows is asked
     const { answer, error } = await outcome(ask());
-    this.#tell(device, answer ?? { good: false, sentence: error?.message ?? "", remedy: error?.document.remedy ?? "" });
+    this.#setResult(
+      device,
+      answer ?? { good: false, sentence: error?.message ?? "", remedy: error?.document.remedy ?? "" },
+    );
   }
 
   /** @param {string} device @param {TryResult | "asking"} result */
-  #tell(device, result) {
+  #setResult(device, result) {
     this.#store.set({ tries: { ...this.#store.state.tries, [device]: result } });
   }
 }

@@ -94,7 +94,7 @@ export class SetupReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (event.kind === "rig.setup") void this.readDraft();
     if (event.kind === "device.recovered" || event.kind === "device.fault") void this.readStart();
   }

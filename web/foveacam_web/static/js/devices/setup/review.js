@@ -46,11 +46,11 @@ export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
       ? `${faults} ${faults === 1 ? "field is" : "fields are"} to be corrected first.`
       : setup.changed
         ? ""
-        : "The file says all of this already.";
+        : "The file contains all of this already.";
   return html`${otherFaults(setup, FIELDS).map(({ field, message }) => html`<p class="note bad"><b>${field}</b> ${sentence(message)}</p>`)}
     ${
       setup_file.meanwhile &&
-      html`<p class="note warn" role="alert">Somebody else changed the file meanwhile. Saving keeps that:</p>
+      html`<p class="note warn" role="alert">The file was changed by somebody else meanwhile. Saving keeps these changes:</p>
         ${difference(setup_file.meanwhile, "Changed by others")}`
     }
     ${setup_file.changes ? difference(setup_file.changes, "What saving changes") : html`<p class="lead">Nothing to save.</p>`}
@@ -89,7 +89,7 @@ const OPENING = Object.freeze({
 });
 const UNSAVED = Object.freeze({
   title: "Not saved",
-  text: "What is changed here and not saved is given up.",
+  text: "Changes that are not saved are lost.",
   yes: "Give it up",
 });
 

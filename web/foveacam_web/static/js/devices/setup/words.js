@@ -133,7 +133,7 @@ export function withValue(draft, path, value) {
 }
 
 /**
- * Return what is to be said beside a field: what is wrong with it, then what the doctor found.
+ * Return the messages beside a field: its faults, then the doctor's findings.
  * @param {string} path
  * @param {DraftDocument | null} setup
  * @param {AdviceDocument[] | null} advice

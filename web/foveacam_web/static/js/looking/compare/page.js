@@ -131,8 +131,8 @@ function resultOf(found) {
       "Difference against the stated errors",
       html`<value-plot .spec=${spec}></value-plot>`,
       html`<p class="note">
-        Dashed: what two independent, rightly stated errors would give. Narrower: they share noise, or state too much; wider:
-        at least one states too little. The outermost bins hold what is beyond.
+        Dashed: two independent errors, stated correctly. Narrower: common noise, or stated errors too large; wider: at
+        least one stated error is too small. The outermost bins hold what is beyond.
       </p>`,
     )}
     ${panel(found.first.name, figures(sideRows(found.first)))} ${panel(found.second.name, figures(sideRows(found.second)))}

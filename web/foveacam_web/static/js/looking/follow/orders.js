@@ -68,7 +68,7 @@ export class FollowOrders {
     if (await this.#commands.send("DELETE", `/follows/${id}`)) this.#keep((each) => each.id !== id);
   }
 
-  /** Capture one look at each target as a dataset; an event tells when it is there. */
+  /** Capture one look at each target as a dataset; its completion is reported by an event. */
   async captureAll() {
     await this.#commands.send("POST", "/follows/rounds", { body: { name: timedName("round") } });
   }

@@ -12,7 +12,7 @@ import { endedMessage } from "./words.js";
 
 const READ_MS = 500;
 const TRAIL_MS = 1000;
-const TOGETHER_MS = 150; // a stop ends all targets at once: one message tells it
+const TOGETHER_MS = 150; // a stop ends all targets at once: one message for all
 
 /** The reads of followed targets of one page. */
 export class FollowReader {
@@ -59,7 +59,7 @@ export class FollowReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (!event.kind.startsWith("follow.")) return;
     void this.readFollowed();
     if (event.kind === "follow.round")
@@ -67,12 +67,12 @@ export class FollowReader {
     if (event.level === "info") return;
     if (event.kind === "follow.ended") this.#end(/** @type {FollowEnded} */ (/** @type {unknown} */ (event.data)));
     else if (event.kind === "follow.refused")
-      this.#commands.say({ tone: "warn", title: "The tracker was not changed", detail: event.message });
+      this.#commands.notify({ tone: "warn", title: "The tracker was not changed", detail: event.message });
   }
 
   /** @param {FollowRoundTaken} data */
   #round({ capture_id, name, targets }) {
-    this.#commands.say({
+    this.#commands.notify({
       tone: "good",
       title: `${name} is stored`,
       detail: targets === 1 ? "One look at the followed target." : `One look at each of ${targets} followed targets.`,
@@ -83,11 +83,11 @@ export class FollowReader {
   /** @param {FollowEnded} data */
   #end(data) {
     this.#ended.push(data);
-    if (this.#ended.length > 1) return; // told with the first
+    if (this.#ended.length > 1) return; // part of the first one's message
     setTimeout(() => {
       const message = endedMessage(this.#ended);
       this.#ended = [];
-      if (message) this.#commands.say(message);
+      if (message) this.#commands.notify(message);
     }, TOGETHER_MS);
   }
 }

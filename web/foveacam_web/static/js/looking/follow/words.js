@@ -70,7 +70,7 @@ export function figuresOf({ speed_m_s, rate_hz, age_s, hits, looks }) {
 }
 
 /**
- * Return the message that targets are followed no more; null where that was asked for.
+ * Return the message that targets are followed no more; null where the user requested that.
  * @param {FollowEnded[]} ended
  * @returns {{tone: "warn", title: string, detail: string} | null}
  */
@@ -83,7 +83,7 @@ export function endedMessage(ended) {
 
 /**
  * Return the marks of the followed targets: those of the overlay message, and those that the foveae have yet to find
- * where this page asked for them.
+ * where this page requested them.
  * @param {Pick<ConsoleState, "overlay" | "followed" | "follow_asked">} state
  * @returns {FollowMark[]}
  */

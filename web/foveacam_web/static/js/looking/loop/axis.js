@@ -1,6 +1,6 @@
 // One axis of the loop: a slider and a number that show its command and, moved by hand, set it; hold, and its error.
 
-import { h, html, say, update } from "../../elements/dom.js";
+import { h, html, setText, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { LatestOrder } from "../../transport/latest_order.js";
 import { shareOf, valueAt, WAY } from "../../devices/rig/scale.js";
@@ -81,7 +81,7 @@ export class AxisControl {
     this.#span = { low: least_deg, high: most_deg };
     this.#baseline_m = baseline_m;
     this.#entry.disabled = this.#slider.disabled = !open || most_deg <= least_deg;
-    say(this.#error, errorText(error_deg));
+    setText(this.#error, errorText(error_deg));
     update(this.#hold, this.#holdButton(held, open));
     if (this.#grabbed || this.#sets.busy) return;
     this.#place(command_deg);
@@ -91,13 +91,11 @@ export class AxisControl {
   /** @param {boolean} held @param {boolean} open */
   #holdButton(held, open) {
     const { axis, name } = this.#about;
-    const act = async () => this.#told(await this.#orders.change({ held: { [axis]: !held } }));
+    const act = async () => this.#showRefusal(await this.#orders.change({ held: { [axis]: !held } }));
     return textButton(held ? "Held" : "Hold", () => act(), {
       kind: "plain hold",
       name: `Hold ${name}`,
-      title: held
-        ? "It is held: press to let the loop correct it again"
-        : "Keep it as it is: the loop does not correct it",
+      title: held ? "Held: press to let the loop correct it again" : "Hold it: the loop does not correct it",
       disabled: !open,
       pressed: held,
     });
@@ -107,14 +105,14 @@ export class AxisControl {
   #place(value_deg) {
     this.#slider.value = String(Math.round(WAY * shareOf(this.#span, this.#about.kind, value_deg)));
     this.#slider.setAttribute("aria-valuetext", `${value_deg.toFixed(DECIMALS)}°`);
-    if (this.#about.axis === "verge") say(this.#meets, meetingText(value_deg, this.#baseline_m));
+    if (this.#about.axis === "verge") setText(this.#meets, meetingText(value_deg, this.#baseline_m));
   }
 
   #slide() {
     this.#grabbed = true;
     const value_deg = valueAt(this.#span, this.#about.kind, Number(this.#slider.value) / WAY);
     this.#entry.value = value_deg.toFixed(DECIMALS);
-    if (this.#about.axis === "verge") say(this.#meets, meetingText(value_deg, this.#baseline_m));
+    if (this.#about.axis === "verge") setText(this.#meets, meetingText(value_deg, this.#baseline_m));
     this.#sets.give(value_deg);
   }
 
@@ -131,12 +129,12 @@ export class AxisControl {
       value_deg < low || value_deg > high
         ? `${value_deg}° is out of its range, ${low.toFixed(1)}° to ${high.toFixed(1)}°`
         : await this.#orders.change({ command_deg: { [this.#about.axis]: value_deg } });
-    this.#told(refusal);
+    this.#showRefusal(refusal);
     return refusal === null ? true : null;
   }
 
   /** @param {string | null} refusal */
-  #told(refusal) {
-    say(this.#refused, refusal ? sentence(refusal) : "");
+  #showRefusal(refusal) {
+    setText(this.#refused, refusal ? sentence(refusal) : "");
   }
 }

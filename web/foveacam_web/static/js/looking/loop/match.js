@@ -1,4 +1,4 @@
-// What the loop matches, as the server draws it: loaded again after a new look, once a second, while it is shown.
+// The server's picture of the loop's match: while shown, loaded again after a new look, at most once a second.
 
 import { h, html, update } from "../../elements/dom.js";
 import "../../capturing/gallery/drawn.js";
@@ -20,8 +20,8 @@ export function matchPicture(store) {
     { class: "panel loop-match", on: { toggle: () => show(store.state) } },
     html`<summary>What the loop matches</summary>`,
     html`<p class="lead">
-      The strip of the wide view in which both foveae are looked for: the yellow cross is the target, the boxes are where
-      each fovea was found. Below, how well each place of the strip agrees with each eye.
+      The strip of the wide view in which both foveae are located: the yellow cross is the target, the boxes show where
+      each fovea was found. Below, the correlation of each eye with every position in the strip.
     </p>`,
     picture,
   );

@@ -21,12 +21,12 @@ export class LoopOrders {
   #commands;
   /** @type {LatestOrder<LoopDrag>} */
   #drags;
-  /** Follows the tuning, whoever began it. */
+  /** Follows the tuning, begun by this or any other client. */
   tuning = new JobFollower({
     ours: ({ kind }) => kind === "loop_tune",
     news: (job) => this.#store.set({ loop_tuning: job.kind ? job : null }), // null: the server does not know it
   });
-  /** Called when settings have changed, of which no event tells: a read under way may have found those before. */
+  /** Called after a change of settings, which has no event: a read in progress may return the previous ones. */
   changed = () => {};
 
   /** @param {{store: Store, commands: Commands}} context */
@@ -40,7 +40,7 @@ export class LoopOrders {
   }
 
   /**
-   * Keep both foveae on what was chosen in the wide view, of a rectangle its middle.
+   * Keep both foveae on the point chosen in the wide view, or on the middle of the chosen rectangle.
    * @param {Pick<import("#api").FixationRequest, "pixel" | "rectangle">} chosen
    */
   async lookAt({ pixel, rectangle }) {
@@ -65,7 +65,7 @@ export class LoopOrders {
     await this.#commands.send("DELETE", "/loop/drag");
   }
 
-  /** Let an eye keep a place of its own picture in the middle. @param {"left" | "right"} eye @param {Point} pixel */
+  /** Let an eye keep a point of its own picture centred. @param {"left" | "right"} eye @param {Point} pixel */
   async partEye(eye, { x, y }) {
     const body = { x_px: Math.max(0, x), y_px: Math.max(0, y) };
     this.#adopt(await this.#commands.send("PUT", `/loop/eyes/${eye}`, { body }));
@@ -107,7 +107,7 @@ export class LoopOrders {
   async reset(group) {
     const query = group === null ? "" : `?group=${group}`;
     const { refusal } = await this.#settings("DELETE", `/loop/settings${query}`);
-    if (refusal) this.#commands.say({ tone: "warn", title: "Not reset", detail: refusal });
+    if (refusal) this.#commands.notify({ tone: "warn", title: "Not reset", detail: refusal });
     return refusal;
   }
 
@@ -143,7 +143,7 @@ export class LoopOrders {
   }
 
   /**
-   * Return a document or why it was refused; what no value can mend, such as a lease, is shown as a message as well.
+   * Return a document or the reason of its refusal; a refusal that no value can avoid (lease) is also shown as a message.
    * @param {"POST" | "PATCH" | "DELETE"} method
    * @param {string} path
    * @param {object} [body]
@@ -151,7 +151,7 @@ export class LoopOrders {
   async #tried(method, path, body) {
     const { answer, error } = await this.#commands.tried(method, path, {
       body,
-      said: ({ document }) => ![409, 422].includes(document.status) || Boolean(this.#store.state.lease?.holder),
+      shows: ({ document }) => ![409, 422].includes(document.status) || Boolean(this.#store.state.lease?.holder),
     });
     return { document: answer, refusal: error?.message ?? null };
   }

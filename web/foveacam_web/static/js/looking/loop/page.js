@@ -35,8 +35,8 @@ export function mountLoopPage(place, { store, orders }) {
       <div class="column loop-see">
         ${places.get("wide") ?? null}
         <p class="lead">
-          Click in the wide view to choose the target. While the loop runs, Alt and drag takes the eyes by hand; released,
-          it goes on. A click in the picture of one eye lets that eye follow what is there by itself.
+          Click in the wide view to choose the target. While the loop runs, Alt and drag steers the eyes by hand; the loop
+          resumes on release. A click in the picture of one eye lets that eye follow the clicked point independently.
         </p>
         <div class="capture-eyes">${places.get("left") ?? null}${places.get("right") ?? null}</div>
       </div>
@@ -86,7 +86,7 @@ function statusParts(loop, orders) {
         ${textButton(paused ? "Go on" : "Pause", () => orders.togglePause(), {
           kind: "plain pause",
           picture: paused ? "play" : "pause",
-          title: "Correct nothing, or go on (P)",
+          title: "Suspend the corrections, or resume them (P)",
           disabled: !running || eyes.length > 0,
         })}
         ${textButton("End", () => orders.end(), {
@@ -115,7 +115,7 @@ function triggerParts(trigger, orders) {
     trigger.latched &&
     html`<div class="strip warn" role="alert">
         ${icon("warn")}
-        <div><strong>The loop waits: exposures fail again and again. </strong>${trigger.reason}</div>
+        <div><strong>The loop waits: exposures fail repeatedly. </strong>${trigger.reason}</div>
         ${textButton("Reset trigger", () => orders.resetTrigger())}
       </div>`
   }

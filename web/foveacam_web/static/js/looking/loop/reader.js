@@ -77,11 +77,11 @@ export class LoopReader {
   }
 
   /** @param {EventDocument} event */
-  hear(event) {
-    this.#tuning.hear(event);
+  onEvent(event) {
+    this.#tuning.onEvent(event);
     if (!event.kind.startsWith("loop.")) return;
     void this.readAll();
     const message = eventMessage(event);
-    if (message) this.#commands.say(message);
+    if (message) this.#commands.notify(message);
   }
 }

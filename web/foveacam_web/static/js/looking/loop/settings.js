@@ -1,4 +1,4 @@
-// Lists the loop's settings by group: names, units, ranges and what each does; reads one and words a change. Pure functions.
+// The loop's settings by group: names, units, ranges, descriptions; reads one, builds the request of a change. Pure functions.
 
 /**
  * @import { LoopGains, LoopSettingsDocument, LoopSettingsPatch, SpanDocument } from "#api"
@@ -26,7 +26,7 @@ function gains(group, what) {
       label: "Kp",
       unit: "°/°",
       span: GAIN_SPAN,
-      title: `Proportional gain: how much of the error of ${what} each look takes away.`,
+      title: `Proportional gain: share of the error of ${what} that each look corrects.`,
     },
     {
       name: [group, "ki"],
@@ -34,7 +34,7 @@ function gains(group, what) {
       unit: "/u",
       span: GAIN_SPAN,
       kind: "root",
-      title: `Integral gain: takes away what stays of the error of ${what}, per unit of loop time.`,
+      title: `Integral gain: corrects the remaining error of ${what}, per unit of loop time.`,
     },
     {
       name: [group, "kd"],
@@ -66,15 +66,14 @@ export const GROUPS = Object.freeze([
         label: "Template scale",
         unit: "of 1",
         span: { low: 0, high: 1 },
-        title:
-          "Scale at which the foveae are looked for in the wide view: 0 its own, 1 four times that. Finer is slower.",
+        title: "Scale at which the foveae are matched in the wide view: 0 its own, 1 four times that. Finer is slower.",
       },
       {
         name: "min_score",
         label: "Least score",
         unit: "of 1",
         span: { low: 0, high: 1 },
-        title: "Below this correlation in either eye nothing is corrected.",
+        title: "Least correlation of both eyes for a correction.",
       },
       {
         name: "expand_x",
@@ -113,7 +112,7 @@ export const GROUPS = Object.freeze([
         span: { low: 100, high: 10_000 },
         kind: "log",
         title:
-          "So long after a target was chosen the loop corrects. While a tracker follows the target, it always does.",
+          "Time after the choice of a target during which the loop corrects. While a tracker follows the target, it always does.",
       },
       {
         name: "most_hz",
@@ -121,7 +120,7 @@ export const GROUPS = Object.freeze([
         unit: "/s",
         span: { low: 0.5, high: 1000 },
         kind: "log",
-        title: "Most looks a second; unlimited: as fast as the rig.",
+        title: "Largest number of looks a second; unlimited: as fast as the rig.",
       },
     ],
   },
@@ -136,7 +135,7 @@ export const GROUPS = Object.freeze([
         unit: "px",
         span: { low: 16, high: 400 },
         whole: true,
-        title: "Width of what the tracker learns about the target, wide px.",
+        title: "Width of the tracker's template about the target, wide px.",
       },
       {
         name: "box_height_px",
@@ -144,7 +143,7 @@ export const GROUPS = Object.freeze([
         unit: "px",
         span: { low: 16, high: 400 },
         whole: true,
-        title: "Height of what the tracker learns about the target, wide px.",
+        title: "Height of the tracker's template about the target, wide px.",
       },
     ],
   },
@@ -158,13 +157,13 @@ export const GROUPS = Object.freeze([
         label: "Lead",
         unit: "ms",
         span: { low: -50, high: 50 },
-        title: "Added to the middle of the exposure, whose delay is measured: makes up for a delay that is not.",
+        title: "Added to the time of the prediction, which is mid-exposure: compensates a delay that is not measured.",
       },
     ],
   },
 ]);
 
-/** The settings that need no number in some of their modes. @type {Readonly<Partial<Record<string, {modes: Mode[], usual: number}>>>} */
+/** Settings that need no number in some of their modes. @type {Readonly<Partial<Record<string, {modes: Mode[], usual: number}>>>} */
 export const MODES = Object.freeze({
   correct_for_ms: {
     usual: 1000,
@@ -208,7 +207,7 @@ export function patchOf(settings, name, value) {
   return { [group]: { ...settings[group], [gain]: value } };
 }
 
-/** Return which mode a value is of: the one that sends it, or the one of numbers. @param {Mode[]} modes @param {number | null} value */
+/** Return the mode of a value: that which sends exactly it, otherwise that with a number. @param {Mode[]} modes @param {number | null} value */
 export function modeOf(modes, value) {
   return (
     (modes.find(({ number }) => number === value) ?? modes.find(({ number }) => number === undefined))?.value ?? ""

@@ -1,6 +1,6 @@
 // The panel of the loop's settings: a group each with its numbers, choices and Reset.
 
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { Dial } from "../../devices/rig/dial.js";
 import { GROUPS, modeOf, MODES, numberOf, patchOf, TRACKERS } from "./settings.js";
@@ -54,7 +54,7 @@ function choicesOf(group, orders) {
     return [
       choiceControl("Tracker", TRACKERS, {
         title:
-          "Follows the target in the wide view while it moves. Template: the picture of it; filter: a correlation filter, learnt on and on.",
+          "Follows the target in the wide view while it moves. Template: correlation with its picture; filter: a correlation filter that adapts with every image.",
         now: ({ tracker }) => tracker,
         change: (tracker) => orders.set({ tracker }),
       }),
@@ -68,7 +68,7 @@ function choicesOf(group, orders) {
           [false, "Off"],
         ],
         {
-          title: "Aim at where a tracked target will be in the middle of the exposure.",
+          title: "Aim at the predicted position of a tracked target at mid-exposure.",
           now: ({ predict }) => predict,
           change: (predict) => orders.set({ predict }),
         },
@@ -94,7 +94,7 @@ function choiceControl(name, known, { title, now, change }) {
       const chosen = known[index];
       if (!chosen) return;
       const { refusal } = await change(chosen[0]);
-      say(refused, refusal ? sentence(refusal) : "");
+      setText(refused, refusal ? sentence(refusal) : "");
       if (refusal) select.selectedIndex = shown;
     },
   );
@@ -146,7 +146,7 @@ function numberControl(setting, of, { orders, settings }) {
   const modes = choice && chooser(`${label}, mode`, choice.modes, (index) => choose(choice.modes[index]));
   const choose = async (/** @type {Mode | undefined} */ mode) => {
     const { refusal } = await ask(mode?.number === undefined ? (choice?.usual ?? null) : mode.number);
-    say(refused, refusal ? sentence(refusal) : "");
+    setText(refused, refusal ? sentence(refusal) : "");
   };
   const dial = new Dial({
     ...{ name: label, unit, of, title, kind, presets, whole, ask },

@@ -14,7 +14,7 @@ import { API } from "../../root.js";
  */
 
 const SVG_URL = `${API}/loop/tune.svg`;
-const CAPTION = "How each loop answers a step, before and after";
+const CAPTION = "Step response of each loop, before and after";
 const HEADS = ["Axis", "Settled before", "after", "Overshoot before", "after", "Ultimate gain", "Period"];
 
 /** @param {ConsoleState} state @param {LoopOrders} orders */
@@ -25,15 +25,15 @@ export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
   const button = (/** @type {string} */ text, /** @type {boolean} */ polish, /** @type {string} */ title) =>
     textButton(text, () => orders.tune(polish), { title, disabled: why !== null });
   return html`<p class="lead">
-      Finds the gains on the target as it is. A relay swings each axis by a little and tells how it answers, which takes
-      about a minute; polishing then tries 48 candidates by CMA-ES, which takes some minutes. Aborted, it leaves the
-      gains as they were.
+      Finds the gains on the present target. Relay feedback makes each axis oscillate a little and measures its response,
+      which takes about a minute; polishing then tries 48 candidates by CMA-ES, which takes some minutes. Aborting leaves
+      the gains unchanged.
     </p>
     <div class="actions">
       ${button("Tune", false, "By relays alone, about a minute")}
       ${button("Tune and polish", true, "By relays, then by CMA-ES: some minutes")}
       ${textButton("Back to default gains", () => orders.resetGains(), {
-        title: "The gains of pan, depth and vertical shift as they were at first",
+        title: "Default gains of pan, depth and vertical shift",
         disabled: running,
       })}
       <span class="why">${why ?? ""}</span>
@@ -56,7 +56,7 @@ export function tuningParts({ loop, loop_tuning, tune_refusal }, orders) {
 function resultOf(tuned) {
   const { tuned_utc, cost_before, cost, candidates, picture_url } = tuned;
   const how = candidates > 0 ? `relays and ${candidates} candidates` : "relays";
-  const words = `Tuned at ${clockTime(tuned_utc)} by ${how}: the cost of a step fell from ${number(cost_before, 2)} to ${number(cost, 2)}.`;
+  const words = `Tuned at ${clockTime(tuned_utc)} by ${how}: the step-response cost fell from ${number(cost_before, 2)} to ${number(cost, 2)}.`;
   return html`<p class="lead">${words}</p>
     <div class="scroll-x">
       <table class="compare tuned">

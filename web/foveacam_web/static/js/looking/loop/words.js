@@ -29,14 +29,14 @@ export const STATUSES = Object.freeze({
   waiting: { tone: "plain", text: "Waiting" },
 });
 
-/** Words where the server has none, as nothing is wrong. @type {Readonly<Partial<Record<LoopDocument["status"], string>>>} */
+/** Hints for states in which the server gives no detail, as nothing is wrong. @type {Readonly<Partial<Record<LoopDocument["status"], string>>>} */
 const HINTS = Object.freeze({
   off: "Click in the wide view: both foveae then stay on what is there.",
   initializing: "Both foveae look for the target first.",
   held: "The eyes keep looking and measuring; nothing is corrected.",
-  manual: "Both eyes look in parallel where the pointer drags. Released, the loop goes on with its target.",
-  split: "Each eye keeps what was clicked in its own picture in the middle; one that was not clicked rests.",
-  auto_tune: "The gains are being found; the eyes swing about the target meanwhile.",
+  manual: "Both eyes look in parallel where the pointer drags. On release the loop resumes its target.",
+  split: "Each eye keeps the point clicked in its picture in the middle; an eye without one does not move.",
+  auto_tune: "The gains are being found; the eyes oscillate about the target meanwhile.",
 });
 
 /** @type {readonly {axis: AxisName, name: string, kind: ScaleKind, title: string}[]} */
@@ -45,25 +45,25 @@ export const AXES = Object.freeze([
     axis: "pan_x",
     name: "Pan x",
     kind: "linear",
-    title: "How far both eyes look to the right of where the wide view has the target.",
+    title: "Angle of both eyes to the right of the target in the wide view.",
   },
   {
     axis: "pan_y",
     name: "Pan y",
     kind: "linear",
-    title: "How far both eyes look below where the wide view has the target.",
+    title: "Angle of both eyes below the target in the wide view.",
   },
   {
     axis: "verge",
     name: "Vergence",
     kind: "root",
-    title: "The angle between both lines of sight; it tells the distance. 0 is parallel.",
+    title: "Angle between both lines of sight; it determines the distance. 0 is parallel.",
   },
   {
     axis: "shift_y",
     name: "Vertical shift",
     kind: "linear",
-    title: "Half of what the left eye looks lower than the right one.",
+    title: "Half the angle by which the left eye looks lower than the right.",
   },
 ]);
 
@@ -72,7 +72,7 @@ const EYES = Object.freeze({ left: "Left eye", right: "Right eye" });
 const EYE_STATES = Object.freeze({ still: "rests", tracking: "tracking", lost: "lost" });
 const TARGETS = Object.freeze({ fixed: "fixed", tracked: "tracked", lost: "lost" });
 
-/** Return what to do about the status, or what happens. @param {LoopDocument} loop */
+/** Return the status's remedy or description. @param {LoopDocument} loop */
 export function detailOf({ status, detail }) {
   return sentence(detail) || (HINTS[status] ?? "");
 }
@@ -149,7 +149,7 @@ export function whyNotTuned(loop) {
 }
 
 /**
- * Return what the job that tunes does, or how it ended; null where that needs no words.
+ * Return the progress or the outcome of a tuning job; null for a success.
  * @param {Job} job
  */
 export function tuningWords({ state, progress, problem }) {
@@ -187,7 +187,7 @@ function settleText(settle_ms) {
 }
 
 /**
- * Return the message of an event; null where nobody needs to be told.
+ * Return the message of an event; null for an event that needs none.
  * @param {EventDocument} event
  * @returns {Message | null}
  */

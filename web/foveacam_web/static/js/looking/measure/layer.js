@@ -35,7 +35,7 @@ export class MeasureLayer {
     );
     pane.surface.append(this.element);
     for (const kind of ["pointerdown", "pointermove", "pointerup", "pointercancel"]) {
-      this.element.addEventListener(kind, (event) => this.#hear(/** @type {PointerEvent} */ (event)));
+      this.element.addEventListener(kind, (event) => this.#onPointer(/** @type {PointerEvent} */ (event)));
     }
     // zoom, pan and resizing move the picture without an event
     new MutationObserver(() => this.redraw()).observe(pane.canvas, { attributes: true, attributeFilter: ["style"] });
@@ -64,7 +64,7 @@ export class MeasureLayer {
   }
 
   /** @param {PointerEvent} event */
-  #hear(event) {
+  #onPointer(event) {
     event.stopPropagation(); // a click that measures does not fixate
     const box = this.element.getBoundingClientRect();
     const at = { x: event.clientX - box.left, y: event.clientY - box.top };

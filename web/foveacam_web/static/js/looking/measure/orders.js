@@ -37,7 +37,7 @@ export class MeasureOrders {
   }
 
   /** @param {import("#api").EventDocument} event */
-  hear(event) {
+  onEvent(event) {
     if (event.kind.startsWith("measurement.")) void this.readAll();
   }
 

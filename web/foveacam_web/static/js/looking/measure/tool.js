@@ -1,6 +1,6 @@
 // The measuring tool: its kind, the views it is on, its bar; turns clicks and drags into measurements.
 
-import { h, html, say } from "../../elements/dom.js";
+import { h, html, setText } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { MeasureLayer } from "./layer.js";
 import { KINDS } from "./words.js";
@@ -126,7 +126,7 @@ export class MeasureTool {
         element.hidden = measuring === null;
         if (!measuring) return;
         ORDER.forEach((kind, index) => kinds[index]?.setAttribute("aria-pressed", String(kind === measuring.kind)));
-        say(
+        setText(
           hint,
           measuring.busy
             ? "Measuring …"

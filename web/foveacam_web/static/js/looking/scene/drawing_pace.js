@@ -1,10 +1,10 @@
 // Spaces out the drawings of the 3D scene where the browser draws in software.
 // viser draws for a quarter of a second after each change, as often as the browser can: eight pictures, nearly alike,
-// of 30 ms on two cores. Six a second are enough there while nobody turns the view.
+// of 30 ms on two cores. Six a second are enough there while the view is not being turned.
 
 const SLOW_MS = 24; // a drawing that takes longer than a picture of a 60 Hz display was drawn in software
 const STEP_MS = 160;
-const TOUCHED_MS = 1000; // so long after the last touch the view may still turn
+const TOUCHED_MS = 1000; // the view may go on turning this long after the last touch
 
 /**
  * @typedef {(now_ms: number) => void} Draw
@@ -30,7 +30,7 @@ export class DrawingPace {
     this.#clock = clock;
   }
 
-  /** Somebody turns the view: draw as often as possible. */
+  /** The user turns the view: draw as often as possible. */
   touch() {
     this.#touched_ms = this.#clock.now();
   }

@@ -13,7 +13,8 @@ import { GAZE_MOST_DEG, pointOf, voltsOf } from "./words.js";
 
 const LOOK_MS = 500;
 const LONGEST_S = 0.1; // a page that stood still for longer must not jump
-const GONE = "It went while it steered: the mirrors hold, and are parked after 3 s. Plug it in, and press again.";
+const GONE =
+  "It was disconnected while steering: the mirrors hold, and are parked after 3 s. Plug it in, and press again.";
 
 /** The gamepad of one page. */
 export class GamepadSteering {
@@ -22,7 +23,7 @@ export class GamepadSteering {
   #commands;
   #reads = false;
   #holds = false;
-  /** Where the sticks have steered to, once the server has told where the mirrors stand. @type {Aims | null} */
+  /** Direction steered to by the sticks; null before the server has reported the mirrors' position. @type {Aims | null} */
   #aims = null;
   #last_ms = 0;
 
@@ -66,7 +67,7 @@ export class GamepadSteering {
     this.#holds = false;
     this.#steering.abandon();
     this.#store.set({ gamepad: "lost" });
-    this.#commands.say({ tone: "warn", title: "The gamepad has gone", detail: GONE });
+    this.#commands.notify({ tone: "warn", title: "The gamepad has gone", detail: GONE });
   }
 
   #letGo() {
@@ -84,7 +85,7 @@ export class GamepadSteering {
     this.#steering.hold(this.#aims && moved ? this.#driven(this.#aims, sticks, dt_s) : {}, { alone: true });
   }
 
-  /** Return where the mirrors stand, once the server has told. @returns {Aims | null} */
+  /** Return the mirrors' position, null before the server has reported it. @returns {Aims | null} */
   #begin() {
     const { pose, gaze } = this.#store.state.steering ?? {};
     if (!pose || !this.#store.state.steer_limits) return null;

@@ -1,4 +1,4 @@
-// A square pad for two values: shows where something stands and where it goes, and steers it by dragging, by keys, by numbers.
+// A square pad for two values: shows the present value and the target, and steers by dragging, keys or numbers.
 
 import { h, s } from "../../elements/dom.js";
 import { number } from "../../elements/format.js";
@@ -14,7 +14,7 @@ import { clamp, steppedBy, valueOnPad } from "./words.js";
 
 const SLACK_PX = 3; // a press that moves less is a click, which steers nothing
 const HALF = 100;
-const TOLD_MS = 700; // by then the server has told of a target
+const REPORT_MS = 700; // by then the server has reported a target
 
 /** A pad and its two numbers. */
 export class SteerPad {
@@ -22,7 +22,7 @@ export class SteerPad {
   #most = 1;
   /** Where the next step of a key begins. @type {Point} */
   #base = { x: 0, y: 0 };
-  #base_since_ms = -TOLD_MS;
+  #base_since_ms = -REPORT_MS;
   /** Where it was steered to last, while it is held. @type {Point | null} */
   #aim = null;
   /** @type {Point | null} */
@@ -89,7 +89,7 @@ export class SteerPad {
       entry.max = String(most);
     }
     this.#dot.toggleAttribute("hidden", !now);
-    if (performance.now() - this.#base_since_ms > TOLD_MS) this.#base = target ?? now ?? this.#base;
+    if (performance.now() - this.#base_since_ms > REPORT_MS) this.#base = target ?? now ?? this.#base;
     const aim = this.#aim ?? target;
     this.#ring.toggleAttribute("hidden", !aim);
     if (now) this.#place(this.#dot, now);

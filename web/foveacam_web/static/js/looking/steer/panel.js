@@ -1,8 +1,8 @@
-// The panel “Steer by hand”: a pad of volts for each eye, with a calibration one of directions for both, and what steers.
+// The panel “Steer by hand”: a pad of volts for each eye, with a calibration one of directions for both, and the gamepad.
 
 import { makeSteerDistance } from "../../panels/dialogs.js";
 import { badge, keptButton } from "../../elements/parts.js";
-import { fill, h, html, say, update } from "../../elements/dom.js";
+import { fill, h, html, setText, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { SteerPad } from "./pad.js";
 import { GAZE_MOST_DEG, pointOf, statusWords, voltsFor } from "./words.js";
@@ -19,7 +19,7 @@ const GAMEPAD = {
   none: "Gamepad: none. Plug one in and press one of its buttons.",
   there:
     "Gamepad: hold A or a shoulder button; the left stick steers both eyes, or the left one, the right stick the right one.",
-  lost: "The gamepad has gone while it steered: the mirrors hold, and are parked. Plug it in, and press again.",
+  lost: "The gamepad was disconnected while steering: the mirrors hold, and are parked. Plug it in, and press again.",
 };
 
 /** What of the state the panel shows. @type {(keyof ConsoleState)[]} */
@@ -52,8 +52,8 @@ export function mountSteering(place, { store, orders, steering }) {
       ? { tone: "warn", text: "The stop is engaged." }
       : statusWords(state.steering, state.steer_limits);
     update(status, badge(tone, text));
-    say(refused, sentence(state.steer_refusal));
-    say(gamepad, GAMEPAD[state.gamepad ?? "none"]);
+    setText(refused, sentence(state.steer_refusal));
+    setText(gamepad, GAMEPAD[state.gamepad ?? "none"]);
     pads.gaze.element.hidden = aims.hidden = !gazed(state);
     showPads(pads, state);
   });
@@ -149,7 +149,7 @@ function shiftSlider(store) {
   const slider = h("input", { type: "range", id: "steer-shift", min: "-0.5", max: "0.5", step: "0.01", value: "0" });
   slider.addEventListener("input", () => store.set({ steer_shift_deg: Number(slider.value) }));
   store.on(["steer_shift_deg"], ({ steer_shift_deg }) => {
-    say(text, `${steer_shift_deg.toFixed(2)}°`.replace("-", "−"));
+    setText(text, `${steer_shift_deg.toFixed(2)}°`.replace("-", "−"));
     slider.setAttribute("aria-valuetext", `${steer_shift_deg.toFixed(2)}°, the left eye lower`);
   });
   return h(

@@ -1,5 +1,5 @@
-// Steers the mirrors over the steering socket: sends the newest target, says that it is there while something is held, and
-// keeps what the server tells. What is silent is held and then parked by the server.
+// Steers the mirrors over the steering socket: sends the newest target, keep-alives while a control is held, and keeps the
+// state that the server reports. Without keep-alives the server first holds the mirrors, then parks them.
 
 import { RequestError } from "../../transport/api.js";
 import { VIEWER_WORDS, offers } from "../../operating/session/words.js";
@@ -117,7 +117,7 @@ export class Steering {
       if (this.#waiting) socket.send(JSON.stringify(this.#waiting));
       this.#waiting = null;
     };
-    socket.onmessage = ({ data }) => this.#hear(JSON.parse(data));
+    socket.onmessage = ({ data }) => this.#onMessage(JSON.parse(data));
     socket.onclose = () => this.#closed();
   }
 
@@ -128,8 +128,8 @@ export class Steering {
     this.#socket.send(JSON.stringify({ type: "begin", name, lease: lease_token }));
   }
 
-  /** @param {any} message any: told apart by its type */
-  #hear({ type, ...news }) {
+  /** @param {any} message any: distinguished by its type */
+  #onMessage({ type, ...news }) {
     if (type === "hello") this.#store.set({ steer_limits: news });
     else if (type === "problem") this.#store.set({ steer_refusal: new RequestError(news).message });
     else if (type === "state") {

@@ -1,4 +1,4 @@
-// What steering by hand computes and says: places on a pad, steps of the keys, sentences. Pure functions.
+// Computations and texts of steering by hand: positions on a pad, steps of the keys, sentences. Pure functions.
 
 import { number, sentence } from "../../elements/format.js";
 
@@ -65,7 +65,7 @@ export function voltsFor(eye, to, split) {
 }
 
 /**
- * Say what steering does now.
+ * Return the state of steering in words.
  * @param {SteeringState | null} state null: not connected
  * @param {SteerLimits | null} limits
  * @returns {StatusWords}
@@ -76,7 +76,7 @@ export function statusWords(state, limits) {
   if (state.status === "silent")
     return {
       tone: "warn",
-      text: `Nothing was heard of this page: the mirrors hold, and are parked after ${limits?.park_after_s ?? 3} s.`,
+      text: `The server received nothing from this page: the mirrors hold, and are parked after ${limits?.park_after_s ?? 3} s.`,
     };
   if (state.status === "ended")
     return { tone: "warn", text: `${sentence(state.reason ?? "steering has ended")} Let go, and press again.` };

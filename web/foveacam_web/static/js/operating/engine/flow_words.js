@@ -1,4 +1,4 @@
-// Texts of the table of who feeds whom. Pure functions.
+// Texts of the table of data flow between the parts. Pure functions.
 
 import { count, number, sentence } from "../../elements/format.js";
 import { percent } from "./words.js";
@@ -31,12 +31,12 @@ export function partName({ name, kind }) {
 /** Return a part with what it does now. @param {PartDocument} part */
 export function partWords(part) {
   const { busy_share, waiting, flagged } = part;
-  const told = [
+  const state = [
     busy_share !== null && `${percent(busy_share)} busy`,
     waiting && `${waiting} waiting`,
     flagged && "does not keep up",
   ];
-  return [partName(part), ...told].filter(Boolean).join(", ");
+  return [partName(part), ...state].filter(Boolean).join(", ");
 }
 
 /**

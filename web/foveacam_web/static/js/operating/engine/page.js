@@ -1,4 +1,4 @@
-// The page of the engine's load: threads, queues, stages, cameras, views, controller's line and clock, start, who feeds whom.
+// The page of the engine's load: threads, queues, stages, cameras, views, controller's line and clock, start, data flow.
 
 import { request } from "../../transport/api.js";
 import { hand } from "../../elements/download.js";
@@ -34,7 +34,7 @@ const READ_MS = 1000;
 
 /** @param {HTMLElement} place @param {{store: Store}} context */
 export function mountEnginePage(place, { store }) {
-  const [told, body] = [h("div", { class: "engine-told", role: "status" }), h("div", { class: "engine-body" })];
+  const [verdictPlace, body] = [h("div", { class: "engine-told", role: "status" }), h("div", { class: "engine-body" })];
   const save = h("button", { type: "button", class: "plain", disabled: true }, icon("down"), "Save as a file");
   const reads = new QuietReads();
   /** @type {Load | null} */
@@ -48,7 +48,7 @@ export function mountEnginePage(place, { store }) {
       ]);
       load = { engine, mirrors };
       save.disabled = false;
-      update(told, toldOf(engine));
+      update(verdictPlace, verdictOf(engine));
       update(body, partsOf(load));
     });
   };
@@ -57,7 +57,7 @@ export function mountEnginePage(place, { store }) {
     const { name, content } = savedFile(load.engine, load.mirrors);
     hand(new Blob([content], { type: "application/json" }), name);
   });
-  fill(place, pageHead("engine-title", "Engine", save), told, body);
+  fill(place, pageHead("engine-title", "Engine", save), verdictPlace, body);
   update(body, nothing("Loading …"));
   store.on(["engine_page"], () => void read());
   document.addEventListener("visibilitychange", () => void read());
@@ -65,7 +65,7 @@ export function mountEnginePage(place, { store }) {
 }
 
 /** @param {EngineDocument} engine */
-function toldOf(engine) {
+function verdictOf(engine) {
   const { tone, sentences } = verdict(engine);
   return sentences.map((text) => html`<p class="state ${tone}">${icon(tone === "good" ? "check" : "warn")}${text}</p>`);
 }

@@ -33,7 +33,7 @@ export function stageWords(stage) {
 }
 
 /**
- * Return what does not keep up, in sentences; one sentence that all is well if nothing is flagged.
+ * Return a sentence for each part that does not keep up, or one that all is well.
  * @param {EngineDocument} engine
  * @returns {{tone: "good" | "warn", sentences: string[]}}
  */
@@ -104,7 +104,7 @@ export function startRow({ device, state, after_s, duration_s }) {
 
 /** @param {EngineDocument["process"]} process */
 export function startWords({ began_utc, services_opened_s }) {
-  if (began_utc === null) return "The system does not tell when the process began.";
+  if (began_utc === null) return "The operating system does not report when the process began.";
   const at = began_utc.replace("T", " ").replace("Z", " UTC");
   return `The process began on ${at}; its services were open ${seconds(services_opened_s)} later.`;
 }

@@ -1,6 +1,6 @@
 // The dialog of the control lease: take it, ask for it, hand it over, take it over with a reason.
 
-import { h, html, say } from "../../elements/dom.js";
+import { h, html, setText } from "../../elements/dom.js";
 import { sheet } from "../../panels/dialogs.js";
 import { NAMELESS, holderName, isPerson, leaseWays, leaseWords } from "./words.js";
 import { keptButton } from "../../elements/parts.js";
@@ -40,8 +40,8 @@ export function makeLease({ store, commands }) {
   store.on(["lease", "lease_token", "sign_in", "lease_asked"], ({ lease, lease_token, sign_in, lease_asked }) => {
     const now = { lease, mine: Boolean(lease_token), sign_in, asked: lease_asked };
     const ways = leaseWays(now);
-    say(state, leaseWords(now));
-    say(asking, lease?.asked_by ? `${lease.asked_by} asks for control.` : "");
+    setText(state, leaseWords(now));
+    setText(asking, lease?.asked_by ? `${lease.asked_by} asks for control.` : "");
     asking.hidden = !ways.answer;
     named.hidden = isPerson(sign_in) || now.mine;
     reasoned.hidden = !(ways.over && ways.reason);

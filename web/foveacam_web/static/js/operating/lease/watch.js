@@ -1,4 +1,4 @@
-// Says who asks for the lease that this page holds, and takes the lease that is handed over to this page.
+// Reports requests for the lease that this page holds, and takes the lease that is handed over to this page.
 
 import { holderName } from "./words.js";
 
@@ -15,7 +15,7 @@ export function watchLease({ store, commands }) {
   let before = null;
   store.on(["lease"], ({ lease, lease_token }) => {
     if (lease_token && lease?.asked_by && lease.asked_by !== before?.asked_by)
-      commands.say({
+      commands.notify({
         tone: "info",
         title: `${lease.asked_by} asks for control`,
         detail: "It stays yours until you hand it over.",
@@ -27,11 +27,11 @@ export function watchLease({ store, commands }) {
   });
 }
 
-/** Act on the answer to what this page asked for. @param {Store} store @param {Commands} commands */
+/** Act on the answer to this page's request for the lease. @param {Store} store @param {Commands} commands */
 function answerOf(store, commands) {
   const { lease, lease_token, lease_asked, sign_in } = store.state;
   if (!lease_asked || !lease || lease_token || lease.asked_by) return;
   store.set({ lease_asked: false });
   if (!lease.holder) void commands.takeLease(holderName(sign_in), false);
-  else commands.say({ tone: "info", title: "Control was not handed over", detail: `${lease.holder} keeps it.` });
+  else commands.notify({ tone: "info", title: "Control was not handed over", detail: `${lease.holder} keeps it.` });
 }

@@ -7,13 +7,13 @@
  *   `asked`: whether this page asks the holder for it
  */
 
-/** Of a page where nobody signs in. */
+/** Holder's name on a server without sign-in. */
 export const NAMELESS = "operator";
 /** @type {Readonly<LeaseDocument>} */
 export const NO_LEASE = Object.freeze({ holder: null, expires_in_s: null, person: null, idle_s: null, asked_by: null });
 const IDLE_WORTH_SAYING_S = 60;
 
-/** Return whether people sign in, so that nobody types a name. @param {SignInDocument | null} sign_in @returns {sign_in is SignInDocument} */
+/** Return whether people sign in, so that no name has to be typed. @param {SignInDocument | null} sign_in @returns {sign_in is SignInDocument} */
 export function isPerson(sign_in) {
   return sign_in?.mode === "users";
 }
@@ -26,7 +26,7 @@ export function holderName(sign_in) {
 /** @param {LeaseState} state */
 export function leaseWords({ lease, mine, asked }) {
   if (mine) return "You have control: others can look, and stop, but not move the mirrors.";
-  if (!lease?.holder) return "Nobody holds control: everybody may move the mirrors. Take it to be alone.";
+  if (!lease?.holder) return "Nobody has control: everybody may move the mirrors. Take it for exclusive use.";
   const idle_s = lease.idle_s ?? 0;
   const idle =
     idle_s < IDLE_WORTH_SAYING_S ? "" : ` Nothing was moved for ${Math.floor(idle_s / IDLE_WORTH_SAYING_S)} min.`;

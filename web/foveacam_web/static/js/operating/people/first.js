@@ -1,4 +1,4 @@
-// Makes the first admin of a server that asks nobody for a name yet.
+// Form of the first admin, on a server without sign-in by name.
 
 import { request } from "../../transport/api.js";
 import { h, html } from "../../elements/dom.js";
@@ -22,7 +22,7 @@ export function openFirst({ store, commands, session }) {
     send: async ({ name = "", new_password }) => {
       await request("POST", "/users", { body: { name: userName(name), role: "admin", password: new_password } });
       await session.readAll();
-      commands.say({
+      commands.notify({
         tone: "good",
         title: "From now on this server asks for a name and a password",
         detail: "This browser is signed in.",

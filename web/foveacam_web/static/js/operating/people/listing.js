@@ -1,4 +1,4 @@
-// The rows that a part of the page reads from the server, and what was refused about which of them.
+// Rows that a part of the page reads from the server, with the last refusal and its row.
 
 import { outcome, request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";

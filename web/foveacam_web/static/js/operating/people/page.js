@@ -1,5 +1,5 @@
 // Builds the page of people and their rights: people, services, sign-ins and the log for admins, for others their
-// own sign-ins, and the form of the first admin where nobody has a name yet.
+// own sign-ins, and the form of the first admin while there are no users.
 
 import { peopleAddress } from "../../addresses.js";
 import { absent, h, html, update } from "../../elements/dom.js";

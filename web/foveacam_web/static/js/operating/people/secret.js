@@ -1,4 +1,4 @@
-// Shows what can be read only once: a link of an invitation, a token of a service.
+// Shows a secret that can be read only once: a link of an invitation, a token of a service.
 
 import { copyCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";

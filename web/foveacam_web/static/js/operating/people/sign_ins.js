@@ -36,7 +36,7 @@ export function openSignIns({ store, commands, session, follow }) {
     key: ({ id }) => id,
     cells: (row) => cellsOf(row, listing, session),
   });
-  const changed = () => commands.say({ tone: "good", title: "Your password is changed", detail: "" });
+  const changed = () => commands.notify({ tone: "good", title: "Your password is changed", detail: "" });
   return h(
     "div",
     { class: "stack" },

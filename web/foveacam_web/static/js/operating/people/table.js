@@ -28,10 +28,10 @@ export function listingTable({ rows, fault, refused }, { label, empty, columns, 
         <tr>${columns.map(({ title }) => html`<th scope="col">${title}</th>`)}</tr>
       </thead>
       ${repeat(rows, key, (row) => {
-        const told = refused?.at === key(row) ? refused.problem : null;
+        const problem = refused?.at === key(row) ? refused.problem : null;
         return html`<tbody>
           <tr>${cells(row).map((cell, index) => cellOf(cell, columns[index]))}</tr>
-          ${told && html`<tr><td class="row-refused" colspan=${columns.length}>${refusal(told)}</td></tr>`}
+          ${problem && html`<tr><td class="row-refused" colspan=${columns.length}>${refusal(problem)}</td></tr>`}
         </tbody>`;
       })}
     </table>

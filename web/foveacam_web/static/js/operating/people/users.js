@@ -42,12 +42,12 @@ export function openUsers({ store, follow }) {
   const orders = new UserOrders(listing, showLink, own);
   const list = followedTable(listing, follow, {
     label: "People",
-    empty: "Nobody has a name on this server yet.",
+    empty: "No user has been added yet.",
     columns: COLUMNS,
     key: ({ name }) => name,
     cells: (user) => cellsOf(user, own, orders),
   });
-  return h("div", { class: "stack" }, panel("Add somebody", addForm(listing, showLink), link), panel("People", list));
+  return h("div", { class: "stack" }, panel("Add a user", addForm(listing, showLink), link), panel("People", list));
 }
 
 /** @param {Listing<UserDocument>} listing @param {(link: Link | null) => void} showLink */
@@ -56,7 +56,7 @@ function addForm(listing, showLink) {
   const role = choiceField("Role", ROLE_CHOICES);
   const by = choiceField("Gets in by", WAYS, (way) => update(password, way === "password" && passwordField()));
   const form = orderForm({
-    label: "Add somebody",
+    label: "Add a user",
     button: "Add",
     fields: [textField("Name, in lower case", { name: "name", most: 64 }), role.element, by.element, password],
     fault: ({ name = "" }) => nameFault(name),
@@ -167,7 +167,7 @@ class UserOrders {
       await this.#listing.order(name, "DELETE", `${pathOf(name)}${way === "keep" ? "?tokens=keep" : ""}`);
   }
 
-  /** Return a line for each program that works on somebody's authority. @param {string} name */
+  /** Return a line for each program (service token) that a user owns. @param {string} name */
   async #programsOf(name) {
     const { tokens } = /** @type {ServiceTokenList} */ (await request("GET", "/service_tokens"));
     return tokensOf(tokens, name).map(tokenWords);

@@ -45,11 +45,11 @@ export const OUTCOMES = Object.freeze({
 /** @type {[string, string][]} */
 export const OUTCOME_CHOICES = Object.entries(OUTCOMES).map(([outcome, { text }]) => [outcome, text.toLowerCase()]);
 
-/** What it means that nobody has a name yet. */
+/** What it means that there are no users yet, by mode of sign-in. */
 export const MODES = Object.freeze({
-  open: "This server asks nobody who they are: whoever uses this machine may do everything.",
+  open: "This server has no sign-in: every user of this machine may do everything.",
   token:
-    "This server asks for one token that all share: whoever has it may do everything, also later, until it is taken out of the settings.",
+    "This server has one shared token: everybody who has it may do everything, until it is removed from the settings.",
 });
 
 /** Return what a page can show at all. @param {SignInDocument} sign_in @returns {"first" | "all" | "own"} */
@@ -104,7 +104,7 @@ export function scopeWords(scopes) {
     .join(", ");
 }
 
-/** Return the programs that work on somebody's authority. @param {ServiceTokenDocument[]} tokens @param {string} name */
+/** Return the service tokens that a user owns. @param {ServiceTokenDocument[]} tokens @param {string} name */
 export function tokensOf(tokens, name) {
   return tokens.filter(({ owner }) => owner === name);
 }
@@ -114,7 +114,7 @@ export function tokenWords({ name, prefix, scopes }) {
   return `${name} (${prefix}…), which may ${scopeWords(scopes).toLowerCase()}`;
 }
 
-/** Return what becomes of the programs when somebody is removed. @param {string} name @param {number} count */
+/** Return the consequences of removing a user, also for the user's programs. @param {string} name @param {number} count */
 export function removalWords(name, count) {
   const text = `${name} is signed out everywhere and cannot sign in any more. What ${name} has captured stays.`;
   if (count === 0) return text;
@@ -127,7 +127,7 @@ export function askerWords({ who, kind }) {
   return kind === "service" ? `${who} (service)` : who;
 }
 
-/** Return what was asked for, in words where the server has any. @param {AuditDocument} entry */
+/** Return the requested operation, with the server's detail if there is one. @param {AuditDocument} entry */
 export function doingWords({ what, detail }) {
   return [what, detail].filter(Boolean).join(": ");
 }
@@ -137,7 +137,7 @@ export function requestWords({ method, path, repeated }) {
   return [method, path.replace(/^\/api\/v1(?=\/)/, ""), repeated > 1 && `×${repeated}`].filter(Boolean).join(" ");
 }
 
-/** Return why nobody can have this name; empty when somebody can. @param {string} name */
+/** Return why a name is not valid; empty for a valid one. @param {string} name */
 export function nameFault(name) {
   if (NAME.test(userName(name))) return "";
   return "A name has letters, digits and . _ @ + - alone, and begins with a letter or digit; choose another one.";

@@ -1,4 +1,4 @@
-// The page of all rigs of the lab: state, picture, driver and a link of each, read anew while the page is open.
+// The page of all rigs of the lab: state, picture, driver and a link of each, read repeatedly while the page is open.
 
 import { fill, h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";

@@ -1,4 +1,4 @@
-// What the page of all rigs says of each. Pure functions.
+// Texts of the page of all rigs about each rig. Pure functions.
 
 /** @import { RigEntry } from "#api" */
 

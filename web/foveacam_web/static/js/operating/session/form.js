@@ -1,4 +1,4 @@
-// Builds forms that send one order and say in place what the server refuses.
+// Builds forms that send one request and show the server's refusal in place.
 
 import { RequestError, request } from "../../transport/api.js";
 import { absent, h, html, update } from "../../elements/dom.js";
@@ -40,13 +40,13 @@ export function textField(label, { name, type = "text", autocomplete = "off", mo
  *   `send`: rejects with a RequestError where the server refuses; `fault`: why it is not sent, empty when it is
  */
 export function orderForm({ label, button, fields, send, fault = () => "" }) {
-  const said = h("div", {});
+  const status = h("div", {});
   const submit = h("button", { type: "submit", class: "plain primary", text: button });
   const order = async (/** @type {SubmitEvent} */ event) => {
     event.preventDefault();
     const values = /** @type {Values} */ (Object.fromEntries(new FormData(form)));
     const detail = fault(values);
-    update(said, refusal(detail === "" ? null : { detail }));
+    update(status, refusal(detail === "" ? null : { detail }));
     if (detail !== "") return;
     submit.disabled = true;
     try {
@@ -54,7 +54,7 @@ export function orderForm({ label, button, fields, send, fault = () => "" }) {
       form.reset();
     } catch (error) {
       if (!(error instanceof RequestError)) throw error;
-      update(said, refusal(error.document));
+      update(status, refusal(error.document));
     } finally {
       submit.disabled = false;
     }
@@ -63,7 +63,7 @@ export function orderForm({ label, button, fields, send, fault = () => "" }) {
     "form",
     { class: "order-form", "aria-label": label, on: { submit: order } },
     html`<div class="fields">${fields}${submit}</div>`,
-    said,
+    status,
   );
   return form;
 }
@@ -85,7 +85,7 @@ export function newPasswordFault({ new_password = "", again = "" }) {
   return passwordFault(new_password, again);
 }
 
-/** Build the form that changes the password of whoever is signed in. @param {() => void} changed */
+/** Build the form that changes the signed-in user's password. @param {() => void} changed */
 export function passwordForm(changed) {
   return orderForm({
     label: "Change password",

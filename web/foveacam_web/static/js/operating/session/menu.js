@@ -1,7 +1,7 @@
-// The button of the top bar that says who is signed in, its dialog, and the sentence for who may look only.
+// Button of the top bar with the signed-in user, its dialog, and the sentence for viewers.
 
 import { PEOPLE_ADDRESS } from "../../addresses.js";
-import { fill, h, html, say, update } from "../../elements/dom.js";
+import { fill, h, html, setText, update } from "../../elements/dom.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
 import { icon } from "../../elements/icons.js";
 import { sheet } from "../../panels/dialogs.js";
@@ -30,7 +30,7 @@ export function mountSession({ button, strip }, { store, commands, session }) {
   const change = () => {
     const form = passwordForm(() => {
       dialog.close();
-      commands.say({ tone: "good", title: "Your password is changed", detail: "" });
+      commands.notify({ tone: "good", title: "Your password is changed", detail: "" });
     });
     fill(password, form);
     form.querySelector("input")?.focus();
@@ -40,7 +40,7 @@ export function mountSession({ button, strip }, { store, commands, session }) {
     update(button, named && buttonOf(sign_in, open));
     update(facts, named && factsOf(sign_in, { change, leave: () => dialog.close(), session }));
     strip.hidden = !named || may(sign_in, "operate");
-    say(strip, VIEWER_WORDS);
+    setText(strip, VIEWER_WORDS);
   });
 }
 

@@ -29,7 +29,7 @@ export class SessionReader {
     });
   }
 
-  hear() {}
+  onEvent() {}
 
   /** Sign this browser out and show the sign-in page. */
   async signOut() {

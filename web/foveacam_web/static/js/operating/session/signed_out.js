@@ -1,4 +1,4 @@
-// Says that this browser was signed out, over everything else, and lets the page go on once it is signed in again.
+// Modal dialog of a browser that was signed out; the page continues once it is signed in again.
 
 import { RequestError, whoAmI } from "../../transport/api.js";
 import { fill, h, html } from "../../elements/dom.js";
@@ -52,10 +52,10 @@ function makeDialog() {
   fill(
     dialog,
     html`<header><h2>You were signed out</h2></header>`,
-    html`<p>The server does not know this browser any more. From here the rig can be neither moved nor stopped.</p>`,
+    html`<p>The server does not accept this browser's sign-in any more. From here the rig can be neither moved nor stopped.</p>`,
     html`<p class="lead">
-      To keep what you have typed here, <a href="/" target="_blank" rel="noopener">sign in in another tab</a>: this page then
-      goes on.
+      To keep what you have typed here, <a href="/" target="_blank" rel="noopener">sign in in another tab</a>: this page
+      then continues.
     </p>`,
     html`<div class="actions">
       <button type="button" class="plain primary" @click=${() => location.reload()}>Sign in</button>

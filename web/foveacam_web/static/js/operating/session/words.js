@@ -17,24 +17,24 @@ export const ROLES = Object.freeze({
   },
   admin: {
     name: "Admin",
-    does: "does what an operator does, sets the rig up, puts calibrations in force, deletes for good, and says who may do what",
+    does: "does what an operator does, sets the rig up, puts calibrations in force, deletes for good, and manages users",
   },
 });
 
-/** The sentence for somebody who may look only. */
+/** Sentence for a user with the role viewer. */
 export const VIEWER_WORDS = "You are signed in as a viewer: you see everything and move nothing.";
 
-/** Return whether it is worth saying who is signed in. @param {SignInDocument | null} sign_in @returns {sign_in is SignInDocument} */
+/** Return whether to show who is signed in: not on an open server. @param {SignInDocument | null} sign_in @returns {sign_in is SignInDocument} */
 export function isNamed(sign_in) {
   return sign_in !== null && sign_in.mode !== "open";
 }
 
-/** Return whether somebody may do what needs this right. @param {SignInDocument | null} sign_in @param {Right} right */
+/** Return whether the user has this right. @param {SignInDocument | null} sign_in @param {Right} right */
 export function may(sign_in, right) {
   return sign_in?.rights.includes(right) ?? false;
 }
 
-/** Return whether to offer what needs this right; also while nobody has said yet who it is. @param {SignInDocument | null} sign_in @param {Right} right */
+/** Return whether to offer what needs this right; true also while the sign-in is not yet known. @param {SignInDocument | null} sign_in @param {Right} right */
 export function offers(sign_in, right) {
   return sign_in === null || may(sign_in, right);
 }

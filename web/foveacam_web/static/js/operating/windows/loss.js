@@ -1,4 +1,4 @@
-// Says how old the last picture of a lost source is. Pure functions; why it is lost the pane says itself.
+// Texts about the age of a lost source's last picture. Pure functions; the pane itself shows why it is lost.
 
 import { span } from "../../elements/format.js";
 

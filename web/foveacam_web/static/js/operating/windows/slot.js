@@ -1,6 +1,6 @@
 // One pane of a window: the live picture of a source, or the 3D view, with the controls of the pane.
 
-import { h, say } from "../../elements/dom.js";
+import { h, setText } from "../../elements/dom.js";
 import { Scene } from "../../panels/scene.js";
 import { VIEWS, isLive } from "../../video/pane.js";
 import { SOURCES } from "./layout.js";
@@ -75,6 +75,6 @@ export class Slot {
         ? absenceWords(this.#gone_ms, performance.now())
         : lossWords(state, this.source, { needs: VIEWS[this.source].needs, live: isLive(this.source) });
     this.age.hidden = words === null;
-    say(this.age, words ?? "");
+    setText(this.age, words ?? "");
   }
 }

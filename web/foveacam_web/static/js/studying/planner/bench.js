@@ -23,7 +23,7 @@ export class Bench {
   whole = false;
   /** @type {GivenMap | null} */
   #given = null;
-  #told;
+  #onChange;
   #open = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
@@ -34,12 +34,12 @@ export class Bench {
   /** @type {Newest<RegionsDocument>} */
   #regions;
 
-  /** @param {() => void} told called at each change */
-  constructor(told) {
-    this.#told = told;
+  /** @param {() => void} onChange called at each change */
+  constructor(onChange) {
+    this.#onChange = onChange;
     this.#drawn = new Newest("/planner/map", () => this.#again());
-    this.#standoff = new Newest("/planner/standoff", told);
-    this.#regions = new Newest("/planner/regions", told);
+    this.#standoff = new Newest("/planner/standoff", onChange);
+    this.#regions = new Newest("/planner/regions", onChange);
   }
 
   get standoff() {
@@ -101,10 +101,10 @@ export class Bench {
 
   /** Read the plan from the address when the page opens or its address changes. */
   open() {
-    const told = planAt(location.hash);
-    if (told === null) return;
+    const given = planAt(location.hash);
+    if (given === null) return;
     if (!this.#open) this.#given = keptMap();
-    if (told !== "") this.plan = readPlan(told);
+    if (given !== "") this.plan = readPlan(given);
     else if (!this.#open) this.plan = readPlan(keptPlan());
     this.#open = true;
     this.#again();
@@ -137,7 +137,7 @@ export class Bench {
   /** @param {boolean} whole */
   seeWhole(whole) {
     this.whole = whole;
-    this.#told();
+    this.#onChange();
   }
 
   /**
@@ -160,7 +160,7 @@ export class Bench {
     if (!this.#open) return;
     this.#noteSoon();
     this.#ask();
-    this.#told();
+    this.#onChange();
   }
 
   /**

@@ -33,10 +33,10 @@ export function blamed(problem) {
     const [pattern, place] = PLACES.find(([each]) => each.test(words)) ?? [null, null];
     const found = pattern && place?.startsWith("$") ? (pattern.exec(words)?.[1] ?? null) : place;
     const [, given, needed] = ASKED.exec(words) ?? [];
-    const said = given && needed ? `${given} was given; needed is ${needed}` : words;
+    const message = given && needed ? `${given} was given; needed is ${needed}` : words;
     return {
       place: found,
-      words: found === "domain_m2" ? `${said.replace(/\.$/, "")}; give more, or let it follow the ring` : said,
+      words: found === "domain_m2" ? `${message.replace(/\.$/, "")}; give more, or let it follow the ring` : message,
     };
   });
 }

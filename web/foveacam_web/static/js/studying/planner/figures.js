@@ -1,4 +1,4 @@
-// Shows the figures of a plan: ring, probabilities, free area on the map; says in words when the set is empty.
+// Shows the figures of a plan: ring, probabilities, free area on the map, or a sentence when the set is empty.
 
 import { figures, show } from "../../elements/parts.js";
 import { h, html } from "../../elements/dom.js";

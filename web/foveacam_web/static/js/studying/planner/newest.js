@@ -15,7 +15,7 @@ const PATIENCE_MS = 60_000;
  */
 export class Newest {
   #path;
-  #told;
+  #onAnswer;
   /** @type {unknown} */
   #due = null;
   #asking = false;
@@ -24,10 +24,10 @@ export class Newest {
   /** @type {Answered<T>} */
   #answer = { stale: false, document: null, problem: null };
 
-  /** @param {string} path below /api/v1 @param {() => void} told called at each new answer */
-  constructor(path, told) {
+  /** @param {string} path below /api/v1 @param {() => void} onAnswer called at each new answer */
+  constructor(path, onAnswer) {
     this.#path = path;
-    this.#told = told;
+    this.#onAnswer = onAnswer;
   }
 
   get answer() {
@@ -44,8 +44,8 @@ export class Newest {
     if (text === this.#asked) return;
     this.#asked = text;
     this.#due = body;
-    if (body !== null) this.#tell({ ...this.#answer, stale: true });
-    else this.#tell({ stale: false, document: null, problem: null });
+    if (body !== null) this.#set({ ...this.#answer, stale: true });
+    else this.#set({ stale: false, document: null, problem: null });
     if (!this.#asking) void this.#ask();
   }
 
@@ -64,7 +64,7 @@ export class Newest {
         const body = this.#due;
         this.#due = null;
         const found = await this.#send(body);
-        if (this.#asked !== "null") this.#tell({ stale: this.#due !== null, ...found });
+        if (this.#asked !== "null") this.#set({ stale: this.#due !== null, ...found });
       }
     } finally {
       this.#asking = false;
@@ -82,8 +82,8 @@ export class Newest {
   }
 
   /** @param {Answered<T>} answer */
-  #tell(answer) {
+  #set(answer) {
     this.#answer = answer;
-    this.#told();
+    this.#onAnswer();
   }
 }

@@ -2,7 +2,7 @@
 
 import { panel, textButton } from "../../elements/parts.js";
 import { segments, Troubles } from "../../capturing/capture/parts.js";
-import { fill, h, html, say } from "../../elements/dom.js";
+import { fill, h, html, setText } from "../../elements/dom.js";
 import { hand } from "../../elements/download.js";
 import { sentence } from "../../elements/format.js";
 import { pageHead } from "../../pages.js";
@@ -41,8 +41,8 @@ export function mountPlannerPage(place, { store }) {
     targets.show(targets_m, plan.targets_m === null || map?.targets_m.length === 0);
     chances.show(standoff);
     room.show(regions, map);
-    say(nowhere, regions.document?.empty_because ?? standoff.document?.ring.empty_because ?? "");
-    const homeless = troubles.tell(bench.troubles);
+    setText(nowhere, regions.document?.empty_because ?? standoff.document?.ring.empty_because ?? "");
+    const homeless = troubles.show(bench.troubles);
     fill(above, ...homeless.map((words) => html`<p class="refused" role="alert">${sentence(words)}</p>`));
     plans.classList.toggle("no-map", map === null);
     const stale = regions.stale || regions.problem !== null;

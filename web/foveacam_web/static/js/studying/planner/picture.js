@@ -1,7 +1,7 @@
 // Asks for the scale of a picture that is used as a map: a number, or a line along something of known length.
 
 import { numberField } from "../../elements/parts.js";
-import { fill, h, html, s, say, svg } from "../../elements/dom.js";
+import { fill, h, html, s, setText, svg } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { sheet } from "../../panels/dialogs.js";
 import { plainly } from "../../devices/rig/scale.js";
@@ -50,7 +50,7 @@ export function makePictureSheet(take) {
         : null,
       ends.map(({ x, y }) => svg`<circle cx=${x} cy=${y} r=${4 * unit} stroke-width=${1.5 * unit}></circle>`),
     );
-    say(
+    setText(
       line,
       ends.length < 2
         ? "Press the two ends of something whose length you know, or type in the scale."
@@ -88,10 +88,10 @@ export function makePictureSheet(take) {
     refused,
     html`<p class="actions"><button type="submit" class="plain primary">Use this picture</button></p>`,
   );
-  form.addEventListener("input", () => say(refused, ""));
+  form.addEventListener("input", () => setText(refused, ""));
   const give = async (/** @type {Picture} */ given) => {
     const why = scale.value() === null ? NO_SCALE : await take(given, scale.value());
-    say(refused, sentence(why));
+    setText(refused, sentence(why));
     if (why === null) dialog.close();
   };
   const dialog = sheet(
@@ -103,7 +103,7 @@ export function makePictureSheet(take) {
   return (/** @type {Picture} */ found) => {
     [picture, ends] = [found, []];
     length.input.value = scale.input.value = "";
-    say(refused, "");
+    setText(refused, "");
     draw();
     dialog.showModal();
   };

@@ -2,7 +2,7 @@
 
 import { keptButton, numberField } from "../../elements/parts.js";
 import { segments } from "../../capturing/capture/parts.js";
-import { h, html, say } from "../../elements/dom.js";
+import { h, html, setText } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { makePictureSheet, pictureOf } from "./picture.js";
@@ -72,7 +72,7 @@ export function makeSource({ place, changed, give }) {
       files.geojson.hidden = wish.kind !== "geojson";
       files.picture.hidden = wish.kind !== "picture";
       name.hidden = drawn.hidden === false || given === "";
-      say(name, `In use: ${given}`);
+      setText(name, `In use: ${given}`);
     },
   };
 }
@@ -91,7 +91,7 @@ function makeFiles(give) {
       picture: null,
       body: { kind: "geojson", document: read.document, m_per_unit: unit.value() ?? 0 },
     });
-    say(refused, sentence(why));
+    setText(refused, sentence(why));
   };
   unit.input.addEventListener("change", () => void send());
   const geojson = h(
@@ -106,7 +106,7 @@ function makeFiles(give) {
       ${fileButton("Load GeoJSON", ".geojson,.json,application/json,application/geo+json", async (file) => {
         const document = objectOf(await file.text());
         if (!document)
-          return say(refused, `“${file.name}” is no JSON document: it may be cut short, or another kind of file.`);
+          return setText(refused, `“${file.name}” is no JSON document: it may be cut short, or another kind of file.`);
         read = { document, name: file.name };
         await send();
       })}
@@ -124,7 +124,7 @@ function makeFiles(give) {
     html`<p class="why">A plan or a view from above as PNG or JPEG: dark is where something stands.</p>`,
     fileButton("Load a picture", "image/png,image/jpeg", async (file) => {
       const found = await pictureOf(file);
-      say(unread, found ? "" : `“${file.name}” is no picture that this browser can read: choose a PNG or a JPEG.`);
+      setText(unread, found ? "" : `“${file.name}” is no picture that this browser can read: choose a PNG or a JPEG.`);
       if (found) ask(found);
     }),
     unread,

@@ -1,7 +1,7 @@
 // The interactive drawing of the plan: a click places a target, a drag moves one, pointer or arrow keys show how many
 // targets are in sight. Changes are reported to the plan's owner, which calls `show` again.
 
-import { fill, h, s, say } from "../../elements/dom.js";
+import { fill, h, s, setText } from "../../elements/dom.js";
 import { drawScene, layOut, sightLines } from "./drawing.js";
 import { featuresOf, holds, outlinesOf } from "./geometry.js";
 import { sightWords } from "./words.js";
@@ -198,10 +198,10 @@ export class PlanView {
     const place = at && at.y <= layout.plan ? this.#ground(at) : null;
     if (!place) {
       fill(group);
-      return say(
+      return setText(
         this.#readout,
         scene.targets_m.length > 0
-          ? "Point at the plan: it tells how many targets are in sight from there."
+          ? "Point at the plan to see how many targets are in sight from there."
           : "Click on the plan to place a target.",
       );
     }
@@ -210,7 +210,7 @@ export class PlanView {
       return to && holds(outlines, place) ? [{ place: to, target }] : [];
     });
     fill(group, ...sightLines(layout.sheet, place, seen));
-    say(
+    setText(
       this.#readout,
       sightWords(
         place,

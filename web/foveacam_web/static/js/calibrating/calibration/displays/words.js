@@ -1,4 +1,4 @@
-// The patterns of displays as the calibration page offers them, and what it says of each display. Pure functions.
+// Texts of the calibration page about displays: the patterns that it offers, and each display's state. Pure functions.
 
 import { number } from "../../../elements/format.js";
 

@@ -18,7 +18,7 @@ const GOALS = [
     key: "epipolar_rms_px",
     name: "Rows apart, RMS",
     goal: 0.3,
-    what: "How far the same point lies apart vertically in both rectified eyes: stereo needs it on one row.",
+    what: "Vertical distance of the same point in both rectified eyes: stereo needs it on one row.",
   },
   {
     key: "epipolar_p95_px",
@@ -30,12 +30,12 @@ const GOALS = [
     key: "pointing_rms_px",
     name: "Pointing, RMS",
     goal: 2,
-    what: "How far from the middle of the fovea lies what it was told to look at.",
+    what: "Distance of the commanded target from the middle of the fovea.",
   },
 ];
 
 const BEYOND =
-  "Beyond a goal. If the map below has one colour all over, the eyes have drifted since they were measured: take it out by “Measure and correct” in the overview, and check again. If it is patchy, measure the mirrors again.";
+  "Beyond a goal. If the map below has one colour all over, the eyes have drifted since they were measured: correct that by “Measure and correct” in the overview, and check again. If it is patchy, measure the mirrors again.";
 
 /** @param {WizardContext} context */
 export function makeCheckStep({ store, orders }) {
@@ -101,7 +101,7 @@ function isOld(session) {
 function resultOf({ check, old }) {
   if (!check) return [nothing("Not checked yet.")];
   return [
-    old && html`<p class="remedy">Fitted anew since: this check is of the calibration before. Check again.</p>`,
+    old && html`<p class="remedy">Fitted again since: this check is of the previous fit. Check again.</p>`,
     html`<dl class="goals">
       ${GOALS.flatMap(({ key, name, goal, what }) => {
         const value = check[key];

@@ -113,7 +113,7 @@ function parallaxOf(fit) {
   if (!fit?.parallax)
     return [
       nothing(
-        "The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit says here how much that was, and whether it could be corrected.",
+        "The eyes stand beside the wide camera, so each sees its marker at a slightly different angle. The fit shows here how large that was, and whether it could be corrected.",
       ),
     ];
   const stations = parts(fit.parallax);
@@ -127,12 +127,12 @@ function mountsOf(drift) {
   if (!drift)
     return [
       nothing(
-        "Warming up, the eyes’ mounts move by fractions of a pixel. Nodes that are visited again tell how much; the fit refers everything to the end.",
+        "While they warm up, the eyes’ mounts move by fractions of a pixel. Repeated nodes measure this drift; the fit refers everything to the end.",
       ),
     ];
   return [
     html`<p class="lead">
-      How far each eye’s mount moved between the first node and the last; it was taken out.
+      Drift of each eye’s mount between the first node and the last; it was corrected.
     </p>`,
     figures(
       Object.entries(drift).map(([eye, { moved_px, sigma_px, minutes }]) => [

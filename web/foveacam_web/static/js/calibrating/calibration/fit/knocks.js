@@ -11,6 +11,6 @@ export function knockWords(drift) {
     jumps?.length ? [`the ${eye} eye’s gaze jumped by ${jumps.map((jump) => pixels(jump)).join(", then by ")}`] : [],
   );
   return eyes.length
-    ? `The rig was knocked amid the sweeps: ${eyes.join("; ")}. It was taken out; the check says whether that worked.`
+    ? `The rig was knocked during the sweeps: ${eyes.join("; ")}. This was corrected; the check shows whether that worked.`
     : "";
 }

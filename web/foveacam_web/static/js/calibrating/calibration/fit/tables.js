@@ -18,7 +18,7 @@ export function mirrorTable(fit) {
   if (!fit?.models.length)
     return [
       nothing(
-        "Not fitted yet. The table will hold each model with its error at poses that it was not shown: the smallest is taken.",
+        "Not fitted yet. The table will list each model with its error at poses left out of its fit: the smallest is chosen.",
       ),
     ];
   const scores = fit.models.map(({ loo_deg: [x, y], ...model }) => ({

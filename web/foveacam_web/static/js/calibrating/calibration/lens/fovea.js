@@ -104,7 +104,7 @@ function resultOf(lens) {
       </tbody>
     </table></div>`,
     html`<p class="legend">
-      Assumed is what the views do not tell; how unsure it is counts in the ± of the focal length.
+      Assumed: not determined by the views; its uncertainty is part of the ± of the focal length.
     </p>`,
   ];
 }

@@ -17,7 +17,7 @@ const MUCH = 1.8; // times the median: the error of an outlier
  * @param {HTMLElement} place
  * @param {{store: WizardContext["store"], samplesOf: (session: SessionDocument | null) => WideSampleDocument[],
  *   remove: (id: string) => unknown}} context
- * @returns {{show: () => void}} shows them anew, where `samplesOf` returns others without a change of the session
+ * @returns {{show: () => void}} shows them again, when `samplesOf` returns others without a change of the session
  */
 export function mountSamples(place, { store, samplesOf, remove }) {
   const list = h("ul", { class: "samples", "aria-label": "Views taken" });

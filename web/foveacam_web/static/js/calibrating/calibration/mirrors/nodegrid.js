@@ -1,6 +1,6 @@
 // Shows the nodes of a running sweep: both eyes' state at each, and the reason of a refusal under pointer or focus.
 
-import { fill, h, html, say } from "../../../elements/dom.js";
+import { fill, h, html, setText } from "../../../elements/dom.js";
 import { angle, sentence } from "../../../elements/format.js";
 
 /**
@@ -43,7 +43,7 @@ export class NodeGrid {
     if (layout !== this.#layout) this.#lay();
     this.#layout = layout;
     for (const pose of this.#poses) this.#showPose(pose);
-    this.#tell();
+    this.#showDetail();
   }
 
   /** Arrange the nodes by gaze: columns by ax, rows by ay; in their order when they form no grid. */
@@ -106,7 +106,7 @@ export class NodeGrid {
     for (const side of /** @type {const} */ (["left", "right"])) {
       const mark = /** @type {HTMLElement} */ (cell.querySelector(`.${side}`));
       mark.dataset["state"] = pose[side];
-      say(mark, STATES[pose[side]].sign);
+      setText(mark, STATES[pose[side]].sign);
     }
   }
 
@@ -115,12 +115,12 @@ export class NodeGrid {
     if (index === null || index === this.#chosen) return;
     this.#chosen = index;
     for (const [each, cell] of this.#cells) cell.classList.toggle("chosen", each === index);
-    this.#tell();
+    this.#showDetail();
   }
 
-  #tell() {
+  #showDetail() {
     const pose = this.#poses.find(({ index }) => index === this.#chosen);
-    say(
+    setText(
       this.#detail,
       pose
         ? inWords(pose)
@@ -155,14 +155,13 @@ function eye(side) {
 
 /** @param {SweepPoseDocument} pose */
 function inWords(pose) {
-  const told = (/** @type {string} */ name, /** @type {NodeState} */ state, /** @type {string | null} */ reason) =>
+  const eyeWords = (/** @type {string} */ name, /** @type {NodeState} */ state, /** @type {string | null} */ reason) =>
     `${name} ${STATES[state].word}${reason ? ` (${reason})` : ""}`;
   return (
     `Node ${pose.index + 1} at ${angle(pose.ax_deg, 1)}, ${angle(pose.ay_deg, 1)}: ` +
-    sentence(`${told("left", pose.left, pose.left_reason)}; ${told("right", pose.right, pose.right_reason)}`).replace(
-      /^L/,
-      "l",
-    )
+    sentence(
+      `${eyeWords("left", pose.left, pose.left_reason)}; ${eyeWords("right", pose.right, pose.right_reason)}`,
+    ).replace(/^L/, "l")
   );
 }
 

@@ -43,12 +43,12 @@ export function makeSettleStep({ store, orders }) {
         ${panel(
           "Settle times",
           html`<p class="lead">
-            Each axis makes a step, and the fovea takes pictures later and later after it; how far they lie from the
-            last one is how the mirror came to rest. The trigger’s timing and the raster follow from it.
+            Each axis makes a step, and the fovea takes pictures at growing delays after it; their distance from the
+            last one shows how the mirror settles. The trigger’s timing and the raster follow from it.
           </p>`,
           html`<p class="remedy">
-            Let both eyes look at something with texture that stands still. The pictures are dark meanwhile: short
-            exposures freeze the motion.
+            Point both eyes at a textured object that stands still. The pictures are dark meanwhile: short exposures
+            freeze the motion.
           </p>`,
           html`<p class="actions">${start}</p>`,
           table,
@@ -77,7 +77,7 @@ function makeWait({ store, orders }) {
     act: () => orders.applySettleTime(),
     why: ({ session, settle_time }) =>
       session?.settle?.settle_us == null
-        ? "This session has not measured it."
+        ? "Not measured in this session."
         : isOfSession({ session, settle_time })
           ? "In use already."
           : null,
@@ -104,8 +104,8 @@ function makeWait({ store, orders }) {
     }),
   );
   const lead = html`<p class="lead">
-    After every move the rig waits so long before it looks. Measured, it is what the largest move takes on the slowest
-    axis, now and at every start.
+    The rig waits this long after every move before it looks. A measured value is the time of the largest move on the
+    slowest axis; it then applies now and at every start.
   </p>`;
   return html`<div class="stack">${lead}${now}<p class="actions">${apply}${forget}</p></div>`;
 }

@@ -16,7 +16,7 @@ const SHOWN = 8;
 
 /** @param {HTMLElement} place @param {WizardContext} context */
 export function mountDrift(place, { store, orders }) {
-  const distance = numberField("Distance of what both look at", {
+  const distance = numberField("Distance of the target", {
     min: 0.2,
     max: 1000,
     step: "any",
@@ -43,7 +43,7 @@ export function mountDrift(place, { store, orders }) {
   place.append(
     h("p", {
       class: "lead",
-      text: "One look at any scene with texture, no board needed. The correction is taken only when it is larger than its own error; doing it twice changes nothing.",
+      text: "One look at any scene with texture, no board needed. The correction is applied only when it is larger than its own error; doing it twice changes nothing.",
     }),
     h("div", { class: "fields" }, distance.element),
     h("p", { class: "actions" }, measure, apply),
@@ -81,8 +81,8 @@ function resultOf(checks) {
     html`<p class="lead">${sentence(last.detail)}</p>`,
     !last.vergence_known &&
       html`<p class="remedy">
-        Without a known distance the eyes’ common inward turn cannot be told from depth: give the distance to correct
-        that too.
+        Without a known distance a common inward turn of the eyes cannot be distinguished from depth: give the distance
+        to correct that too.
       </p>`,
     large,
     checks.length > 1 ? history(checks.slice(1, 1 + SHOWN)) : null,
@@ -96,8 +96,8 @@ function outcome({ applied, eyes, new_calibration_id }) {
       ${badge("good", "corrected")} ${new_calibration_id ? `Record ${new_calibration_id.slice(0, 10)} is in use.` : ""}
     </p>`;
   if (eyes.some(({ significant }) => significant))
-    return html`<p>${badge("warn", "drifted")} More than its own error; not corrected yet.</p>`;
-  return html`<p>${badge("good", "no drift")} Nothing beyond its own error.</p>`;
+    return html`<p>${badge("warn", "drifted")} More than its error; not corrected yet.</p>`;
+  return html`<p>${badge("good", "no drift")} Nothing beyond its error.</p>`;
 }
 
 /** @param {DriftEyeDocument} eye */

@@ -1,6 +1,6 @@
 // Imports a calibration from a file. The authors' files lack the distance of the markers, so a dialog asks for it.
 
-import { h, html, say } from "../../../elements/dom.js";
+import { h, html, setText } from "../../../elements/dom.js";
 import { icon } from "../../../elements/icons.js";
 import { sheet } from "../../../panels/dialogs.js";
 import { numberField } from "../../../elements/parts.js";
@@ -20,9 +20,9 @@ export function makeImporter({ store, orders, toasts }) {
   });
   const state = h("span", { class: "why", role: "status" });
   const take = async (/** @type {object} */ document, /** @type {number | null} */ distance_m) => {
-    say(state, "Importing …");
+    setText(state, "Importing …");
     const record = await orders.importRecord(document, distance_m);
-    say(state, "");
+    setText(state, "");
     if (!record) return;
     const in_use = store.state.rig?.calibration?.id === record.id;
     toasts.show({
@@ -96,7 +96,7 @@ function makeQuestion(take) {
   const dialog = sheet("How far away were the markers?", what, form);
   return (/** @type {object} */ found, /** @type {string} */ name) => {
     document = found;
-    say(
+    setText(
       what,
       `“${name}” comes from the authors’ application, whose files do not say at which distance the mirrors were measured. Without it the eyes’ parallax cannot be taken out.`,
     );

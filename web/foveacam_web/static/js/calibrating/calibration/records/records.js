@@ -1,6 +1,6 @@
 // Lists the calibrations of this rig: put one in use, report, export, discard, import, compare two.
 
-import { absent, fill, h, html, repeat, say, update } from "../../../elements/dom.js";
+import { absent, fill, h, html, repeat, setText, update } from "../../../elements/dom.js";
 import { MISSING, number, span } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
 import { facts } from "../facts.js";
@@ -36,7 +36,7 @@ export function mountRecords(place, context) {
     const [a, b] = [...picked];
     if (!a || !b) return;
     compare.disabled = true;
-    say(hint, "Comparing …");
+    setText(hint, "Comparing …");
     const found = await context.orders.compare(a, b);
     choose();
     if (!found || picked.size !== 2) return;
@@ -46,7 +46,7 @@ export function mountRecords(place, context) {
   const choose = () => {
     if (picked.size !== 2) compared.hidden = true;
     compare.disabled = picked.size !== 2;
-    say(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
+    setText(hint, picked.size === 2 ? "" : picked.size > 2 ? "Two at a time." : "Tick two records to compare them.");
   };
   const pick = (/** @type {string} */ id, /** @type {boolean} */ on) => {
     if (on) picked.add(id);

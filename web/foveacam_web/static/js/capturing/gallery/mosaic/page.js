@@ -30,7 +30,7 @@ class Mosaic extends Made {
     if (!mosaic) return;
     this.adopt(/** @type {MosaicDocument} */ (mosaic));
     if (shown)
-      this.commands.say({
+      this.commands.notify({
         tone: "good",
         title: "The surface is in the 3D view",
         detail: "It stays there until it is taken away.",
@@ -98,7 +98,7 @@ function pageOf(id, mosaic, document, { picture, offer }) {
 
 /** @param {Pick<MosaicDocument, "state" | "outdated" | "made" | "refusal">} mosaic @returns {[string, string]} */
 function wordOf({ state, outdated, made, refusal }) {
-  if (state === "building") return ["plain", made ? "being made anew" : "being made"];
+  if (state === "building") return ["plain", made ? "being made again" : "being made"];
   if (made) return outdated ? ["warn", "older than its dataset"] : ["good", "complete"];
   if (state === "unfinished") return ["warn", "unfinished"];
   return refusal ? ["warn", "not possible"] : ["plain", "not made yet"];
@@ -172,9 +172,9 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, mosaic) {
       bracket: Number(bracket.value()),
     });
   const words = anew
-    ? "The dataset has grown since this mosaic was made. It stays until a new one is whole."
+    ? "The dataset has grown since this mosaic was made. It stays until a new one is complete."
     : begun
-      ? "A mosaic was begun. Making it goes on where it ended."
+      ? "A mosaic was begun. It continues where it was interrupted."
       : "All foveae of the dataset are laid into one picture at their own resolution, with the depth of all pairs. The rig stays free meanwhile.";
   const { views, width, height, needed_bytes, free_bytes } = needs;
   return html`<div class=${anew ? "offer small" : "offer"}>
@@ -186,7 +186,7 @@ function offerOf({ anew, begun, needs, scans, brackets, eye }, mosaic) {
     <div class="fields">
       ${eyes.element}${scans.length > 1 && scan.element}${brackets.length > 1 && bracket.element}
       <button type="button" class="plain primary" @click=${make}>
-        ${begun ? "Go on" : anew ? "Make it anew" : "Make the mosaic"}
+        ${begun ? "Go on" : anew ? "Make it again" : "Make the mosaic"}
       </button>
       ${
         begun &&
@@ -202,7 +202,7 @@ function pictureOf(made, signal) {
   const scale = makeScale(made);
   const zoom = makeZoom(() => viewer);
   const viewer = new MosaicViewer(made, {
-    told: (reading) => {
+    onReading: (reading) => {
       readout.show(reading);
       scale.show(reading?.z_m ?? null);
     },

@@ -1,6 +1,6 @@
 // Controls around a mosaic: choice of layers, zoom, depth scale, readout at the pointer.
 
-import { h, html, say } from "../../../elements/dom.js";
+import { h, html, setText } from "../../../elements/dom.js";
 import { angle, MISSING, number } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
 import { gradient, ticksOf } from "./depth.js";
@@ -90,7 +90,7 @@ export function makeZoom(viewer) {
   return {
     element,
     show: (/** @type {number} */ css_px) =>
-      say(scale, `${number(css_px * devicePixelRatio * 100, css_px < 0.1 ? 1 : 0)} %`),
+      setText(scale, `${number(css_px * devicePixelRatio * 100, css_px < 0.1 ? 1 : 0)} %`),
   };
 }
 
@@ -142,9 +142,9 @@ export function makeReadout() {
     html`<div><dt>Pixel</dt>${where}</div>`,
   );
   const show = (/** @type {Reading} */ reading) => {
-    say(where, reading ? `${reading.pixel.x}, ${reading.pixel.y}` : MISSING);
-    say(gaze, reading ? `${angle(reading.ax_deg, 3)}  ${angle(reading.ay_deg, 3)}` : MISSING);
-    say(depth, !reading ? MISSING : reading.z_m === null ? "unknown" : `${number(reading.z_m, 3)} m`);
+    setText(where, reading ? `${reading.pixel.x}, ${reading.pixel.y}` : MISSING);
+    setText(gaze, reading ? `${angle(reading.ax_deg, 3)}  ${angle(reading.ay_deg, 3)}` : MISSING);
+    setText(depth, !reading ? MISSING : reading.z_m === null ? "unknown" : `${number(reading.z_m, 3)} m`);
   };
   show(null);
   return { element, show };

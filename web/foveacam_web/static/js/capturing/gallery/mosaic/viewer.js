@@ -23,7 +23,7 @@ export class MosaicViewer {
   #viewport;
   #picture;
   #depth;
-  #told;
+  #onReading;
   /** @type {MosaicMix} */
   #mix = { shown: "picture", share: 0.6 };
   #drawing = 0;
@@ -34,12 +34,12 @@ export class MosaicViewer {
 
   /**
    * @param {MadeMosaic} made
-   * @param {{told: (reading: Reading) => void, moved: (scale: number) => void, signal: AbortSignal}} how
+   * @param {{onReading: (reading: Reading) => void, moved: (scale: number) => void, signal: AbortSignal}} how
    *   `moved`: CSS px for one picture px
    */
-  constructor(made, { told, moved, signal }) {
+  constructor(made, { onReading, moved, signal }) {
     this.#made = made;
-    this.#told = told;
+    this.#onReading = onReading;
     this.moved = moved;
     this.#viewport = new Viewport(made.width, made.height);
     const arrived = () => this.#redraw();
@@ -177,7 +177,7 @@ export class MosaicViewer {
   #point(at) {
     this.#at = at;
     if (at) void this.#read(at);
-    else this.#told(null);
+    else this.#onReading(null);
   }
 
   /** @param {Point} at */
@@ -185,7 +185,7 @@ export class MosaicViewer {
     const asked = ++this.#asked;
     const place = this.#viewport.toSensor(at);
     const pixel = { x: Math.round(place.x), y: Math.round(place.y) };
-    if (!this.#viewport.holds(place)) return this.#told(null);
+    if (!this.#viewport.holds(place)) return this.#onReading(null);
     const { f_px, u0_px, v0_px } = this.#made;
     const angles = {
       ax_deg: DEGREES * Math.atan((place.x + u0_px) / f_px),
@@ -193,7 +193,7 @@ export class MosaicViewer {
     };
     const found = await this.#depth.finestAt(pixel.x, pixel.y);
     if (asked === this.#asked && this.#at !== null)
-      this.#told({ pixel, ...angles, z_m: found?.tile.depth.at(found.column, found.row) ?? null });
+      this.#onReading({ pixel, ...angles, z_m: found?.tile.depth.at(found.column, found.row) ?? null });
   }
 }
 
