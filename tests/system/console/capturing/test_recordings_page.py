@@ -4,7 +4,7 @@ import re
 import shutil
 
 import pytest
-from playwright.sync_api import Locator, Route, expect
+from playwright.sync_api import APIResponse, Locator, Route, expect
 
 from tests.support.pages.awaited import box_of, expect_to_fit, let_run, settled
 from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared
@@ -251,6 +251,31 @@ def test_the_button_in_the_bar_records_until_it_is_pressed_again(
     expect(page.locator(".card").first).to_contain_text("recording 0001")
     page.get_by_role("button", name="Show it").click()
     expect(page.locator(".player .step")).to_contain_text("frame 1 of")
+
+
+def test_a_press_ends_a_recording_whose_begin_is_still_to_be_answered(
+    page_server: Server, open_shared: OpenShared
+) -> None:
+    page = open_shared(f"{page_server.url}#/gallery/recordings").page
+    held: list[tuple[Route, APIResponse]] = []
+
+    def hold_begin(route: Route) -> None:
+        if route.request.method == "POST":
+            held.append((route, route.fetch()))
+        else:
+            route.continue_()
+
+    page.route("**/api/v1/recordings", hold_begin)
+    page.get_by_role("button", name="Record", exact=True).click()
+    live = page.locator(".card").filter(has_text="Being recorded")
+    expect(live.locator(".tally-words")).to_contain_text(re.compile(r"\b[1-9]\d* frames"))
+
+    page.get_by_role("button", name="Stop the recording").click()
+
+    expect(page.get_by_role("button", name="Record", exact=True)).to_be_visible()
+    [(route, begun)] = held
+    route.fulfill(response=begun)
+    page.unroute_all()
 
 
 def test_an_end_is_shown_although_an_older_answer_comes_while_the_list_is_read(

@@ -12,12 +12,17 @@ export function makeRecordButton({ store, live }) {
   const button = h("button", { type: "button", class: "tool record" });
   const status = h("span", { class: "unseen", role: "status" });
   const place = h("span", { class: "record-place" }, button, status);
-  let busy = false;
+  let beginning = false;
   button.addEventListener("click", async () => {
-    if (busy) return;
-    busy = true;
-    await (store.state.recording ? live.stop() : live.begin(recordingOf(store.state.settings.record, new Date())));
-    busy = false;
+    // The event that a recording has begun can come long before the response: the next press must end it even then.
+    if (store.state.recording) return live.stop();
+    if (beginning) return;
+    beginning = true;
+    try {
+      await live.begin(recordingOf(store.state.settings.record, new Date()));
+    } finally {
+      beginning = false;
+    }
   });
   let on = /** @type {boolean | null} */ (null);
   store.on(["recording"], ({ recording }) => {
