@@ -14,7 +14,7 @@ NAME ?= render
 TESTS ?=
 BASE ?= HEAD
 
-.PHONY: setup update packages kernels run test test-fast test-changed test-kernels coverage lint lint-python lint-page bench clean
+.PHONY: setup update packages kernels run test test-fast test-changed test-kernels coverage mutate lint lint-python lint-page bench clean
 
 setup: $(DEV)
 
@@ -80,6 +80,10 @@ test-kernels: $(DEV)
 # Line coverage of the five packages by the whole run, or by the folders that TESTS names; child processes are not counted.
 coverage: $(DEV) packages
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --cov --cov-report=term:skip-covered $(TESTS)
+
+# Small wrong changes of the product, one at a time: which does no test notice? About an hour on two cores.
+mutate: $(DEV) kernels
+	@$(BIN)/python .ci/mutate.py $(LISTS)
 
 lint: lint-python lint-page
 

@@ -1089,6 +1089,7 @@ export interface components {
             created_utc: string;
             distance_m: number | null;
             distance_sigma_m: number | null;
+            distance_sigma_random_m: number | null;
             duration_ms: number | null;
             id: string;
             job_id: string;
@@ -1122,6 +1123,7 @@ export interface components {
             bound: components["schemas"]["BoundDocument"] | null;
             distance_m: number | null;
             distance_sigma_m: number | null;
+            distance_sigma_random_m: number | null;
             elapsed_ms: number;
             fixation_id: string;
             job_id: string;
@@ -3313,6 +3315,7 @@ export interface components {
             created_utc: string;
             distance_m: number | null;
             distance_sigma_m: number | null;
+            distance_sigma_random_m: number | null;
             fixation_id: string;
             id: string;
             label: string;

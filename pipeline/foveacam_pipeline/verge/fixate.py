@@ -118,6 +118,7 @@ def _fixation(
         right_view=answer.right_view,
         distance_m=None if point is None else point.distance_m,
         distance_sigma_m=None if point is None else point.distance_sigma_m,
+        distance_sigma_random_m=None if point is None else point.distance_sigma_random_m,
         point_rig_m=None if point is None else point.point_rig_m,
         residual_px=None if verged is None else float(np.hypot(*verged.fine.residual_px)),
         score=answer.score,

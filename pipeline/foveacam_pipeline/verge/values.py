@@ -151,6 +151,8 @@ class Fixation:
     steps: tuple[VergeStep, ...]
     distance_m: float | None = None
     distance_sigma_m: float | None = None
+    distance_sigma_random_m: float | None = None
+    """The part of the error that differs from look to look; None where it is not known."""
     point_rig_m: tuple[float, float, float] | None = None
     basis: Basis | None = None
     bound: DistanceBound | None = None

@@ -1057,6 +1057,7 @@ class FixationEstimate(Document):
     bound: BoundDocument | None = None
     distance_m: float | None = None
     distance_sigma_m: float | None = None
+    distance_sigma_random_m: float | None = None
     elapsed_ms: float
     fixation_id: str
     job_id: str
@@ -3278,6 +3279,7 @@ class TargetDocument(Document):
     created_utc: str
     distance_m: float | None
     distance_sigma_m: float | None
+    distance_sigma_random_m: float | None = None
     fixation_id: str
     id: str
     label: str
@@ -4072,6 +4074,7 @@ class FixationDocument(Document):
     created_utc: str
     distance_m: float | None
     distance_sigma_m: float | None
+    distance_sigma_random_m: float | None = None
     duration_ms: float | None
     id: str
     job_id: str

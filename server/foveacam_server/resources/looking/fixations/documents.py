@@ -57,6 +57,7 @@ def describe_fixation(
         reason=fixation.reason,
         distance_m=rounded(fixation.distance_m, 6),
         distance_sigma_m=rounded(fixation.distance_sigma_m, 6),
+        distance_sigma_random_m=rounded(fixation.distance_sigma_random_m, 6),
         point_rig_m=None if fixation.point_rig_m is None else _point(fixation.point_rig_m),
         basis=None if fixation.basis is None else fixation.basis.value,
         bound=None if fixation.bound is None else _bound(fixation.bound),
@@ -82,6 +83,7 @@ def describe_target(target: FixatedTarget) -> TargetDocument:
         fixation_id=answer.id,
         distance_m=answer.distance_m,
         distance_sigma_m=answer.distance_sigma_m,
+        distance_sigma_random_m=answer.distance_sigma_random_m,
         point_rig_m=answer.point_rig_m,
         basis=answer.basis or "both_foveae",
         bound=answer.bound,
@@ -107,6 +109,7 @@ def describe_estimate(
         basis=estimate.basis.value,
         distance_m=round(estimate.point.distance_m, 6),
         distance_sigma_m=round(estimate.point.distance_sigma_m, 6),
+        distance_sigma_random_m=rounded(estimate.point.distance_sigma_random_m, 6),
         point_rig_m=_point(estimate.point.point_rig_m),
     )
 
@@ -121,6 +124,7 @@ def last_estimate(fixation: FixationDocument) -> FixationEstimate:
         basis=fixation.basis,
         distance_m=fixation.distance_m,
         distance_sigma_m=fixation.distance_sigma_m,
+        distance_sigma_random_m=fixation.distance_sigma_random_m,
         point_rig_m=fixation.point_rig_m,
         bound=fixation.bound,
     )

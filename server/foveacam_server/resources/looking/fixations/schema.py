@@ -144,6 +144,8 @@ class FixationDocument(ResponseModel):
     reason: str
     distance_m: float | None
     distance_sigma_m: float | None
+    distance_sigma_random_m: float | None = None
+    """The part of `distance_sigma_m` that differs from look to look; null where it is not known."""
     point_rig_m: tuple[float, float, float] | None
     basis: Basis | None = None
     bound: BoundDocument | None = None
@@ -171,7 +173,9 @@ class FixationDocument(ResponseModel):
         if self.chosen_alternative is None:
             return self
         chosen = self.alternatives[self.chosen_alternative]
-        return self.model_copy(update=chosen.model_dump(exclude={"probability"}))
+        return self.model_copy(
+            update=chosen.model_dump(exclude={"probability"}) | {"distance_sigma_random_m": None}
+        )
 
 
 class FixationEstimate(ResponseModel):
@@ -188,6 +192,8 @@ class FixationEstimate(ResponseModel):
     basis: Basis | None = None
     distance_m: float | None = None
     distance_sigma_m: float | None = None
+    distance_sigma_random_m: float | None = None
+    """The part of `distance_sigma_m` that differs from look to look; null where it is not known."""
     point_rig_m: tuple[float, float, float] | None = None
     bound: BoundDocument | None = None
 
@@ -213,6 +219,8 @@ class TargetDocument(ResponseModel):
     fixation_id: str
     distance_m: float | None
     distance_sigma_m: float | None
+    distance_sigma_random_m: float | None = None
+    """The part of `distance_sigma_m` that differs from look to look; null where it is not known."""
     point_rig_m: tuple[float, float, float] | None
     basis: Basis = "both_foveae"
     bound: BoundDocument | None = None

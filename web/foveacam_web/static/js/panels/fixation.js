@@ -244,12 +244,15 @@ function followButton({ target_id }, follows) {
 
 /** @param {FixationDocument} fixation */
 function numbers(fixation) {
-  const [x, y, z] = (chosenOf(fixation) ?? fixation).point_rig_m ?? [null, null, null];
+  const chosen = chosenOf(fixation);
+  const [x, y, z] = (chosen ?? fixation).point_rig_m ?? [null, null, null];
+  const random_m = chosen ? null : fixation.distance_sigma_random_m;
   const verge = fixation.steps.at(-1);
   /** @type {[string, string][]} */
   const rows = [
     ["Residual", fixation.residual_px === null ? MISSING : `${number(fixation.residual_px, 2)} px`],
     ["Score", number(fixation.score, 3)],
+    ["Repeatability", random_m == null ? MISSING : `± ${number(1e3 * random_m, random_m < 0.01 ? 2 : 0)} mm`],
     ["Steps", `${fixation.steps.length} in ${millis(fixation.duration_ms)}`],
     ["Vergence", verge ? angle(verge.left_ax_deg - verge.right_ax_deg, 3) : MISSING],
     ["Direction", `${angle(fixation.target.ax_deg)} ${angle(fixation.target.ay_deg)}`],

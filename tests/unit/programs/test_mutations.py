@@ -1,0 +1,98 @@
+"""The lists of wrong changes that tests must notice, and the program that makes them."""
+
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+LISTS = sorted((ROOT / "tests" / "mutations").glob("*.toml"))
+SOURCE = '''"""A module."""
+
+FACTOR = 2.0
+
+
+def doubled(
+    value: float, *, factor: float = FACTOR
+) -> float:
+    """Return more."""
+    return value * factor
+'''
+
+
+def program(name: str) -> ModuleType:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / ".ci"))
+        return importlib.import_module(name)
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Iterator[Path]:
+    (tmp_path / "module.py").write_text(SOURCE, encoding="utf-8")
+    return tmp_path
+
+
+def written(folder: Path, **changed: str) -> Path:
+    entry = {
+        "fault": "Thrice",
+        "path": "module.py",
+        "find": "FACTOR = 2.0",
+        "replace": "FACTOR = 3.0",
+    } | changed
+    path = folder / "list.toml"
+    path.write_text("[[mutation]]\n" + "\n".join(f"{key} = {value!r}" for key, value in entry.items()))
+    return path
+
+
+def test_every_listed_change_can_be_made() -> None:
+    listed = program("mutation_list").load(LISTS)
+    assert len(listed) >= 200
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"path": "gone.py"}, "gone.py does not exist"),
+        ({"find": "factor"}, "4 times"),
+        ({"find": "FACTOR = 4.0"}, "0 times"),
+        ({"replace": "FACTOR = 2.0"}, "it changes nothing"),
+        ({"replace": "FACTOR = ("}, "no Python"),
+    ],
+)
+def test_a_change_that_cannot_be_made_is_named(tree: Path, changed: dict[str, str], words: str) -> None:
+    with pytest.raises(ValueError, match=f"'Thrice': .*{words}"):
+        program("mutation_list").load([written(tree, **changed)], root=tree)
+
+
+def test_two_changes_of_one_fault_are_refused(tree: Path) -> None:
+    path = written(tree)
+    with pytest.raises(ValueError, match="'Thrice' is listed twice"):
+        program("mutation_list").load([path, path], root=tree)
+
+
+def test_a_change_is_there_while_it_is_tried_and_the_file_is_as_before_afterwards(tree: Path) -> None:
+    [mutation] = program("mutation_list").load([written(tree)], root=tree)
+    file = tree / "module.py"
+    before = file.stat().st_mtime_ns
+    with program("mutate").Trial(tree).changed(mutation):
+        assert "FACTOR = 3.0" in file.read_text()
+    assert (file.read_text(), file.stat().st_mtime_ns) == (SOURCE, before)
+
+
+def test_a_failing_test_is_named_and_a_passing_one_is_not(tree: Path) -> None:
+    (tree / "test_module.py").write_text(
+        "from module import doubled\n\ndef test_it_doubles():\n    assert doubled(2.0) == 4.0\n"
+    )
+    [mutation] = program("mutation_list").load([written(tree)], root=tree)
+    trial = program("mutate").Trial(tree)
+    name = "test_module.py::test_it_doubles"
+    assert program("mutate").noticed(mutation, [name], trial=trial, limit_s=60.0) == name
+    assert trial.first_failure([name], limit_s=60.0) == ""
+
+
+def test_lines_that_run_at_the_import_lead_to_what_uses_them() -> None:
+    defined_at = program("covering_tests").defined_at
+    assert defined_at(SOURCE, 3) == (range(0), {"FACTOR"})
+    assert defined_at(SOURCE, 7)[0] == range(9, 11)
