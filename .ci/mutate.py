@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from importlib.util import cache_from_source
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -95,6 +96,8 @@ class Trial:
             yield
         finally:
             path.write_text(source, encoding="utf-8")
+            # Python compares whole seconds and the size alone
+            Path(cache_from_source(str(path))).unlink(missing_ok=True)
             os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
 
     def first_failure(self, tests: list[str], *, limit_s: float) -> str:

@@ -73,6 +73,7 @@ BENCHES: Mapping[str, Bench] = {
     "stream": Bench(module="stream.streams", whole_s=(35, 60)),
     "track": Bench(module="track.following", whole_s=(600, 1200)),
     "traces": Bench(module="stream.traces", whole_s=(5, 20)),
+    "truth": Bench(module="verge.truth", whole_s=(900, 2400)),
     "verge": Bench(module="verge.fixations", whole_s=(600, 1500)),
 }
 """Durations of batch, console, doors, faults, live, pace, replay, soak and stream are those of earlier runs.

@@ -82,15 +82,22 @@ def _deg(angle_rad: float) -> float:
 
 
 class ThermalMountDrift:
-    """Rotation of each eye's mount about the rig's x and y as a slow function of time; zero at time 0."""
+    """Rotation of each eye's mount about the rig's x and y as a slow function of time.
 
-    def __init__(self, *, seed: int, amplitude_rad: float = float(np.deg2rad(0.002))) -> None:
+    `zero_s`: when there is none, as at a calibration.
+    """
+
+    def __init__(
+        self, *, seed: int, amplitude_rad: float = float(np.deg2rad(0.002)), zero_s: float = 0.0
+    ) -> None:
         self.amplitude_rad = amplitude_rad
+        self.zero_s = zero_s
         phases = np.random.default_rng([seed, 0xD21F]).uniform(0.0, 2.0 * np.pi, (2, 2, len(DRIFT_PERIODS_S)))
         self._phases = {Role.LEFT: phases[0], Role.RIGHT: phases[1]}
 
     def turn_rad(self, role: Role, t_s: float) -> NDArray[np.float64]:
         """Return the rotation (2,) about x and y, radians, at time `t_s`."""
         phases = self._phases[role]
-        swing = np.sin(2.0 * np.pi * t_s / np.array(DRIFT_PERIODS_S) + phases) - np.sin(phases)
+        per_s = 2.0 * np.pi / np.array(DRIFT_PERIODS_S)
+        swing = np.sin(per_s * t_s + phases) - np.sin(per_s * self.zero_s + phases)
         return np.asarray(self.amplitude_rad * (swing @ np.array(DRIFT_SHARES)), dtype=np.float64)

@@ -85,33 +85,16 @@ class LastLook:
         levels = np.linspace(0.0, 1.0 / self._limits.nearest_m, REACH_LEVELS)
         return any(reachable_eyes(self._calibration, self._gazes(level, motion)) for level in levels)
 
-    def look(
-        self,
-        inverse_z_per_m: float,
-        sigma_per_m: float,
-        motion: TargetMotion,
-        *,
-        random_per_m: float | None = None,
-    ) -> LocatedPoint:
+    def look(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
         """Look at the answer; return its point at the time of that look."""
         self.steer(inverse_z_per_m, motion)
-        return self.place(inverse_z_per_m, sigma_per_m, motion, random_per_m=random_per_m)
+        return self.place(inverse_z_per_m, sigma_per_m, motion)
 
-    def place(
-        self,
-        inverse_z_per_m: float,
-        sigma_per_m: float,
-        motion: TargetMotion,
-        *,
-        random_per_m: float | None = None,
-    ) -> LocatedPoint:
-        """Return the point of an answer at the time of the last look.
-
-        `random_per_m`: the part of the error that differs from look to look, None if unknown.
-        """
+    def place(self, inverse_z_per_m: float, sigma_per_m: float, motion: TargetMotion) -> LocatedPoint:
+        """Return the point of an answer at the time of the last look."""
         last = self._fixation_head.last
         t_ns = self._fixation_head.next_ns if last is None else last.sighting.left.t_ns
-        return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m, random_per_m=random_per_m)
+        return place_on_ray(motion.at(t_ns), inverse_z_per_m, sigma_per_m)
 
     def steer(self, inverse_z_per_m: float, motion: TargetMotion) -> None:
         """Look with both eyes, each as near as it can turn, unless the last look was already there."""

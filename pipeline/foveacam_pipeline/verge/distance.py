@@ -58,16 +58,8 @@ def triangulate(calibration: Calibration, target: Gazes, *, sigma_px: float) -> 
     )
 
 
-def place_on_ray(
-    target: NDArray[np.float64],
-    inverse_z_per_m: float,
-    sigma_per_m: float,
-    *,
-    random_per_m: float | None = None,
-) -> LocatedPoint:
+def place_on_ray(target: NDArray[np.float64], inverse_z_per_m: float, sigma_per_m: float) -> LocatedPoint:
     """Return the point along (2,) tangents at 1/Z = `inverse_z_per_m` > 0, whose error is `sigma_per_m`.
-
-    `random_per_m`: the part of it that differs from look to look, None if unknown.
 
     An error of 1/Z makes different errors of the distance on either side; the larger, far one is stated.
     """
@@ -75,10 +67,8 @@ def place_on_ray(
     x_m, y_m, z_m = (way / inverse_z_per_m).tolist()
     length = float(np.linalg.norm(way))
     farthest = max(inverse_z_per_m - sigma_per_m, LEAST_SHARE * inverse_z_per_m)
-    per_m = length / (inverse_z_per_m * farthest)
     return LocatedPoint(
         point_rig_m=(x_m, y_m, z_m),
         distance_m=length / inverse_z_per_m,
-        distance_sigma_m=per_m * sigma_per_m,
-        distance_sigma_random_m=None if random_per_m is None else per_m * random_per_m,
+        distance_sigma_m=length * sigma_per_m / (inverse_z_per_m * farthest),
     )

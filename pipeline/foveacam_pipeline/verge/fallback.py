@@ -37,7 +37,6 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     same_surface,
     slack_per_m,
     weighted,
-    weighted_random_per_m,
 )
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext, DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, SurroundingsEstimator
@@ -249,17 +248,15 @@ class FallbackEstimator:
         """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
-        used = [one.match for one in (sighted if both else [best])]
-        inverse_z, sigma = weighted(used)
+        inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
         sure = all(confirmed(*depth, near) for depth in depths)
         if len(sighted) == 2 and not both:
             alternatives = self._rivals(sighted, motion)
         else:
             alternatives = () if sure else self._doubted(best.match, near, motion)
-        random = weighted_random_per_m(used) if sure else None
         sigma = error_per_m(inverse_z, sigma, sure=sure)
-        point = self._last_look.look(inverse_z, sigma, motion, random_per_m=random)
+        point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
         views = self._last_look.views(inverse_z, motion, seeing=roles)
         return Answer(

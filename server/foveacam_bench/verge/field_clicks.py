@@ -83,7 +83,10 @@ class JudgedClick:
 
     @property
     def wrong(self) -> bool:
-        """Whether the distance is wrong."""
+        """Whether the distance is wrong; of the background any is that does not reach to infinity."""
+        distance_m, sigma_m = self.fixation.distance_m, self.fixation.distance_sigma_m
+        if math.isinf(self.range_m) and distance_m is not None and sigma_m is not None:
+            return distance_m > WRONG_SIGMA * sigma_m
         return abs(self.error_m) > WRONG_SHARE * self.range_m and abs(self.sigmas) > WRONG_SIGMA
 
     @property
@@ -217,7 +220,7 @@ def figures(results: list[JudgedClick]) -> Figures:
     for basis in Basis:
         of_basis = [r for r in results if r.fixation.basis is basis]
         found |= _figures_of(basis, of_basis)
-    return found | {"doubtful": [_click_record(r) for r in results if _is_doubtful(r)]}
+    return found | {"doubtful": [click_record(r) for r in results if _is_doubtful(r)]}
 
 
 def _estimate_figures(results: list[JudgedClick]) -> Figures:
@@ -272,7 +275,7 @@ def _is_doubtful(result: JudgedClick) -> bool:
     return not answered or result.wrong or abs(result.sigmas) > 3.0 or off_target
 
 
-def _click_record(result: JudgedClick) -> Figures:
+def click_record(result: JudgedClick) -> Figures:
     """Return the details of one click, for diagnosis."""
     fixation = result.fixation
     return {

@@ -21,20 +21,10 @@ from foveacam_pipeline.verge.surroundings.stated_depth import DOUBT_SHARE, GAP_C
 
 
 def _match(
-    inverse_z_per_m: float,
-    *,
-    role: Role = Role.LEFT,
-    sigma_per_m: float = 1.0e-3,
-    random_per_m: float = 2.0e-4,
-    score: float = 0.95,
+    inverse_z_per_m: float, *, role: Role = Role.LEFT, sigma_per_m: float = 1.0e-3, score: float = 0.95
 ) -> EyeMatch:
     return EyeMatch(
-        role=role,
-        inverse_z_per_m=inverse_z_per_m,
-        sigma_per_m=sigma_per_m,
-        random_per_m=random_per_m,
-        score=score,
-        row_px=0.0,
+        role=role, inverse_z_per_m=inverse_z_per_m, sigma_per_m=sigma_per_m, score=score, row_px=0.0
     )
 
 

@@ -67,15 +67,13 @@ class CorrelationProfile:
 class EyeMatch:
     """Match of the target in one fovea.
 
-    `inverse_z_per_m`, `sigma_per_m`: 1/Z and its standard error. `random_per_m`: the part of it that differs
-    from look to look. `score`: weighted correlation with the wide view. `row_px`: how much lower than expected
-    it lies, survey px.
+    `inverse_z_per_m`, `sigma_per_m`: 1/Z and its standard error. `score`: weighted correlation with the wide
+    view. `row_px`: how much lower than expected it lies, survey px.
     """
 
     role: Role
     inverse_z_per_m: float
     sigma_per_m: float
-    random_per_m: float
     score: float
     row_px: float
 
@@ -141,7 +139,6 @@ def register_eye(
             role=role,
             inverse_z_per_m=inverse_z_per_m + float(placed.position_px[0]) / (f_px * half_baseline_m),
             sigma_per_m=math.hypot(sigma_px / f_px, slope_rad) / abs(half_baseline_m),
-            random_per_m=float(placed.sigma_px[0]) / (f_px * abs(half_baseline_m)),
             score=placed.score,
             row_px=float(placed.position_px[1]),
         )

@@ -61,13 +61,6 @@ def weighted(matches: list[EyeMatch]) -> tuple[float, float]:
     return float(weights @ values / weights.sum()), float(weights.sum() ** -0.5)
 
 
-def weighted_random_per_m(matches: list[EyeMatch]) -> float:
-    """Return the part of the error of that mean which differs from look to look, 1/m."""
-    weights = np.array([match.sigma_per_m**-2 for match in matches])
-    random = np.array([match.random_per_m for match in matches])
-    return float(np.linalg.norm(weights * random) / weights.sum())
-
-
 def plausible(match: EyeMatch, near: tuple[InferredDepth, ...]) -> bool:
     """Return whether an eye's depth agrees with a surface next to the target; True if none was found."""
     return not near or any(
