@@ -154,6 +154,20 @@ def test_a_map_that_contradicts_the_others_is_left_out() -> None:
     assert np.nanmax(np.abs(fused)) < 0.5
 
 
+def test_a_pixel_that_less_than_half_of_the_looks_have_stays_unknown() -> None:
+    maps = [_map(seed, 0.0, 0.05) for seed in range(5)]
+    for each in maps[:3]:
+        each.residual_px[:, :20] = np.nan
+    for each in maps[:2]:
+        each.residual_px[:, 20:40] = np.nan
+    fused = DisparityStack(maps=tuple(maps)).fused()
+
+    for found in (fused.residual_px, fused.sigma_px):
+        assert np.isnan(found[:, :20]).all()
+        assert np.isfinite(found[:, 20:40]).mean() > 0.95  # all three must lie within 3 sigma of their median
+        assert np.isfinite(found[:, 40:]).all()
+
+
 def test_maps_of_another_size_are_refused() -> None:
     other = DisparityMap(
         residual_px=np.zeros((3, 4), np.float32), sigma_px=np.ones((3, 4), np.float32), compute_ms=0

@@ -7,7 +7,9 @@ import pytest
 from tests.support.scenes.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.stereo.estimator import BACKENDS, DepthBackend
 from foveacam_pipeline.stereo.match import match
+from foveacam_pipeline.stereo.occlusion import occluded_pixels
 from foveacam_pipeline.stereo.search import MatchSettings, search_window
 
 INNER = (slice(12, -12), slice(56, -56))
@@ -58,6 +60,26 @@ def test_pixels_that_an_eye_does_not_see_stay_unknown() -> None:
     assert not np.isfinite(found[:, :120]).any()
     assert not np.isfinite(found[:, 312:]).any()  # 300 in the right window is 310 in the left one
     assert np.isfinite(found[20:-20, 140:290]).mean() > 0.98
+
+
+@pytest.mark.parametrize("backend", ["sgbm", "live"])
+def test_pixels_whose_match_the_right_eye_does_not_see_stay_unknown(backend: DepthBackend) -> None:
+    pair = pair_of(flat(30.0))
+    pair.valid_right[:, :150] = False
+    pair.valid_right[:, 400:] = False
+    found = BACKENDS[backend].estimate(pair).residual_px[20:-20]
+    assert not np.isfinite(found[:, :178]).any()  # 150 in the right window is 180 in the left one
+    assert not np.isfinite(found[:, 432:]).any()
+    assert np.isfinite(found[:, 184:426]).mean() > 0.98
+
+
+def test_a_surface_a_few_pixels_nearer_hides_what_lies_beside_it() -> None:
+    disparity = flat(10.0).astype(np.float32)
+    disparity[:, 200:300] = 14.0
+    hidden = occluded_pixels(disparity)
+    assert hidden[4:-4, 197:199].all()  # the right eye sees the card from column 186 on, the wall until there
+    assert not hidden[:, :194].any()
+    assert not hidden[:, 202:].any()
 
 
 def test_pixels_near_the_border_are_searched_too() -> None:

@@ -29,6 +29,7 @@ from foveacam_pipeline.measure.look_file import load_look, save_look
 from foveacam_pipeline.measure.plane import CORRELATED_PX, fit_plane
 from foveacam_pipeline.measure.point import beside_edge, lone_point, nearest_known, point_at
 from foveacam_pipeline.measure.profile import profile_along
+from foveacam_pipeline.measure.views import nearest_known_right
 
 TRIALS = 4000
 SPREAD = 0.08
@@ -156,6 +157,15 @@ def test_profile_shows_a_step_and_leaves_gaps_open() -> None:
     assert found.samples[0].z_sigma_m == pytest.approx(MATCHING_PX * float(z_m[0] or 0.0) / 950.0, rel=1e-6)
 
 
+def test_profile_states_each_samples_error_at_its_own_depth() -> None:
+    disparity = np.full((HEIGHT, WIDTH), 950.0)
+    disparity[:, 120:] = 475.0
+    found = profile_along(look_of(disparity), (10.0, 90.0), (229.0, 90.0))
+    z_m = F_PX * BASELINE_M / np.array([950.0, 475.0])
+    stated = [sample.z_sigma_m for sample in (found.samples[0], found.samples[-1])]
+    assert stated == pytest.approx(MATCHING_PX * z_m / np.array([950.0, 475.0]), rel=1e-6)
+
+
 def test_nearest_known_pixel_is_taken_within_reach_alone() -> None:
     disparity = np.full((HEIGHT, WIDTH), np.nan)
     disparity[50, 60] = 950.0
@@ -171,6 +181,21 @@ def test_pixel_beside_a_jump_of_depth_is_known_as_one() -> None:
     look = look_of(disparity)
     assert beside_edge(look, 118, 60)
     assert not beside_edge(look, 110, 60)
+
+
+@pytest.mark.parametrize(("jump_px", "told"), [(1.5, False), (3.0, True)])
+def test_a_jump_of_a_few_pixels_is_an_edge_and_a_slope_is_none(jump_px: float, *, told: bool) -> None:
+    disparity = np.full((HEIGHT, WIDTH), 950.0)
+    disparity[:, 120:] += jump_px
+    assert beside_edge(look_of(disparity), 119, 60) == told
+
+
+def test_a_pixel_of_the_right_eye_shows_the_nearer_of_two_surfaces() -> None:
+    look = look_of(np.full((HEIGHT, WIDTH), 950.5))
+    look.z_m[:, 120:] = F_PX * BASELINE_M / 960.0  # which hides the columns 111 to 119 from the right eye
+    # Column 113 of the far surface is seen there to a hundredth of a pixel, 123 of the near one to half a pixel
+    assert nearest_known_right(look, (112.51, 60.0), reach_px=3.0) == (123, 60)
+    assert nearest_known_right(look, (92.5, 60.0), reach_px=3.0) == (93, 60)
 
 
 def test_look_is_read_back_as_it_was_written(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """The foveated stereo network and its losses: signs, shapes, symmetry of the parts, and what they measure."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 from tests.support.scenes.learning_pairs import varied_pair
@@ -23,6 +25,7 @@ from foveacam_pipeline.learn.network.geometry import (
 )
 from foveacam_pipeline.learn.network.network import FoveatedStereo
 from foveacam_pipeline.learn.network.refinement import cell_shares, enlarged
+from foveacam_pipeline.learn.network.row_attention import AttentionBlock
 
 
 def features(columns: int = 24, seed: int = 0) -> torch.Tensor:
@@ -77,6 +80,16 @@ def test_the_photometric_error_is_nothing_for_the_same_picture_and_grows_with_th
     )
 
 
+def test_the_photometric_error_weighs_structure_more_than_brightness() -> None:
+    rows, columns = torch.meshgrid(torch.arange(16), torch.arange(16), indexing="ij")
+    chequer = (0.1 * ((rows + columns) % 2) - 0.05).expand(1, 3, 16, 16)
+    picture = 0.5 + chequer
+    brighter, inverted = (float(photometric_error(picture, other).mean()) for other in (0.6 + chequer, 0.5 - chequer))
+    level = 1.0 - (2.0 * 0.5 * 0.6 + 1e-4) / (0.5**2 + 0.6**2 + 1e-4)  # SSIM without change of contrast
+    assert brighter == pytest.approx(0.85 * level / 2.0 + 0.15 * 0.1, rel=0.05)
+    assert inverted > 10.0 * brighter  # by as many grey levels
+
+
 def test_smoothness_asks_for_less_where_the_picture_changes() -> None:
     disparity = torch.zeros(1, 1, 8, 8)
     disparity[..., 4:] = 2.0
@@ -129,6 +142,34 @@ def test_a_prediction_has_the_size_of_the_picture_and_every_weight_gets_a_finite
     assert set(parts) == {"photometric", "reconstruction", "smoothness", "scale"}
     for name, parameter in network.named_parameters():
         assert parameter.grad is not None and parameter.grad.isfinite().all(), name
+
+
+@pytest.mark.parametrize("part", ["photometric", "reconstruction", "smoothness", "scale"])
+def test_each_part_of_the_loss_without_truth_counts_by_its_weight(part: str) -> None:
+    torch.manual_seed(0)
+    left, right = torch.rand(2, 1, 3, 64, 96)
+    prediction = FoveatedStereo(SIZES["nano"])(left, right)
+    batch = PairBatch(left=left, right=right, valid_left=torch.ones(1, 1, 64, 96, dtype=torch.bool))
+    weights = LossWeights()
+    doubled = replace(weights, **{part: 2.0 * getattr(weights, part)})
+    with torch.no_grad():
+        loss, parts = self_supervised(prediction, batch, weights, masked=False)
+        more, _ = self_supervised(prediction, batch, doubled, masked=False)
+    assert float(loss) == pytest.approx(sum(parts.values()))
+    assert float(more - loss) == pytest.approx(parts[part], rel=1e-3)
+    assert abs(parts[part]) > 1e-4
+
+
+def test_each_eye_attends_to_the_other_one() -> None:
+    torch.manual_seed(0)
+    block = AttentionBlock(16, 4)
+    left, right, other = torch.randn(3, 1, 16, 4, 12)
+    told_left, told_right = block(left, right)
+    exchanged = block(right, left)
+    assert torch.allclose(exchanged[0], told_right, atol=1e-5)
+    assert torch.allclose(exchanged[1], told_left, atol=1e-5)
+    assert (block(left, other)[0] - told_left).abs().max() > 0.01
+    assert (block(other, right)[1] - told_right).abs().max() > 0.01
 
 
 def test_an_unsigned_network_gives_no_negative_disparity() -> None:

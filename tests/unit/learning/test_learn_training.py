@@ -73,11 +73,14 @@ def test_training_without_truth_brings_the_disparity_nearer_to_it(tmp_path: Path
     plan = replace(PLAN, steps=20, batch=2)
     train([scene("a", seed=1, pairs=8)], tmp_path, plan, watcher())
     network = load_checkpoint(tmp_path / CHECKPOINT).network()
-    dataset = scene("held out", seed=100)
+    dataset = scene("held out", seed=100, labelled=True)
     found = evaluate(network, dataset, on_pair=lambda _done, _total: None, stopped=lambda: False)
-    errors = {row.method: row.photometric for row in found.methods}
+    errors = {row.method: row for row in found.methods}
     assert found.pairs == 4
-    assert errors["network"] < 0.8 * errors["zero"]
+    assert errors["network"].photometric < 0.8 * errors["zero"].photometric
+    trained, zero = errors["network"].truth, errors["zero"].truth
+    assert trained is not None and zero is not None
+    assert trained.epe_px < 0.6 * zero.epe_px
 
 
 def test_crops_depend_on_seed_and_step_alone() -> None:

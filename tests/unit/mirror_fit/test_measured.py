@@ -8,14 +8,26 @@ import pytest
 from numpy.typing import NDArray
 from tests.support.scenes.swept_rig import CENTRE_PX, EYES, SweptRig, swept, wide_lens
 
-from foveacam_hardware.contract import FoveaError, InvalidInput, MirrorVolts, NotCalibrated, Role
+from foveacam_hardware.contract import (
+    FoveaError,
+    InvalidInput,
+    MirrorVolts,
+    NotCalibrated,
+    PanTiltPose,
+    Role,
+    Station,
+    StationTarget,
+)
+from foveacam_hardware.sim.optics import rotation
 from foveacam_pipeline.calibrate.fit.measured import (
     DistanceSource,
     NominalRig,
     SweepMeasurements,
     reduce_sweeps,
+    station_parallax,
 )
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep
+from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.sweep import Sweep, SweepPose
 from foveacam_pipeline.models import Intrinsics
@@ -90,6 +102,23 @@ def test_parallax_is_that_of_eq_1_and_is_taken_out(measured: SweepMeasurements) 
     assert far.largest_rad == pytest.approx(largest, rel=0.5)  # Eq. 1 leaves the second axis out
     assert near.largest_rad == pytest.approx(2.0 * far.largest_rad, rel=0.1)
     assert far.words.endswith("; corrected")
+
+
+def test_the_parallax_of_a_target_at_one_gaze_is_eq_1() -> None:
+    gaze_rad, distance_m, spacing_m = np.deg2rad(9.0), 2.5, 0.1
+    turn = rotation(np.array([0.0, gaze_rad, 0.0]))
+    middle_m = distance_m * turn[:, 2]
+    target = TargetPose(
+        rotation=turn, middle_m=middle_m, layout=MarkerLayout(), misfit_px=0.0, distance_sigma_m=0.0
+    )
+    station = Station(name="near", target=StationTarget.MARKERS, pose=PanTiltPose(pan_rad=0.0, tilt_rad=0.0))
+
+    found = station_parallax(station, [target], baseline_m=2.0 * spacing_m, corrected=True)
+
+    sides = np.array([-spacing_m, spacing_m])
+    eq1_rad = np.arctan(sides * (1.0 - np.cos(gaze_rad)) / (distance_m - sides * np.sin(gaze_rad)))
+    assert found.largest_rad == pytest.approx(np.abs(eq1_rad).max(), rel=1e-9)
+    assert found.rms_rad == pytest.approx(np.sqrt(np.sum(eq1_rad**2) / 4.0), rel=1e-9)  # two axes, two eyes
 
 
 def test_an_unknown_distance_leaves_the_parallax_in_and_says_so(

@@ -86,6 +86,17 @@ def test_no_direction_inside_asks_for_more_volts_than_were_calibrated(mirror: Mi
     assert np.abs(mirror.volts_for(angles[inside])).max() <= 169.0
 
 
+def test_a_direction_just_beyond_the_calibrated_volts_is_refused_and_not_clipped(mirror: MirrorModel) -> None:
+    for axis in (0, 1):
+        beyond_v = np.zeros((1, 2))
+        beyond_v[0, axis] = mirror.max_v[axis] + 0.3  # a fiftieth of a degree, within the margin of the field
+        angles = mirror.angles_of(beyond_v)
+        assert not mirror.inside(angles).any()
+        with pytest.raises(OutOfRange):
+            mirror.volts_for(angles)
+        assert mirror.inside(mirror.angles_of(beyond_v - np.sign(beyond_v) * 0.6)).all()
+
+
 def test_every_calibrated_direction_but_the_rim_is_inside(mirror: MirrorModel) -> None:
     assert mirror.inside(law(sweep_v() * 0.99)).all()
 

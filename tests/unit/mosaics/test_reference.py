@@ -35,6 +35,8 @@ from foveacam_pipeline.capture.reference.views import FoveaView, fovea_views
 from foveacam_server import cli
 
 FEW = ReferenceSettings(across=6)
+MATCHING_PX = 0.1
+"""Standard error of a match, each axis."""
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +111,29 @@ def test_a_ray_that_contradicts_the_others_is_left_out(scan: Dataset) -> None:
     assert found.outliers >= 1
     assert not ((found.rays.sample == rays.sample[8]) & (found.rays.view == rays.view[8])).any()
     assert found.points_m == pytest.approx(points, abs=2e-4)
+
+
+def test_references_scatter_as_far_as_they_say(scan: Dataset) -> None:
+    calibration, rng, trials = small_calibration(), np.random.default_rng(2), 100
+    stops, judged = rail_stops(scan)
+    views = fovea_views(scan, stops, calibration, FEW)
+    model = RailModel.of(
+        stops, judged, views=len(views), trust=RailTrust(), calibration=calibration, depth_m=Z_M
+    )
+    ratios = []
+    for _ in range(trials):
+        points = rng.uniform([-0.05, -0.05, 5.0], [0.05, 0.05, 7.0], (2, 3))
+        drawn = rng.standard_normal(len(model.sigmas))
+        matches = [
+            replace(each, relative_px=each.relative_px + rng.normal(0.0, MATCHING_PX, 2))
+            for each in _exact(points, views, model, drawn)
+        ]
+        rays = Rays.of(matches, views, calibration, floor_px=1e-3)
+        found = adjust_rays(rays, points + 0.01, model, baseline_m=0.2)
+        ratios += ((found.points_m - points)[:, 2] / found.sigma_m).tolist()
+    # Both samples share most of their error: 100 draws know a standard deviation to 7 %
+    assert 0.8 <= float(np.sqrt(np.mean(np.square(ratios)))) <= 1.2
+    assert np.mean(np.abs(ratios) <= 3.0) >= 0.99
 
 
 def test_two_rays_alone_make_no_reference(scan: Dataset) -> None:
@@ -234,22 +259,33 @@ def _rays(scan: Dataset) -> tuple[Rays, np.ndarray[tuple[int, int], np.dtype[np.
     )
     rng = np.random.default_rng(3)
     points = rng.uniform([-0.05, -0.05, 5.0], [0.05, 0.05, 7.0], (12, 3))
-    rays = Rays.of(list(_exact(points, views, model)), views, calibration, floor_px=0.05)
+    exact = _exact(points, views, model, np.zeros(len(model.sigmas)))
+    rays = Rays.of(list(exact), views, calibration, floor_px=0.05)
     return rays, points, model
 
 
 def _exact(
-    points: np.ndarray[tuple[int, int], np.dtype[np.float64]], views: list[FoveaView], model: RailModel
+    points: np.ndarray[tuple[int, int], np.dtype[np.float64]],
+    views: list[FoveaView],
+    model: RailModel,
+    unknowns: np.ndarray[tuple[int], np.dtype[np.float64]],
 ) -> Iterator[SampleMatch]:
+    """Yield what each view shows of points, for a rail, gazes and views that are off by their unknowns."""
     calibration = small_calibration()
-    stop_poses = model.stop_poses(np.zeros(len(model.sigmas)))
+    stop_poses = model.stop_poses(unknowns)
+    looks_px = (unknowns * model.sigmas)[model.first_view :].reshape(-1, 2)
     for number, point in enumerate(points):
         for view in views:
-            own = stop_poses[view.stop].to_stop_frame(point) - calibration.reference_rig_m(view.role)
-            u, v = calibration.fovea_f_px * own[:2] / own[2]
+            pose = stop_poses[view.stop]
+            own = pose.to_stop_frame(point) - calibration.reference_rig_m(view.role)
+            at_px = calibration.fovea_f_px * own[:2] / own[2]
+            u, v = at_px - pose.shifts_px[view.eye] - looks_px[view.number]
             about = view.look.gaze_relative(np.asarray(u), np.asarray(v), np.asarray(1.0 / own[2]))
             yield SampleMatch(
-                sample=number, view=view.number, relative_px=np.array(about), covariance=0.01 * np.eye(2)
+                sample=number,
+                view=view.number,
+                relative_px=np.array(about),
+                covariance=MATCHING_PX**2 * np.eye(2),
             )
 
 
