@@ -24,6 +24,15 @@ ONE_EYE = {
 }
 
 
+NEAR_BY_BOTH = {
+    "basis": "both_foveae",
+    "distance_m": 7.945,
+    "distance_sigma_m": 0.008,
+    "distance_sigma_random_m": 0.00049,
+    "point_rig_m": [0.15, 0.1, 7.94],
+}
+
+
 @pytest.fixture
 def answered(stub: StubServer, open_console: OpenConsole) -> Answered:
     """Open the page on a server whose last fixation is as given."""
@@ -47,6 +56,25 @@ def test_one_eye_and_the_wide_camera_are_named_and_the_other_eyes_pane_says_why(
     expect(page.locator(".targets .basis")).to_have_text("right fovea and wide camera")
     expect(page.locator(".pane-left .eye-note")).to_have_text("Hidden from the left eye by something nearer.")
     expect(page.locator(".pane-right .eye-note")).to_be_hidden()
+
+
+def test_repeatability_is_told_and_the_table_of_steps_leaves_it_in_sight(answered: Answered) -> None:
+    step = {
+        "index": 0,
+        "phase": "parallel",
+        **{f"{eye}_a{axis}_deg": -12.345 for eye in ("left", "right") for axis in "xy"},
+        **dict.fromkeys(("residual_x_px", "residual_y_px"), -1234.56),
+        "score": 0.9,
+        "compute_ms": 12.0,
+    }
+    steps = [step | {"index": index} for index in range(3)]
+    page = answered(**NEAR_BY_BOTH, steps=steps, options={"viewport": PHONE}).page
+    value = page.locator(".outcome .numbers dt", has_text="Repeatability").locator("+ dd")
+    expect(value).to_have_text("± 0.49 mm")
+    page.locator(".steps summary").click()
+    expect(page.locator(".steps table")).to_be_visible()
+    panel, number = box_of(page.locator("#fixation")), box_of(value)
+    assert number["x"] + number["width"] <= panel["x"] + panel["width"]
 
 
 def test_limits_are_told_once_with_their_reason_and_the_click_can_be_corrected(
