@@ -255,6 +255,12 @@ def test_commanded_exposure_whose_mirrors_were_parked_meanwhile_is_refused(rig: 
         begun.wait()
 
 
+def test_one_fovea_that_waits_for_a_command_is_missed_by_the_pulse(rig: Rig) -> None:
+    rig.left.configure(replace(rig.left.settings, trigger_source=TriggerSource.SOFTWARE))
+    with pytest.raises(DeviceFault, match=r"[Ss]trobe"):
+        rig.head.look(both(0.0, 0.0))
+
+
 def test_frames_of_earlier_triggers_are_dropped(rig: Rig) -> None:
     world_of(rig).trigger(rig.clock.now_ns(), pulse_us=1000, cameras=LEFT_AND_RIGHT)
     rig.clock.sleep_until_ns(rig.clock.now_ns() + 50_000_000)

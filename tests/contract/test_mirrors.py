@@ -250,6 +250,7 @@ def test_disable_switches_the_rail_off_and_enable_on_again(bench: Bench) -> None
     bench.mirrors.disable()
 
     assert not bench.mirrors.state.enabled
+    assert bench.mirrors.state.volts == PARKED
     with pytest.raises(DeviceFault, match="enable the mirrors first"):
         bench.mirrors.steer(ASIDE)
     bench.mirrors.enable()

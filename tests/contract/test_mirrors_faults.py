@@ -216,6 +216,20 @@ def test_a_strict_controller_works_again_after_a_power_cycle_and_starts_parked()
     rig.mirrors.close()
 
 
+def test_an_exposure_after_a_lost_packet_waits_for_the_mirrors() -> None:
+    rig = loopback(strict=False)
+    rig.controller.damage_to_host(LineDamage(kind=DamageKind.DROP, skip=5))
+    assert rig.outcome(rig.mirrors.ping) == "recovered"
+    rig.controller.heal()
+
+    rig.mirrors.expose(ASIDE, settle_us=14_000, pulse_us=4000)
+
+    moved_ns = next(t_ns for t_ns, codes in reversed(rig.cables.drives) if codes == REST)
+    assert rig.cables.triggers[-1].t_ns - rig.cables.drives[-1][0] >= 14_000_000
+    assert rig.cables.drives[-1][0] > moved_ns
+    rig.mirrors.close()
+
+
 def test_silence_is_reported_within_a_second() -> None:
     supervision = LinkSupervision()
     answer_s, probe_s = (one + min(STALL_S, one) for one in (supervision.answer_s, supervision.probe_s))

@@ -162,6 +162,22 @@ def test_a_filter_that_there_is_not_is_refused(rig: Rig, cutoff_hz: float) -> No
         rig.mirrors.set_low_pass(cutoff_hz)  # type: ignore[arg-type]  # what a careless caller gives
 
 
+@pytest.mark.parametrize(("stood_ms", "waits_ms"), [(0.0, 14.0), (9.0, 14.0), (20.0, 0.0)])
+def test_an_exposure_waits_where_the_mirrors_have_stood_for_less_than_the_settling_time(
+    rig: Rig, stood_ms: float, waits_ms: float
+) -> None:
+    clock = rig.controller.clock
+    rig.mirrors.steer(PARKED)
+    there = rig.mirrors.steer(stereo((30.0, 0.0, 30.0, 0.0)))
+    asked_ns = clock.now_ns() + round(stood_ms * 1e6)
+    clock.sleep_until_ns(asked_ns)
+
+    rig.mirrors.expose(there, settle_us=14_000, pulse_us=4000)
+
+    # The messages take less than half a millisecond
+    assert (rig.cables.triggers[-1].t_ns - asked_ns) / 1e6 == pytest.approx(waits_ms, abs=0.5)
+
+
 def test_another_bias_is_the_one_in_force() -> None:
     rig = Rig(MirrorLimits(bias_v=80, max_v=158))
 
@@ -179,6 +195,17 @@ def test_the_quickest_ping_maps_the_clock() -> None:
         )
 
     assert clock_map.host_ns(20_000) == 27_000_000
+
+
+@pytest.mark.parametrize("read_at_us", [0, 200])
+def test_the_uncertainty_of_the_clock_is_the_largest_error_of_a_ping(read_at_us: int) -> None:
+    clock_map = ClockMap()
+    clock_map.add(sent_ns=0, received_ns=200_000, controller_us=5000 + read_at_us)
+
+    # The clock was read as the question left or as the answer arrived, and the middle is assumed
+    error_ns = abs(clock_map.host_ns(5000 + read_at_us) - read_at_us * 1000)
+    assert clock_map.uncertainty_ns(100_000) == error_ns == 100_000
+    assert clock_map.uncertainty_ns(1_000_100_000) == 200_000  # two crystals drift by 100 ppm at most
 
 
 def test_a_drifting_clock_is_followed_by_newer_pings() -> None:

@@ -54,6 +54,15 @@ def test_patches_go_to_what_is_farthest_and_never_twice_to_the_same() -> None:
         choose_patches(depth_m, PictureSize(width=81, height=12), count=1)
 
 
+def test_a_little_that_is_far_outweighs_much_that_is_near() -> None:
+    """Errors of depth grow with its square: 30 m on a quarter of a patch against 10 m on all of it."""
+    depth_m = np.full((60, 80), 1.0)
+    depth_m[4:16, 4:20] = 10.0
+    depth_m[40:46, 50:58] = 30.0
+    (first,) = choose_patches(depth_m, PictureSize(width=16, height=12), count=1)
+    assert first.x_px >= 42 and first.y_px >= 34
+
+
 def test_a_patch_may_lie_at_the_last_pixel() -> None:
     depth_m = np.ones((30, 40))
     depth_m[-10:, -16:] = 9.0

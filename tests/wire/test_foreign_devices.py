@@ -8,6 +8,7 @@ import pytest
 from foveacam_hardware.contract import DeviceFault, FoveaError, MonotonicClock, NotConnected, Timeout
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
+from foveacam_hardware.drivers.controller.session import ControllerSession
 from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_loopback import LoopbackController
 from foveacam_hardware.wire.cobs import cobs_decode
@@ -122,6 +123,22 @@ def versioned(*version: int) -> Callable[[bytes], bytes]:
 def test_a_wrong_firmware_is_named_with_what_to_update(version: tuple[int, ...], sentence: str) -> None:
     with pytest.raises(DeviceFault, match=rf"firmware {version[0]}\.{version[1]} is {sentence}"):
         raise refusal(versioned(*version))
+
+
+def test_an_answer_to_another_question_is_not_taken_for_the_one_that_is_due() -> None:
+    def answer(data: bytes) -> bytes:
+        asked = decode_packet(cobs_decode(data.rstrip(b"\x00")))
+        late = Packet(PacketMethod.ACK, PacketProperty.LOG_LEVEL, asked.sequence, b"\x03")
+        return encode_packet(late) + encode_packet(
+            Packet(PacketMethod.ACK, asked.prop, asked.sequence, b"\x01")
+        )
+
+    session = ControllerSession(StrangeLink(answer, TEENSY), MonotonicClock())
+    (reply,) = session.begin((PacketMethod.GET, PacketProperty.ENABLE, b""))
+    found = reply.wait(deadline_s=5.0)
+    session.close()
+
+    assert (found.packet.prop, found.packet.payload) == (PacketProperty.ENABLE, b"\x01")
 
 
 def test_a_firmware_before_2_1_says_that_it_cannot_recover_its_dacs() -> None:

@@ -7,7 +7,7 @@ from tests.support.devices.firmware_board import Item
 from tests.support.devices.firmware_process import FirmwareProcess
 from tests.wire.firmware.test_firmware_driver import Loop
 
-from foveacam_hardware.contract import MirrorLimits, MonotonicClock
+from foveacam_hardware.contract import PARKED, MirrorLimits, MirrorVolts, MonotonicClock, StereoVolts
 from foveacam_hardware.drivers.controller.guard import WATCHDOG_MS, LinkSupervision
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.wire.link import SerialLink
@@ -41,6 +41,8 @@ def test_a_host_that_says_nothing_keeps_its_mirrors_on_as_long_as_it_lives() -> 
         while time.monotonic() < end_s:  # silence of its caller is what is tested
             waiting.wait(0.1)
 
+        # Refused by a firmware that has parked them, which a ping tells
+        mirrors.steer(StereoVolts(left=MirrorVolts(x_v=5.0, y_v=0.0), right=PARKED.right))
         mirrors.ping()
 
         assert mirrors.state.enabled

@@ -19,10 +19,22 @@ from tests.support.devices.controllers import Controllers, started
 from foveacam_hardware.contract import MonotonicClock
 from foveacam_hardware.drivers.controller.guard import LinkSupervision
 from foveacam_hardware.drivers.controller.guardian import Guardian
+from foveacam_hardware.drivers.controller.guardian_parking import park_and_disable
 from foveacam_hardware.drivers.controller.mirrors import ControllerMirrors
 from foveacam_hardware.sim.cables import DacCodes, RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
+from foveacam_hardware.wire.cobs import CobsDecoder
+from foveacam_hardware.wire.controller import (
+    Packet,
+    PacketMethod,
+    PacketProperty,
+    decode_packet,
+    encode_packet,
+)
+from foveacam_hardware.wire.controller_payloads import pack_u8
+from foveacam_hardware.wire.guardian import ParkingPlan
+from foveacam_hardware.wire.open_file import OpenPort
 
 REST = (29490,) * 8
 HOST = Path(guarded_host.__file__)
@@ -191,6 +203,39 @@ def test_a_guardian_that_was_killed_is_replaced_at_the_next_ping(
     assert (alone.guarded, mirrors.state.guarded) == (False, True)
     assert guardian.pid != first
     mirrors.close()
+
+
+class ClingingPort(OpenPort):
+    """A controller whose rail is still on after it has acknowledged the first request to switch it off."""
+
+    def __init__(self) -> None:
+        self.asked_off = 0
+        self._answers = b""
+
+    def write(self, data: bytes) -> None:
+        for frame in CobsDecoder().feed(data):
+            asked = decode_packet(frame)
+            if asked.prop is PacketProperty.ENABLE:
+                self.asked_off += asked.method is PacketMethod.SET
+                on = asked.method is PacketMethod.GET and self.asked_off < 2
+                answer = Packet(PacketMethod.ACK, asked.prop, asked.sequence, pack_u8(int(on)))
+                self._answers += encode_packet(answer)
+
+    def read(self, timeout_s: float) -> bytes:
+        answers, self._answers = self._answers, b""
+        return answers
+
+    def wait(self, duration_s: float) -> None:
+        """Need no time."""
+
+
+def test_a_rail_that_stays_on_although_its_end_was_acknowledged_is_switched_off_again() -> None:
+    port = ClingingPort()
+
+    outcome = park_and_disable(port, ParkingPlan(port="here", rest=b"", settle_ms=13))
+
+    assert outcome.rail_off
+    assert port.asked_off == 2
 
 
 def test_a_byte_lost_while_the_guardian_parks_does_not_stop_it(

@@ -164,6 +164,15 @@ def test_a_binned_sensor_is_read_faster(scene: AnimatedScene) -> None:
     assert bench.camera.ranges.frame_rate_hz.high == 439.0
 
 
+def test_the_rate_is_no_higher_than_12_bits_are_read_out(scene: AnimatedScene) -> None:
+    quick = replace(default_settings(Role.WIDE), exposure_ns=1_000_000, frame_rate_hz=200.0)
+    wide = Bench(scene, Role.WIDE).camera
+
+    assert wide.configure(quick).frame_rate_hz == 200.0
+    taken = wide.configure(replace(quick, pixel_format=PixelFormat.MONO12))
+    assert taken.frame_rate_hz == pytest.approx(1e3 / 5.984, rel=1e-3)  # 1122 lines of 396 / 74.25 MHz
+
+
 def test_a_rate_of_binning_2_is_refused_at_1_and_nothing_changes(scene: AnimatedScene) -> None:
     bench = Bench(scene, Role.WIDE)
     quick = replace(default_settings(Role.WIDE), exposure_ns=1_000_000, frame_rate_hz=400.0)

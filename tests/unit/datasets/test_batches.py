@@ -3,10 +3,11 @@
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import cv2
 import pytest
@@ -155,3 +156,41 @@ def test_what_is_no_address_is_refused(address: str) -> None:
 def test_a_scheduler_that_does_not_answer_is_named() -> None:
     with pytest.raises(NotConnected, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:1; start one"):
         enter("tcp://127.0.0.1:1")
+
+
+class _Waiting:
+    """A part whose result is its number, and which says whether it was cancelled."""
+
+    def __init__(self, number: int) -> None:
+        self.number, self.cancelled = number, False
+
+    def done(self) -> bool:
+        return True
+
+    def result(self) -> int:
+        return self.number
+
+    def cancel(self) -> None:
+        self.cancelled = True
+
+
+class _WaitingPool:
+    most_under_way = 4
+
+    def __init__(self) -> None:
+        self.parts: list[_Waiting] = []
+
+    def submit(self, work: Callable[..., Any], *arguments: Any, **_named: Any) -> Any:  # noqa: ANN401 - as WorkPool
+        self.parts.append(_Waiting(arguments[0]))
+        return self.parts[-1]
+
+    def result(self, part: Any) -> Any:  # noqa: ANN401 - as WorkPool
+        return part.result()
+
+
+def test_parts_of_a_batch_that_is_left_early_are_cancelled() -> None:
+    pool = _WaitingPool()
+    results = results_in_order(pool, square, PARTS)
+    assert next(results) == 0
+    results.close()
+    assert [part.cancelled for part in pool.parts] == [False, True, True, True]

@@ -238,6 +238,7 @@ def test_a_pause_lets_time_pass_and_moves_nothing(stub_rig: StubRig, tmp_path: P
     assert CapturePhase.PAUSED in {report.phase for report in watch.reports}
     assert stub_rig.did[0][0] >= 10**9 + 39 * 50_000_000
     assert watch.reports[-1].left_s == 0.0
+    assert max(report.left_s or 0.0 for report in watch.reports) < 1.0  # not the pause of 2 s
 
 
 def test_a_bracket_takes_every_exposure_at_every_point_and_puts_the_cameras_back(

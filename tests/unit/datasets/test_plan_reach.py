@@ -149,6 +149,8 @@ def test_a_place_beyond_the_rail_is_refused_by_how_far() -> None:
     check_rail(RasterPlan(rail_positions_mm=PAPER_RAIL_MM), RAIL)
     with pytest.raises(OutOfRange, match=r"place 1 of the rail, 320 mm, is 20 mm beyond its end"):
         check_rail(RasterPlan(rail_positions_mm=(0.0, 320.0)), RAIL)
+    with pytest.raises(OutOfRange, match=r"place 0 of the rail, -330 mm, is 30 mm beyond its end"):
+        check_rail(RasterPlan(rail_positions_mm=(-330.0, 0.0)), RAIL)
 
 
 def test_a_scenes_distance_is_averaged_where_disparity_is() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,13 +15,13 @@ from tests.support.scenes.learning_pairs import stored, varied_sample
 from tests.support.scenes.mosaic_scenes import scan
 
 from foveacam_hardware.contract import Busy, InvalidInput, MonotonicClock, NotCalibrated
-from foveacam_pipeline.capture.dataset import change_labels
+from foveacam_pipeline.capture.dataset import Dataset, change_labels
 from foveacam_pipeline.capture.dataset.lock import FolderLock
 from foveacam_pipeline.products import making
 from foveacam_pipeline.products.batch import BatchCounts, datasets_in, plan_batch, run_batch
 from foveacam_pipeline.products.making import agreement_sums, make_product
-from foveacam_pipeline.products.results import ProductFolder
-from foveacam_pipeline.products.summary import write_summary
+from foveacam_pipeline.products.results import Figures, ProductFolder
+from foveacam_pipeline.products.summary import evaluation_figures, write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings, plan_products
 from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import depth_picture
@@ -62,6 +63,22 @@ def test_depth_of_every_verged_point_is_made_once_and_found_again(raster: Path, 
     names = {path.name for path in ProductFolder(path=tmp_path).place(task).iterdir()}
     assert names == {"depth.png", "depth.tiff", "depth_sigma.tiff", "cloud.ply", "mesh.glb", "result.json"}
     assert made(raster, DEPTH, tmp_path) == BatchCounts(made=0, reused=2, failures=())
+
+
+def test_the_stored_error_of_depth_has_the_calibrations_in_it(raster: Path, tmp_path: Path) -> None:
+    made(raster, DEPTH, tmp_path)
+    folder = ProductFolder(path=tmp_path).place(plan_products(raster, DEPTH)[0])
+    z_m, sigma_m = (
+        np.asarray(cv2.imread(str(folder / name), cv2.IMREAD_UNCHANGED), dtype=np.float64)
+        for name in ("depth.tiff", "depth_sigma.tiff")
+    )
+    pair = Dataset.open(raster)[0].rectified(scale=0.5)
+    calibrated_m = z_m**2 / (pair.f_px * pair.baseline_m) * pair.pose_sigma_px
+    known = np.isfinite(z_m)
+    assert known.mean() > 0.5
+    ratio = (sigma_m / calibrated_m)[known]
+    assert ratio.min() >= 1.0
+    assert np.median(ratio) < 1.5
 
 
 def test_a_product_that_lost_a_file_is_made_again(raster: Path, tmp_path: Path) -> None:
@@ -141,6 +158,19 @@ def test_what_has_no_products_is_refused_and_the_others_go_on(raster: Path, tmp_
     with pytest.raises(InvalidInput, match="holds no dataset, nor does a folder in it"):
         datasets_in(noise / "images")
     assert datasets_in(tmp_path) == (noise,)
+
+
+def test_the_agreement_of_an_evaluation_is_a_share_of_what_both_eyes_answered() -> None:
+    sums: Figures = {
+        "shown": 200,
+        "answered": 100,
+        "compared": 90,
+        "photometric": 9.0,
+        "judged": 50,
+        "agreed": 45,
+    }
+    found = evaluation_figures([sums, sums])
+    assert found == {"answered": 0.5, "photometric": 0.1, "left_right_agreed": 0.9}
 
 
 def test_an_evaluation_judges_pairs_with_truth_by_it(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.capture.dataset import Dataset, DatasetState, ImageCodec, check_dataset
 from foveacam_pipeline.capture.plan import ImageSize
+from foveacam_pipeline.capture.run.shots import StackMean
 from foveacam_pipeline.capture.still import (
     Still,
     StillKeep,
@@ -89,6 +90,35 @@ def test_a_press_takes_a_stack_of_every_camera_and_moves_no_mirror(stub_rig: Stu
     assert len({(each.role, each.t_ns) for each in still.exposures}) == 12  # no frame stands twice in a stack
     assert still.missing == ()
     assert still.missing_error(kept="") is None
+
+
+def test_a_slow_wide_camera_is_waited_for_and_no_frame_of_it_counts_twice() -> None:
+    slow = StubRig(
+        VirtualClock(10**9),
+        rig_id=CALIBRATION.rig_id,
+        settle_us=14_000,
+        exposure_ns=5_000_000,
+        size=(6, 8),
+        wide_hz=5.0,
+    )
+    still = taken(slow, frames=3, roles=(Role.WIDE,))
+    times_ns = [each.t_ns for each in still.exposures]
+    assert len(set(times_ns)) == 3
+
+
+def test_the_mean_of_a_stack_lies_in_the_middle_of_its_times_and_volts() -> None:
+    frames = [
+        Frame(
+            image=np.full((2, 3), level, dtype=np.uint8), role=Role.LEFT, seq=k, t_ns=1000 * k, exposure_ns=1
+        ).with_volts(MirrorVolts(x_v=x_v, y_v=-2.0 * x_v), frame_id=k)
+        for k, (level, x_v) in enumerate([(10, 1.0), (20, 2.0), (60, 6.0)])
+    ]
+    stack = StackMean(frames[0])
+    for frame in frames[1:]:
+        stack.add(frame)
+    mean = stack.frame()
+    assert (mean.volts, mean.t_ns) == (MirrorVolts(x_v=3.0, y_v=-6.0), 1000)
+    assert (mean.image == 30 << 8).all()
 
 
 def test_a_stack_is_a_mean_of_16_bits_and_a_single_frame_stays_as_it_came(stub_rig: StubRig) -> None:

@@ -71,6 +71,20 @@ def test_of_two_surfaces_the_nearer_one_stands_in_front_of_the_point() -> None:
     assert abs(best.inverse_z_per_m - 0.2) <= 3.0 * best.sigma_per_m
 
 
+def test_points_that_differ_by_more_than_their_errors_leave_a_larger_one() -> None:
+    sigma_per_m = 2.0e-3
+    two = DepthSamples(
+        tangents=TARGET + 1.0e-3 * np.array([[-1.0, 0.0], [1.0, 0.0]]),
+        inverse_z_per_m=0.2 + 2.0 * sigma_per_m * np.array([-1.0, 1.0]),
+        sigma_per_m=np.full(2, sigma_per_m),
+    )
+
+    best = infer_depth(two, TARGET, blank=False)[0]
+
+    assert best.inverse_z_per_m == pytest.approx(0.2, rel=1.0e-3)
+    assert 0.95 * sigma_per_m < best.sigma_per_m < 1.5 * sigma_per_m  # of their mean alone it is 0.7 of that
+
+
 def test_a_single_sample_leaves_a_large_error() -> None:
     alone = DepthSamples(
         tangents=(TARGET + RING[:1]), inverse_z_per_m=np.array([0.2]), sigma_per_m=np.array([SIGMA_PER_M])

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.support.scenes.plane_head import noise_texture
 from tests.support.scenes.stereo_pairs import BASELINE_M, F_PX, HEIGHT, WIDTH, flat, pair_of
 
 from foveacam_hardware.contract import InvalidInput
@@ -71,6 +72,29 @@ def test_pixels_whose_match_the_right_eye_does_not_see_stay_unknown(backend: Dep
     assert not np.isfinite(found[:, :178]).any()  # 150 in the right window is 180 in the left one
     assert not np.isfinite(found[:, 432:]).any()
     assert np.isfinite(found[:, 184:426]).mean() > 0.98
+
+
+def test_a_spot_smaller_than_a_speckle_has_no_depth_of_its_own() -> None:
+    pair = pair_of(flat(6.0))
+    spot = noise_texture(22)[:12, :12]
+    pair.left[120:132, 200:212] = spot
+    pair.right[120:132, 190:202] = spot
+    removed, kept = (
+        match(pair, MatchSettings(speckle_px=speckle_px)).residual_px[120:132, 200:212]
+        for speckle_px in (150, 10)
+    )
+    assert not (np.abs(removed - 10.0) < 2.0).any()
+    assert (np.abs(kept - 10.0) < 1.0).mean() > 0.5
+
+
+def test_what_only_one_eye_shows_gets_hardly_any_depth() -> None:
+    pair, foreign = pair_of(flat(6.0)), (slice(60, 200), slice(150, 330))
+    pair.right[foreign] = pair_of(flat(0.0)).left[::-1, ::-1][foreign]
+    error = np.abs(match(pair).residual_px - 6.0)
+    assert (
+        error > 2.0
+    ).sum() < 0.016 * 140 * 180  # three times as many where left is not compared with right
+    assert np.isfinite(error[20:-20, 350:450]).mean() > 0.98
 
 
 def test_a_surface_a_few_pixels_nearer_hides_what_lies_beside_it() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from foveacam_pipeline.continuous_loop.settings import LoopSettings
 from foveacam_pipeline.storage.archive import read_record
+from foveacam_pipeline.storage.disk import write_file
 from foveacam_server.foundation.named_documents import NamedDocument, NamedDocuments
 from foveacam_server.resources.capturing.recordings.notes import notes_path, read_notes
 from foveacam_server.resources.devices.cameras.records import CameraRecords
@@ -83,3 +84,10 @@ def damage(path: Path, content: bytes | None) -> None:
         path.mkdir()
     else:
         path.write_bytes(content)
+
+
+def test_of_a_file_that_cannot_be_written_nothing_is_left(tmp_path: Path) -> None:
+    (tmp_path / "kept").mkdir()  # a file cannot take the place of a folder
+    with pytest.raises(OSError, match="kept"):
+        write_file(tmp_path / "kept", b"0123456789")
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]

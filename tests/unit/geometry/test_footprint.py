@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import MirrorVolts, OutOfRange, Role
+from foveacam_hardware.contract import Frame, MirrorVolts, OutOfRange, Role, Sighting
+from foveacam_pipeline.calibrate.fit.fovea_in_wide import raw_px_of
 from foveacam_pipeline.geometry import point_from_direction
 from foveacam_pipeline.models import eye_volts, fovea_footprint_px, load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
@@ -60,6 +61,18 @@ def test_parallel_eyes_see_near_things_apart_and_far_things_together() -> None:
 
     assert gap_px(10.0) == pytest.approx(RIG120.wide.fx_px * RIG120.baseline_m / 10.0, rel=0.01)
     assert gap_px(math.inf) == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize("role", EYES)
+def test_a_wide_pixel_of_what_an_eye_looks_at_is_the_middle_of_its_fovea(role: Role) -> None:
+    volts = RIG120.steer(0.05, -0.03, distance_m=2.0)
+    dark = np.zeros((1080, 1440), dtype=np.uint8)
+    left, right, wide = (
+        Frame(image=dark, role=each, seq=1, t_ns=1, exposure_ns=1) for each in (*EYES, Role.WIDE)
+    )
+    sighting = Sighting(left=left, right=right, wide=wide, volts=volts)
+    found_px = raw_px_of(RIG120, role, sighting, RIG120.wide.pixels([[0.05, -0.03]]))
+    np.testing.assert_allclose(found_px, [[719.5, 539.5]], atol=2.0)
 
 
 def test_a_distance_within_the_rig_is_refused() -> None:

@@ -21,16 +21,20 @@ from tests.support.scenes.looks import (
     look_of,
     plane_disparity_px,
 )
+from tests.support.scenes.stereo_pairs import flat, pair_of
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.measure.length import length_between
-from foveacam_pipeline.measure.look import LookDepth
+from foveacam_pipeline.measure.look import LookDepth, look_depth
 from foveacam_pipeline.measure.look_file import load_look, save_look
 from foveacam_pipeline.measure.plane import CORRELATED_PX, fit_plane
 from foveacam_pipeline.measure.point import beside_edge, lone_point, nearest_known, point_at
 from foveacam_pipeline.measure.profile import profile_along
 from foveacam_pipeline.measure.views import nearest_known_right
+from foveacam_pipeline.models import load_calibration
+from foveacam_pipeline.stereo.values import DepthMap
 
+RIG120 = load_calibration(Path(__file__).parents[2] / "data" / "rig120-calibration.json")
 TRIALS = 4000
 SPREAD = 0.08
 """A standard deviation of `TRIALS` draws is known to 1.1 %; second-order terms add a few."""
@@ -60,6 +64,19 @@ def test_point_has_the_covariance_that_its_errors_make() -> None:
     assert point.point_rig_m == pytest.approx(drawn.mean(axis=0), abs=4e-4)  # second order of a 3 mm sigma
     assert point.sigma_m == pytest.approx(drawn.std(axis=0), rel=SPREAD)
     assert point.distance_sigma_m == pytest.approx(np.linalg.norm(drawn, axis=1).std(), rel=SPREAD)
+
+
+def test_a_look_states_each_eyes_error_and_that_of_their_mean_height() -> None:
+    pair, volts = pair_of(flat(0.0)), RIG120.steer(0.0, 0.0, distance_m=10.0)
+    left, right = (
+        replace(eye, mirror=replace(eye.mirror, sigma_rad=sigma_rad), pivot_sigma_m=0.0)
+        for eye, sigma_rad in ((RIG120.left, (1e-5, 3e-5)), (RIG120.right, (2e-5, 4e-5)))
+    )
+    unknown = np.full((2, 2), np.nan, dtype=np.float32)
+    depth = DepthMap(z_m=unknown, sigma_m=unknown, pose_sigma_m=unknown)
+    calibration = replace(RIG120, left=left, right=right)
+    look = look_depth(pair, depth, calibration=calibration, volts=volts, scale=0.5)
+    assert np.array(look.pose_sigma_px) / pair.f_px == pytest.approx([1e-5, 2e-5, 2.5e-5])
 
 
 def test_length_in_one_look_takes_the_shared_error_once() -> None:
@@ -137,6 +154,18 @@ def test_planes_scatter_as_far_as_they_say() -> None:
     assert np.std(distances) == pytest.approx(stated[2], rel=0.28)
 
 
+@pytest.mark.parametrize("pose_px", [(3.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 3.0)])
+def test_a_planes_distance_errs_by_each_part_of_the_calibration(pose_px: tuple[float, float, float]) -> None:
+    exact = np.full((HEIGHT, WIDTH), 1e-3, dtype=np.float32)
+    look = replace(look_of(plane_disparity_px()), pose_sigma_px=pose_px, sigma_px=exact)
+    left_px, right_px, both_px = pose_px
+    moved = replace(look, u0_left_px=look.u0_left_px + left_px, v0_px=look.v0_px + both_px)
+    shift_px = left_px - right_px
+    moved = replace(moved, z_m=(F_PX * BASELINE_M / (plane_disparity_px() + shift_px)).astype(np.float32))
+    first, second = (fit_plane(each, ALL, outline_px=OUTLINE) for each in (look, moved))
+    assert first.distance_sigma_m == pytest.approx(abs(second.distance_m - first.distance_m), rel=0.1)
+
+
 def test_plane_of_too_few_pixels_is_refused_in_words() -> None:
     few = np.zeros((HEIGHT, WIDTH), dtype=np.bool_)
     few[3, 4:9] = True
@@ -183,17 +212,17 @@ def test_pixel_beside_a_jump_of_depth_is_known_as_one() -> None:
     assert not beside_edge(look, 110, 60)
 
 
-@pytest.mark.parametrize(("jump_px", "told"), [(1.5, False), (3.0, True)])
-def test_a_jump_of_a_few_pixels_is_an_edge_and_a_slope_is_none(jump_px: float, *, told: bool) -> None:
+@pytest.mark.parametrize(("jump_px", "edge"), [(1.5, False), (3.0, True)])
+def test_a_jump_of_a_few_pixels_is_an_edge_and_a_smaller_one_is_none(jump_px: float, *, edge: bool) -> None:
     disparity = np.full((HEIGHT, WIDTH), 950.0)
     disparity[:, 120:] += jump_px
-    assert beside_edge(look_of(disparity), 119, 60) == told
+    assert beside_edge(look_of(disparity), 119, 60) == edge
 
 
 def test_a_pixel_of_the_right_eye_shows_the_nearer_of_two_surfaces() -> None:
     look = look_of(np.full((HEIGHT, WIDTH), 950.5))
     look.z_m[:, 120:] = F_PX * BASELINE_M / 960.0  # which hides the columns 111 to 119 from the right eye
-    # Column 113 of the far surface is seen there to a hundredth of a pixel, 123 of the near one to half a pixel
+    # Column 113 of the far surface is seen within a hundredth of a pixel of it, 123 of the near one half a px
     assert nearest_known_right(look, (112.51, 60.0), reach_px=3.0) == (123, 60)
     assert nearest_known_right(look, (92.5, 60.0), reach_px=3.0) == (93, 60)
 

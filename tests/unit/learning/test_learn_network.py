@@ -6,9 +6,11 @@ import pytest
 import torch
 from tests.support.scenes.learning_pairs import varied_pair
 
+from foveacam_pipeline.learn.evaluation import network_answer
 from foveacam_pipeline.learn.losses import (
     LossWeights,
     PairBatch,
+    laplace_scale,
     photometric_error,
     reconstruction,
     self_supervised,
@@ -24,8 +26,9 @@ from foveacam_pipeline.learn.network.geometry import (
     view_geometry,
 )
 from foveacam_pipeline.learn.network.network import FoveatedStereo
-from foveacam_pipeline.learn.network.refinement import cell_shares, enlarged
+from foveacam_pipeline.learn.network.refinement import Enlargement, cell_shares, enlarged
 from foveacam_pipeline.learn.network.row_attention import AttentionBlock
+from foveacam_pipeline.learn.pairs import picture_planes
 
 
 def features(columns: int = 24, seed: int = 0) -> torch.Tensor:
@@ -84,7 +87,9 @@ def test_the_photometric_error_weighs_structure_more_than_brightness() -> None:
     rows, columns = torch.meshgrid(torch.arange(16), torch.arange(16), indexing="ij")
     chequer = (0.1 * ((rows + columns) % 2) - 0.05).expand(1, 3, 16, 16)
     picture = 0.5 + chequer
-    brighter, inverted = (float(photometric_error(picture, other).mean()) for other in (0.6 + chequer, 0.5 - chequer))
+    brighter, inverted = (
+        float(photometric_error(picture, other).mean()) for other in (0.6 + chequer, 0.5 - chequer)
+    )
     level = 1.0 - (2.0 * 0.5 * 0.6 + 1e-4) / (0.5**2 + 0.6**2 + 1e-4)  # SSIM without change of contrast
     assert brighter == pytest.approx(0.85 * level / 2.0 + 0.15 * 0.1, rel=0.05)
     assert inverted > 10.0 * brighter  # by as many grey levels
@@ -113,6 +118,12 @@ def test_reconstruction_is_least_at_the_true_match() -> None:
 def test_enlarging_keeps_a_plane() -> None:
     shares = cell_shares(torch.zeros(1, 9 * 16, 3, 5))
     assert enlarged(torch.full((1, 1, 3, 5), 1.5), shares) == pytest.approx(torch.full((1, 1, 12, 20), 1.5))
+
+
+def test_disparities_of_cells_are_enlarged_to_pixels() -> None:
+    torch.manual_seed(0)
+    disparity, _ = Enlargement(8)(torch.randn(1, 8, 3, 5), torch.full((1, 1, 3, 5), 2.5))
+    assert disparity.detach() == pytest.approx(torch.full((1, 1, 12, 20), 10.0), rel=1e-5)
 
 
 def test_shares_of_cells_are_a_softmax() -> None:
@@ -170,6 +181,18 @@ def test_each_eye_attends_to_the_other_one() -> None:
     assert torch.allclose(exchanged[1], told_left, atol=1e-5)
     assert (block(left, other)[0] - told_left).abs().max() > 0.01
     assert (block(other, right)[1] - told_right).abs().max() > 0.01
+
+
+def test_the_stated_error_is_the_standard_deviation_of_a_laplace_error() -> None:
+    torch.manual_seed(0)
+    network, pair = FoveatedStereo(SIZES["nano"]), varied_pair(1)
+    answer, _ = network_answer(network, pair)
+    left, right = (torch.from_numpy(picture_planes(picture))[None] for picture in (pair.left, pair.right))
+    with torch.no_grad():
+        prediction = network(left, right)
+    errors = torch.distributions.Laplace(prediction.disparity, laplace_scale(prediction))
+    assert answer.sigma_px is not None
+    assert answer.sigma_px == pytest.approx(errors.stddev[0, 0].numpy(), rel=1e-3)
 
 
 def test_an_unsigned_network_gives_no_negative_disparity() -> None:

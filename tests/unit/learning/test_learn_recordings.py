@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.support.scenes.recorded_looks import Z_M, look
+from tests.support.scenes.recorded_looks import PERIOD_S, Z_M, look
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.learn import recorded_pairs as recorded
@@ -20,6 +20,14 @@ def test_a_recording_gives_one_verged_pair_of_each_rest_of_the_mirrors(tmp_path:
     assert sample.pair.verged_z_m == pytest.approx(Z_M, rel=0.02)
     assert dataset.size == (720, 540)
     assert dataset.digest != load_datasets([look(tmp_path / "other.fcap", looks=2)])[0].digest
+
+
+def test_the_pair_of_a_rest_is_its_last_one_when_the_mirrors_have_settled(tmp_path: Path) -> None:
+    taken_ns = []
+    for looks in (1, 3):
+        (sample,) = recorded.recorded_pairs(look(tmp_path / f"{looks}.fcap", looks=looks), scale=SCALE)
+        taken_ns.append(sample.pair.t_ns)
+    assert taken_ns[1] - taken_ns[0] == pytest.approx(2e9 * PERIOD_S)
 
 
 def test_each_new_place_counts_once_and_a_long_recording_is_thinned(

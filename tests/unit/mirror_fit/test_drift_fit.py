@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.support.scenes.drift_scenes import LEFT, RIGHT, STILL, places, pointing_rms_px
-from tests.support.scenes.plane_head import CALIBRATION
+from tests.support.scenes.drift_scenes import LEFT, RIGHT, SIGMA, STILL, places, pointing_rms_px
+from tests.support.scenes.plane_head import CALIBRATION, noise_texture
 
 from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
 from foveacam_pipeline.calibrate.drift.check import evaluate_drift
 from foveacam_pipeline.calibrate.drift.correction import correct_calibration
+from foveacam_pipeline.calibrate.drift.patches import DistinctnessMap, patches_of_known_depth
 from foveacam_pipeline.calibrate.drift.values import DriftSettings, EyeTurn
 from foveacam_pipeline.models import load_calibration, save_calibration
 from foveacam_pipeline.verge.aim import EYES
@@ -44,6 +45,34 @@ def test_places_that_are_something_else_do_not_matter() -> None:
     assert check.locked
     assert check.agreeing == len(good) - len(wrong)
     assert pointing_rms_px({role: check.eye(role).turn for role in EYES}, TRUE) < 2.0
+
+
+@pytest.mark.parametrize(("sigmas", "agrees"), [(2.5, True), (6.0, False)])
+def test_a_place_agrees_within_four_of_its_errors(sigmas: float, *, agrees: bool) -> None:
+    mirrors = [CALIBRATION.eye(role).mirror for role in EYES]
+    lack = math.hypot(*(max(0.15 / CALIBRATION.fovea_f_px, min(mirror.sigma_rad)) for mirror in mirrors))
+    apart = sigmas * math.hypot(SIGMA[2], lack)
+    good = places(STILL, STILL)
+    odd = replace(
+        good[5],
+        left=(good[5].left[0], good[5].left[1] + apart / 2.0),
+        right=(good[5].right[0], good[5].right[1] - apart / 2.0),
+    )
+    check = evaluate_drift((*good[:5], odd, *good[6:]), CALIBRATION)
+    assert check.places[5].agrees == agrees
+    assert check.agreeing == len(good) - (not agrees)
+
+
+@pytest.mark.parametrize("distance_m", [2.0, 8.0])
+def test_the_error_of_a_taped_distance_is_a_share_of_it(distance_m: float) -> None:
+    settings = DriftSettings(distance_m=distance_m, distance_rel_sigma=0.002, layout=None)
+    picture = noise_texture(3)[:1080, :1440].astype(np.uint8)
+    field = DistinctnessMap.of((picture, picture), CALIBRATION, settings)
+    patches = patches_of_known_depth(field, CALIBRATION, settings)
+    assert patches
+    for patch in patches:
+        assert patch.known_inverse == pytest.approx(1.0 / distance_m, rel=0.01)
+        assert patch.known_sigma == pytest.approx(0.002 / distance_m, rel=0.01)
 
 
 def test_without_a_known_depth_the_angle_between_the_eyes_is_left_alone() -> None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.fit.fit import PIVOT_TOLERANCE_M, fit_calibration
+from foveacam_pipeline.calibrate.fit.pivot import fit_pivot
 from foveacam_pipeline.calibrate.fit.samples import EyeSweep, RigSweep
 from foveacam_pipeline.models import Calibration, Intrinsics
 
@@ -112,6 +113,13 @@ def test_two_depths_measure_baseline_pivots_and_pupil(two_depths: Calibration) -
         assert np.abs(missed[2]) < 30 * sigma_m  # seen ten times less: by the tangent of the gaze
     # 0.3 px corners leave the scale of a board known to 1e-5: 0.05 mm of pupil over the two depths.
     assert calibration.pupil_m == pytest.approx(0.035, abs=0.3e-3)
+
+
+@pytest.mark.parametrize("z_m", [-0.008, 0.008])
+def test_a_pivot_behind_or_before_the_drawing_is_found_there(z_m: float) -> None:
+    found = fit_pivot(eye_sweep(Eye(pivot_m=(-0.1, 0.0, z_m), side=-1.0), (2.5, 10.0), seed=1))
+    assert found.offset_m[2] == pytest.approx(z_m, abs=30 * found.sigma_m)  # less than a millimetre
+    assert found.sigma_m < 0.04e-3
 
 
 def test_gaze_is_that_from_the_pivot_whatever_the_depth_of_the_target(two_depths: Calibration) -> None:

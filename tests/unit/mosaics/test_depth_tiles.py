@@ -3,6 +3,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from foveacam_pipeline.capture.mosaic.depth_tiles import (
@@ -44,6 +45,13 @@ def test_a_coarser_level_shows_the_nearest_of_four_and_makes_nothing_up() -> Non
     z_m = np.array([[5.0, 2.0, NAN], [7.0, NAN, NAN], [4.0, 9.0, 3.0]], dtype=np.float32)
     found = nearest_of_four(z_m)
     assert np.array_equal(found, np.array([[2.0, NAN], [4.0, 3.0]], dtype=np.float32), equal_nan=True)
+
+
+@pytest.mark.parametrize("place", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_the_nearest_of_four_is_found_wherever_it_lies(place: tuple[int, int]) -> None:
+    z_m = np.full((2, 2), 8.0, dtype=np.float32)
+    z_m[place] = 5.0
+    assert nearest_of_four(z_m).tolist() == [[5.0]]
 
 
 def test_the_scale_leaves_outliers_out_and_has_no_ends_where_nothing_is_known() -> None:

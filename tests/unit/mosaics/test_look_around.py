@@ -7,8 +7,10 @@ from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_textur
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.verge.values import Basis, Fixation, FixationState
+from foveacam_pipeline.wide_depth import look_around as looking_around
 from foveacam_pipeline.wide_depth.look_around import field_directions, look_around
-from foveacam_pipeline.wide_depth.looks import fuse_look, overlap_samples
+from foveacam_pipeline.wide_depth.looks import fuse_fixation, fuse_look, overlap_samples
 from foveacam_pipeline.wide_depth.values import DepthSource
 from foveacam_pipeline.wide_depth.wide_context import WideContext
 from foveacam_pipeline.wide_depth.wide_matches import contradicted, eye_matches, wide_matches
@@ -99,3 +101,38 @@ def test_a_cancelled_look_around_keeps_what_it_has_seen() -> None:
     assert np.count_nonzero(known.source == DepthSource.DENSE_DEPTH) > 100
     q = known.inverse_z_per_m[0][known.known[0]]
     assert np.mean(np.abs(q * near_m - 1.0) < 0.01) > 0.98
+
+
+def test_surfaces_at_another_depth_than_expected_get_a_look_of_their_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(looking_around, "field_directions", lambda _calibration: np.zeros((1, 2)))
+    head = PlaneHead(z_m=2.5, texture=noise_texture())
+    context = WideContext(CALIBRATION.wide)
+    found = look_around(head, CALIBRATION, context, clock=head.clock)
+    assert found.looks == 2  # at the depth that is assumed, then at that of the plane
+    assert np.count_nonzero(context.snapshot().source == DepthSource.DENSE_DEPTH) > 100
+
+
+@pytest.mark.parametrize("basis", [Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE, Basis.SURROUNDINGS])
+def test_only_a_measured_distance_of_a_fixation_is_kept(head: PlaneHead, basis: Basis) -> None:
+    near_m = 3.0
+    sighting = head.look(volts_for(CALIBRATION, aim_at(CALIBRATION, np.zeros(2), 1.0 / PLANE_M)))
+    fixation = Fixation(
+        state=FixationState.VERGED,
+        reason="",
+        target_ax_rad=0.0,
+        target_ay_rad=0.0,
+        steps=(),
+        distance_m=near_m,
+        distance_sigma_m=0.003,
+        point_rig_m=(0.0, 0.0, near_m),
+        basis=basis,
+        sighting=sighting,
+    )
+    context = WideContext(CALIBRATION.wide)
+    fuse_fixation(context, fixation, CALIBRATION)
+    kept = context.snapshot().source == DepthSource.FIXATION
+    assert kept.sum() == (0 if basis is Basis.SURROUNDINGS else 1)
+    sigmas = context.snapshot().sigma_per_m[kept]
+    assert sigmas == pytest.approx(0.003 / near_m**2, rel=1e-3)

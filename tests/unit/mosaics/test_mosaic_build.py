@@ -1,7 +1,7 @@
 """A mosaic as a whole: what it shows, what it measures, that it can be ended and gone on with."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import cv2
@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Cancelled, InvalidInput, NotCalibrated, R
 from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.mosaic.build import Mosaic, build_mosaic, chart_of
 from foveacam_pipeline.capture.mosaic.chart import CELL
-from foveacam_pipeline.capture.mosaic.fuse import fuse
+from foveacam_pipeline.capture.mosaic.fuse import fill_gaps, fuse
 from foveacam_pipeline.capture.mosaic.values import MosaicSettings
 from foveacam_pipeline.capture.mosaic.views import ViewPictureCache, mosaic_views
 from foveacam_pipeline.capture.mosaic.wide import wide_view_of
@@ -81,6 +81,10 @@ def test_where_stereo_has_no_depth_the_wide_view_tells(raster: Dataset, eye: Rol
     assert told.size > 0.5 * found.provisional.size
     assert np.median(np.abs(told * Z_M - 1.0)) < 0.02
     assert np.abs(np.median(found.filled) * Z_M - 1.0) < 0.02
+    known = np.full_like(found.per_depth, 1.2 / Z_M)  # of stereo that sees the plane a fifth nearer
+    known[: len(known) // 2] = np.nan
+    contradicted = replace(found, per_depth=known, provisional=known, filled=fill_gaps(known))
+    assert add_wide_depth(contradicted, views, pictures, chart=chart, wide=wide) is contradicted
 
 
 def test_the_folder_says_what_it_holds(made: tuple[Path, Mosaic], raster: Dataset) -> None:

@@ -15,7 +15,7 @@ from foveacam_pipeline.capture.mosaic.chart import Chart, chart_around
 from foveacam_pipeline.capture.mosaic.correspondences import ViewCorrespondence
 from foveacam_pipeline.capture.mosaic.fuse import fill_gaps, fuse
 from foveacam_pipeline.capture.mosaic.look import EyeLook
-from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth
+from foveacam_pipeline.capture.mosaic.pair_depth import CellDepth, DepthPixels, gather_cells
 from foveacam_pipeline.capture.mosaic.pyramid import TilePyramid, halve, paint_tiles
 from foveacam_pipeline.capture.mosaic.register import register
 from foveacam_pipeline.geometry.plane_window import homography_apply
@@ -142,6 +142,28 @@ def test_noise_of_the_measurement_moves_nothing() -> None:
     assert not found.figures.adjusted
     assert np.all(found.shifts_px == 0.0)
     assert found.figures.after_rms_px == found.figures.before_rms_px
+
+
+def test_shifts_that_the_points_held_out_contradict_are_not_applied() -> None:
+    links = chain([(0.0, 2.0), (1.5, 0.0), (0.0, -2.5)], noise_px=0.05)
+    links = [replace(link, offset_px=np.zeros(2)) if link.held_out else link for link in links]
+    found = adjust_views(4, links, rejected=0)
+    assert not found.figures.adjusted
+    assert np.all(found.shifts_px == 0.0)
+
+
+def test_neighbouring_pixels_share_their_error() -> None:
+    u_px, v_px = (each.ravel().astype(np.float64) for each in np.meshgrid(np.arange(8), np.arange(8)))
+    pixels = DepthPixels(
+        u_px=u_px,
+        v_px=v_px,
+        per_depth=np.full(64, 0.2),
+        sigma=np.full(64, 2e-4),
+        edge=np.zeros(64, dtype=np.bool_),
+    )
+    found = gather_cells(CHART, pixels, pose_sigma=1e-4)
+    assert found.per_depth.shape == (1, 1)
+    assert found.sigma[0, 0] == pytest.approx(2e-4, rel=1e-5)
 
 
 def patch(value: float, *, row: int = 0, pose_sigma: float = 1e-4) -> CellDepth:

@@ -1,6 +1,7 @@
 """What overlapping views of one eye tell of depth: enough to lay both alike, on either side of a jump."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -12,6 +13,7 @@ from tests.support.scenes.mosaic_scenes import SIDE, STEP_DEG, Z_M, painted, sca
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.capture.mosaic.build import chart_of
 from foveacam_pipeline.capture.mosaic.chart import Chart, chart_around
+from foveacam_pipeline.capture.mosaic.correspondences import match_overlap, overlap_points
 from foveacam_pipeline.capture.mosaic.fuse import fuse
 from foveacam_pipeline.capture.mosaic.look import EyeLook
 from foveacam_pipeline.capture.mosaic.parallax import add_overlap_depth, overlap_cells, overlap_strip
@@ -38,6 +40,19 @@ def test_overlaps_lie_as_both_views_tell(tmp_path: Path) -> None:
     seams_px = np.abs(told - 1.0 / Z_M) * 2.0 * strip.pair.f_px
     assert np.median(seams_px) < 0.15
     assert np.percentile(seams_px, 95) < 0.5
+    assert abs(np.median(told - 1.0 / Z_M)) * 2.0 * strip.pair.f_px < 0.05  # no side is favoured
+
+
+def test_a_point_whose_depth_is_not_measured_moves_no_view(tmp_path: Path) -> None:
+    calibration, settings = small_calibration(), MosaicSettings()
+    views = mosaic_views(scan(tmp_path / "raster"), calibration, settings)
+    chart, pictures = chart_of(views, calibration), ViewPictureCache(settings)
+    unknown = np.full((chart.rows, chart.columns), np.nan, dtype=np.float32)
+    laid = replace(fuse(chart, []), filled=np.full_like(unknown, 1.0 / Z_M))
+    measured = replace(laid, per_depth=laid.filled)
+    place = next(place for place in overlap_points(views, chart) if not place.held_out)
+    links = [match_overlap(place, views, pictures, chart=chart, depth=depth) for depth in (laid, measured)]
+    assert [link is not None and link.held_out for link in links] == [True, False]
 
 
 def card_before_the_plane(look_deg: float) -> tuple[EyeLook, Picture]:

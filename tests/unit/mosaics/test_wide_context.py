@@ -113,6 +113,16 @@ def test_a_few_mismatches_make_no_surface(context: WideContext) -> None:
     assert context.around(CENTRE, reach_tan=0.01).inverse_z_per_m.tolist() == pytest.approx([0.10])
 
 
+def test_the_error_of_a_cell_is_that_of_its_middle_point(context: WideContext) -> None:
+    points = DepthSamples(
+        tangents=np.zeros((5, 2)),
+        inverse_z_per_m=np.full(5, 0.1),
+        sigma_per_m=1e-4 * np.array([5, 1, 3, 2, 9]),
+    )
+    context.fuse(points, source=DepthSource.DENSE_DEPTH)
+    assert context.samples().sigma_per_m.tolist() == pytest.approx([3e-4])
+
+
 def test_the_error_grows_with_age(context: WideContext, watch: Watch) -> None:
     context.fuse(_points([0.10], 1e-4), source=DepthSource.FIXATION)
     watch.now_s += 2 * 3600.0

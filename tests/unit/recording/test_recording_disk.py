@@ -86,6 +86,14 @@ def test_numbers_that_never_came_are_counted_beside_what_was_published(tmp_path:
     assert (found["published"], found["written"], found["missing"]) == (5, 5, 3)
 
 
+def test_the_rate_of_a_stream_is_that_of_its_intervals() -> None:
+    found = StreamStatistics()
+    for tick in range(5):
+        found = found.with_published(tick).with_written(100, t_ns=tick * 20_000_000)
+    assert found.fps == pytest.approx(50.0)
+    assert StreamStatistics().with_published(0).with_written(100, t_ns=0).fps == 0.0
+
+
 def test_a_disk_without_room_for_the_beginning_is_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(StorageFull, match="nothing was recorded"):
         Recorder(tmp_path / "a.fcap", SESSION, disk=SmallDisk(tmp_path / "a.fcap", room=100))

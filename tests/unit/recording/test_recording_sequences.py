@@ -86,6 +86,7 @@ def test_pictures_come_with_their_times_and_poses(recording: Path, tmp_path: Pat
     ]
     assert float(rows[2]["t_s"]) == pytest.approx(0.02)
     assert (float(rows[2]["x_v"]), float(rows[2]["exposure_ms"])) == (2.5, 4.0)
+    assert (float(rows[2]["ax_deg"]), float(rows[2]["ay_deg"])) == pytest.approx((0.572958, -1.145916))
 
 
 def test_straight_lines_are_straight_again_in_the_wide_picture_alone(recording: Path, tmp_path: Path) -> None:

@@ -60,6 +60,19 @@ def test_of_very_many_gaps_the_longest_are_told() -> None:
     assert track.runs_ns[-1, 0] == begins[-1]
 
 
+def test_a_box_is_shown_near_its_own_moment_alone(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
+        recorder.publish("left", raw(picture("left", 0), tick=0))
+        recorder.publish_box(TrackedBox(slot="A", t_ns=BEGIN_NS, bbox_px=(1.0, 2.0, 3.0, 4.0)))
+
+    with Recording(tmp_path / "a.fcap") as recording:
+        shown = {
+            late_ms: len(recording.boxes(BEGIN_NS + late_ms * MS, within_ns=100 * MS))
+            for late_ms in (-150, -50, 0, 50, 150)
+        }
+    assert shown == {-150: 0, -50: 1, 0: 1, 50: 1, 150: 0}
+
+
 def test_a_recording_has_a_track_a_stream_with_telemetry_and_boxes(tmp_path: Path) -> None:
     with Recorder(tmp_path / "a.fcap", SESSION) as recorder:
         for tick in (0, 1, 2, 3, 40, 41, 43, 44):

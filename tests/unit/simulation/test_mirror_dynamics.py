@@ -84,6 +84,17 @@ def test_after_the_settle_time_of_a_preset_the_largest_move_is_within_a_pixel(pr
     assert needed_ms <= preset.settle_us / 1000.0 < 1.3 * needed_ms
 
 
+def test_a_move_after_a_change_of_the_filter_has_the_new_cut_off() -> None:
+    changed, fresh = (
+        DriveHistory(axes=1, mode=STIFF, cutoff_hz=cutoff_hz, t_ns=0) for cutoff_hz in (120, 480)
+    )
+    changed.set_low_pass(0, 480)
+    for history in (changed, fresh):
+        history.set_inputs(1_000_000, np.array([1.0]))
+
+    assert changed.output_v(2_000_000)[0] == pytest.approx(fresh.output_v(2_000_000)[0], rel=1e-9)
+
+
 def test_the_resonance_rings_at_its_frequency() -> None:
     mode = ResonantMode(frequency_hz=400.0, quality=40.0)
     history = DriveHistory(axes=1, mode=mode, cutoff_hz=800, t_ns=0)

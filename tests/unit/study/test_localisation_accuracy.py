@@ -92,6 +92,14 @@ def test_the_noise_is_what_differs_between_runs() -> None:
     assert errors.rms.value > 5e-3
 
 
+def test_the_noise_of_two_runs_is_not_too_small_for_being_of_two() -> None:
+    truth_m = targets_m(slots(400), 10.0)
+    noise_m = 1e-3 * np.random.default_rng(3).standard_normal((2, 400, 3))
+    errors = trajectory_errors(truth_m + noise_m, truth_m, rng=rng())
+    assert errors is not None
+    assert errors.noise_m == pytest.approx(1e-3, rel=0.12)  # three of its standard errors
+
+
 def test_intervals_contain_the_true_rms_as_often_as_they_say() -> None:
     inside = 0
     for seed in range(200):

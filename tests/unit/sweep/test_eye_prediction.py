@@ -50,6 +50,20 @@ def test_after_a_knock_the_next_gazes_are_expected_as_well_as_before() -> None:
     assert max(missed_v[1:]) < 2.0  # 60 of the 1440 px of a fovea
 
 
+def test_after_a_knock_that_also_rolls_the_eye_new_gazes_count_more_than_old_ones() -> None:
+    prediction, roll_rad = EyePrediction(RAD_PER_V), math.radians(0.5)
+    for node in NODES:
+        prediction.learn(node, volts(node))
+    turn = np.array([[math.cos(roll_rad), -math.sin(roll_rad)], [math.sin(roll_rad), math.cos(roll_rad)]])
+    missed_v = []
+    for node in NODES[:60]:
+        knocked_v = volts(turn @ node) + KNOCK_V
+        missed_v.append(float(np.abs(prediction.volts(node) - knocked_v).max()))
+        prediction.learn(node, knocked_v)
+
+    assert max(missed_v[30:]) < 1.1  # 1.5 where all gazes count alike
+
+
 def test_the_error_beside_known_gazes_keeps_the_digits_that_the_cancellation_leaves() -> None:
     prediction = EyePrediction(RAD_PER_V)
     known, here = [node for node in NODES if abs(node).max() < math.radians(5.0)], NODES[41]

@@ -73,6 +73,15 @@ def test_the_target_stands_where_its_corners_say() -> None:
     assert np.allclose(pose.marker_rig_m(Role.LEFT), left, atol=2e-3)
 
 
+def test_distances_scatter_as_far_as_they_say() -> None:
+    middle, rotation = (0.5, -0.4, 4.9), turned(0.08, -0.12, 0.03)
+    ratios = []
+    for seed in range(200):
+        pose = locate_target(seen(middle, rotation, seed=seed), LAYOUT, WIDE)
+        ratios.append((pose.distance_m - float(np.linalg.norm(middle))) / pose.distance_sigma_m)
+    assert 0.85 <= float(np.sqrt(np.mean(np.square(ratios)))) <= 1.25  # 200 draws know it to 5 %
+
+
 def test_a_tape_changes_no_direction() -> None:
     views = seen((0.5, -0.4, 4.9), turned(0.05, 0.1, 0.0))
     free = locate_target(views, LAYOUT, WIDE)

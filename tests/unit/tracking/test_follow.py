@@ -116,6 +116,29 @@ def test_what_is_hidden_is_told_as_lost_and_found_again_where_it_went_on() -> No
     assert (during, after) == ({FollowState.LOST}, {FollowState.FOLLOWED})
 
 
+def test_what_comes_nearer_is_followed_as_it_grows() -> None:
+    head = head_with(lambda t_ns: (0.0, 0.0))
+    follower = Follower(head.calibration, clock=head.clock)
+    follower.add(begin(head))
+    readings = []
+    while head.z_m > 3.3:
+        head.z_m -= 0.08  # 2.4 m/s
+        readings.append(follower.step(head).reading)
+    assert all(reading is not None for reading in readings)
+    assert follower.reports()[0].estimate.distance_m == pytest.approx(head.z_m, rel=0.01)
+
+
+def test_what_no_target_can_have_reached_since_the_last_look_is_another_thing() -> None:
+    head = head_with(lambda t_ns: (0.0, 0.0))
+    follower = Follower(head.calibration, clock=head.clock)
+    follower.add(begin(head))
+    errors_m(head, follower, 5)
+    head.z_m = 5.0
+    assert follower.step(head).reading is None
+    head.z_m = Z_M
+    assert follower.step(head).reading is not None
+
+
 @pytest.mark.parametrize("z_m", [5.0, 7.2])
 def test_what_was_hidden_is_found_again_at_another_distance(z_m: float) -> None:
     head = head_with(lambda t_ns: (0.0, 0.0))

@@ -72,6 +72,15 @@ def test_a_hidden_thing_is_told_and_found_again_elsewhere(kind: type[ImageTracke
     assert (match.x_px, match.y_px) == pytest.approx((470.0, 130.0), abs=1.0)
 
 
+@pytest.mark.parametrize(("share", "found"), [(0.2, True), (0.5, False)])
+def test_the_filter_follows_what_is_covered_in_part_and_not_by_half(share: float, found: bool) -> None:
+    tracker, covered = CorrelationFilterTracker(), TARGET.copy()
+    columns = round(share * covered.shape[1])
+    covered[:, :columns] = texture(3, 71)[:, :columns]
+    tracker.start(scene(200.0), START)
+    assert (tracker.update(scene(200.0, target=covered, seed=3), None) is not None) is found
+
+
 @pytest.mark.parametrize("kind", TRACKERS)
 def test_a_refused_place_is_not_found_again(kind: type[ImageTracker]) -> None:
     both = np.where(
@@ -106,6 +115,16 @@ def test_a_slowly_changing_thing_is_followed_by_the_renewed_template() -> None:
         scores.append(match.score)
     first = cv2.matchTemplate(TARGET.astype(np.float32), mixed.astype(np.float32), cv2.TM_CCOEFF_NORMED)[0, 0]
     assert scores[-1] > float(first)
+
+
+def test_what_turns_into_another_thing_is_not_followed() -> None:
+    tracker, other = TemplateTracker(), texture(3, 71)
+    tracker.start(scene(200.0), START)
+    for step in range(1, 121):
+        share = step / 120.0
+        mixed = (TARGET * (1.0 - share) + other * share).astype(np.uint8)
+        match = tracker.update(scene(200.0, target=mixed, seed=step), (200.0, 240.0))
+    assert match is None
 
 
 def test_a_binned_image_is_followed_in_pixels_of_the_sensor_even_when_its_binning_changes() -> None:

@@ -12,8 +12,18 @@ from foveacam_pipeline.continuous_loop.autotune import autotune
 from foveacam_pipeline.continuous_loop.fault_gate import LATCH_AFTER, FaultGate
 from foveacam_pipeline.continuous_loop.guide_match import LoopErrors
 from foveacam_pipeline.continuous_loop.pid import LONGEST_STEP, Pid, loop_time
+from foveacam_pipeline.continuous_loop.polish import search_gains
 from foveacam_pipeline.continuous_loop.relay import AMPLITUDES_RAD, TuneRefused, relay
-from foveacam_pipeline.continuous_loop.settings import AXES, BOUNDS, MOST_GAIN, Axis, Gains, LoopSettings
+from foveacam_pipeline.continuous_loop.settings import (
+    AXES,
+    BOUNDS,
+    GROUP_OF,
+    MOST_GAIN,
+    Axis,
+    Gains,
+    LoopSettings,
+)
+from foveacam_pipeline.continuous_loop.step_experiment import cost_of, measure_steps, settle
 from foveacam_pipeline.continuous_loop.step_response import step_response
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, LoopStep, VergenceLoop
 
@@ -107,6 +117,12 @@ def test_a_step_that_is_slower_or_overshoots_costs_more() -> None:
     over = step_response(times_ns, [0.0, 1.3, 0.9] + 7 * [1.0])
     assert fast.cost < slow.cost
     assert fast.cost < over.cost
+
+
+def test_overshoot_costs_more_than_falling_short_by_as_much() -> None:
+    times_ns = [look * LOOK_NS for look in range(10)]
+    short, over = (step_response(times_ns, [0.0, second] + 8 * [1.0]) for second in (0.7, 1.3))
+    assert over.cost > short.cost + 0.1  # its longer way alone costs 0.03
 
 
 # Relay and tuning on a plant -----------------------------------------------------------------------------
@@ -257,6 +273,40 @@ def test_the_time_for_correcting_does_not_end_while_the_loop_is_tuned() -> None:
     assert autotune(plant.loop, step).settings.correct_for_ms == 100.0
     assert limits_ms == {None}
     assert plant.loop.settings.correct_for_ms == 100.0
+
+
+def test_pan_gets_the_gains_of_its_axis_that_allows_less() -> None:
+    plant = Plant({Axis.PAN_X: 0.8})  # so that it would bear more
+    result = autotune(plant.loop, plant.step)
+    gains = {one.axis: one.gains for one in result.relays}
+    assert gains[Axis.PAN_X].kp > 1.2 * gains[Axis.PAN_Y].kp
+    assert result.settings.pan.kp == gains[Axis.PAN_Y].kp
+
+
+class GainPlant(Plant):
+    """A plant that is corrected by the gains of its loop."""
+
+    def step(self) -> LoopStep:
+        before = self.loop.command_rad
+        done = super().step()
+        for index, axis in enumerate(AXES):
+            gains = self.loop.settings.gains(GROUP_OF[axis])
+            if done.errors is not None and axis not in self.loop.forced:
+                error = float(done.errors.values_rad[index] + self.loop.reference_rad[index])
+                self.loop.set_command(axis, float(before[index] + (gains.kp + gains.ki * DT) * error))
+        return done
+
+
+def test_a_search_for_gains_returns_better_ones_than_it_began_with() -> None:
+    plant = GainPlant()
+    slow = Gains(kp=0.15, ki=0.001, kd=0.0)
+    begin = plant.loop.settings = replace(plant.loop.settings, pan=slow, depth=slow, vertical=slow)
+    found = search_gains(plant.loop, plant.step, begin, 30, 0, lambda: None)
+    costs = []
+    for plant.loop.settings in (begin, found):
+        settle(plant.loop, plant.step)
+        costs.append(cost_of(measure_steps(plant.loop, plant.step)))
+    assert costs[1] < 0.8 * costs[0]
 
 
 def test_polishing_is_no_worse_than_the_relays_and_stays_within_the_bounds() -> None:

@@ -11,7 +11,12 @@ from foveacam_hardware.contract import Frame, OutOfRange, Role
 from foveacam_pipeline.continuous_loop.guide_match import GuideMatch, match_guide
 from foveacam_pipeline.continuous_loop.pictures import CAPTION_PX, GAP_PX, match_picture
 from foveacam_pipeline.continuous_loop.settings import AXES, Axis, LoopSettings
-from foveacam_pipeline.continuous_loop.target_guide import LOST_MISSES, GuideState, TargetGuide
+from foveacam_pipeline.continuous_loop.target_guide import (
+    LONGEST_LEAD_NS,
+    LOST_MISSES,
+    GuideState,
+    TargetGuide,
+)
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, VergenceLoop
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.distance import place_on_ray
@@ -93,6 +98,16 @@ def test_what_moves_is_led_to_where_it_will_be() -> None:
     assert guide.place(ahead_ns, predict=False)[0] == pytest.approx(seen, abs=1e-3)
 
 
+def test_what_is_not_seen_any_more_is_led_no_farther_than_half_a_second() -> None:
+    head = painted(shift_m=lambda t_ns: (0.4 * t_ns / 1e9, 0.0))
+    guide = guide_of(head, head.wide(), LoopSettings())
+    watch(head, guide, 12)
+    seen_ns = head.clock.now_ns()
+    last = guide.place(seen_ns + LONGEST_LEAD_NS, predict=True)
+    assert last[0] - guide.place(seen_ns, predict=True)[0] == pytest.approx(0.2 / Z_M, rel=0.2)
+    np.testing.assert_array_equal(guide.place(seen_ns + 10 * LONGEST_LEAD_NS, predict=True), last)
+
+
 def test_what_is_hidden_is_lost_after_ten_frames_and_found_again() -> None:
     head = PlaneHead(z_m=1.7, texture=noise_texture())  # nearer than where the texture repeats in the view
     curtain = PlaneHead(z_m=1.7, texture=plain_texture(), clock=head.clock)
@@ -159,3 +174,14 @@ def test_commands_do_not_run_away_while_the_target_is_out_of_reach() -> None:
     for _ in range(8):
         loop.step(head)
     assert abs(math.degrees(float(loop.command_rad[0]))) < 0.1
+
+
+def test_the_eyes_are_aimed_at_where_a_moving_target_is_when_it_is_exposed() -> None:
+    head = painted(shift_m=lambda t_ns: (0.4 * t_ns / 1e9, 0.0))
+    loop = begun(head, LoopSettings())
+    step = [loop.step(head) for _ in range(15)][-1]
+    assert step.sighting is not None
+    exposed_ns = step.sighting.left.t_ns
+    assert exposed_ns - step.t_ns == 0 and loop.lead_ms == pytest.approx(head.look_ns / 1e6)
+    truth = TARGET[0] + 0.4 * exposed_ns / 1e9 / Z_M
+    assert step.target[0] == pytest.approx(truth, abs=0.3 * 0.4 * head.look_ns / 1e9 / Z_M)

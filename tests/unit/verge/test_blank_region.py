@@ -1,6 +1,7 @@
 """The blank region about a point of the wide image, and places on its border."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from foveacam_pipeline.stereo.match import gray
@@ -30,6 +31,20 @@ def test_the_region_is_the_card_and_its_border_places_lie_on_its_edges() -> None
     inside_rows = (region.border_px[:, 1] > top - 6) & (region.border_px[:, 1] < bottom + 6)
     assert inside_rows.all()
     assert np.median(to_side_px) <= 2.0  # one pixel of the halved picture
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns"),
+    [((0, 60), (300, 420)), ((480, 540), (300, 420)), ((200, 330), (0, 60)), ((200, 330), (660, 720))],
+)
+def test_a_region_at_any_rim_touches_it(rows: tuple[int, int], columns: tuple[int, int]) -> None:
+    image = _scene()
+    image[slice(*rows), slice(*columns)] = 170
+
+    region = blank_region(image, np.array([np.mean(columns), np.mean(rows)]), noise=NOISE, places=6)
+
+    assert region.touches_rim
+    assert region.area_share < 0.05
 
 
 def test_pixels_of_the_region_are_held_and_others_not() -> None:

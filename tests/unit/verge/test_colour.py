@@ -45,5 +45,11 @@ def test_colour_counts_and_brightness_does_not(binning: Binning, blank: bool) ->
     assert other < 0.25
 
 
+def test_the_same_colour_counts_for_more_among_textures_and_another_one_for_less() -> None:
+    textured, blank = (weighed(stripes(1), blank=blank) for blank in (False, True))
+    assert textured[0] > blank[0] + 0.1  # a blank region is of one colour anyway
+    assert textured[2] > blank[2] + 0.03
+
+
 def test_a_camera_without_colours_leaves_the_chances_as_they_are() -> None:
     np.testing.assert_array_equal(weighed(stripes(1, grey=True), blank=False), CHANCES)

@@ -6,13 +6,15 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.scenes.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Frame, Role
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.looking.motion import TargetTracker
+from foveacam_pipeline.verge.looking.passing_detector import PassingDetector, wait_until_still
 from foveacam_pipeline.verge.matching.wide_patch import cut_template
+from foveacam_pipeline.verge.matching.wide_patch import follow as find_patch
 
 WIDE = CALIBRATION.wide
 TARGET_PX = (711.0, 403.0)
@@ -88,3 +90,35 @@ def test_a_point_is_covered_where_its_spot_is_not_seen_any_more(later: float, co
     tracker = follow(board(rng, 0, spot=40.0), board(rng, 1, spot=later), half_px=14)
     assert not tracker.motion.moves
     assert tracker.covered is covered
+
+
+def test_the_view_is_still_once_nobody_has_moved_for_a_while() -> None:
+    """Somebody who walks past stops on the way for a tenth of a second."""
+
+    def walks(t_ns: int) -> float | None:
+        walked_ns = min(t_ns, 300_000_000) + max(0, t_ns - 400_000_000)
+        return TARGET_PX[0] - 100.0 + 300e-9 * walked_ns if t_ns < 800_000_000 else None
+
+    head = PlaneHead(z_m=6.0, texture=noise_texture(), passer_px=walks)
+    target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
+    wait_until_still(PassingDetector(WIDE, target), head.wide, head.clock)
+    assert 950_000_000 <= head.clock.now_ns() <= 1_200_000_000
+
+
+@pytest.mark.parametrize(("likeness", "moved"), [(0.94, False), (1.0, True)])
+def test_a_target_has_moved_only_where_it_fits_clearly_better(likeness: float, moved: bool) -> None:
+    """Its place looks less like it than before, and another one, 40 wide px aside, looks more like it."""
+    own, other = (PlaneHead(z_m=6.0, texture=noise_texture(seed)).wide().image for seed in (3, 8))
+    target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
+    template = cut_template(own, WIDE, target, half_px=(14, 14), noise=1.0)
+    x, y = (round(value) for value in TARGET_PX)
+    shown = {0: 0.85, 40: likeness}  # how it correlates, by the distance, wide px
+    later = own.astype(float)
+    for aside, alike in shown.items():
+        at = np.s_[y - 19 : y + 20, x + aside - 19 : x + aside + 20]
+        here = np.s_[y - 19 : y + 20, x - 19 : x + 20]
+        rest = np.sqrt(1.0 - alike**2)
+        later[at] = 128.0 + alike * (own[here] - 128.0) + rest * (other[here] - 128.0)
+    found = find_patch(template, np.clip(later, 0, 255).astype(np.uint8), WIDE, elapsed_s=0.1)
+    assert found is not None
+    assert bool(np.any(found != target)) is moved

@@ -63,3 +63,12 @@ def test_stripes_that_look_alike_and_bare_walls_give_nothing(calibration: Calibr
     assert suggest_targets(image, calibration) == ()
     image[:, (np.arange(1440) // 12) % 2 == 0] = RED
     assert suggest_targets(image, calibration) == ()
+
+
+@pytest.mark.parametrize("x_px", [260, 1180])
+def test_things_that_an_eye_reaches_only_if_they_are_far_away_are_not_suggested(
+    calibration: Calibration, x_px: int
+) -> None:
+    image = wall()
+    paint(image, (x_px, 540), RED)  # beyond what the other side's eye sees of 2.5 m
+    assert suggest_targets(image, calibration) == ()

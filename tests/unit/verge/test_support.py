@@ -42,6 +42,16 @@ def test_a_point_on_the_other_side_of_an_edge_differs() -> None:
     assert report.support is MatchSupport.DIFFERENT
 
 
+def test_a_point_of_which_a_part_lies_beyond_an_edge_differs() -> None:
+    one, other = _texture(1), _texture(1)
+    beyond = np.arange(SIDE) > (SIDE - 1) // 2 + 2
+    other[:, beyond] = _texture(7)[:, beyond]
+
+    report = support_of(_noisy(one, 2), _noisy(other, 3), scale=FOVEA_SCALE)
+
+    assert report.support is MatchSupport.DIFFERENT
+
+
 def test_a_blank_point_beside_matched_texture_is_beside_it() -> None:
     shown = _texture(1)
     shown[:, np.arange(SIDE) > 45] = 0.0

@@ -20,6 +20,7 @@ from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
+from foveacam_pipeline.verge.resolved_target import patches_for, resolve
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import (
@@ -102,6 +103,16 @@ def test_click_rectangle_and_direction_of_one_point_agree() -> None:
     np.testing.assert_allclose(
         np.array(distances_m, dtype=float), true_distance_m(found[0], 8.0), atol=3 * sigma_m
     )
+
+
+@pytest.mark.parametrize(("strength", "grows"), [(0.3, False), (0.07, True)])
+def test_a_patch_grows_until_it_holds_enough_texture(strength: float, grows: bool) -> None:
+    faint = (128.0 + strength * (NOISE - 128.0)).astype(np.float32)
+    limits, wide = VergeSettings(), CALIBRATION.wide
+    image = PlaneHead(z_m=6.0, texture=faint).wide().image
+    best = patches_for(image, resolve(CLICK, wide, limits), wide, limits)[0]
+    assert best.sigma_px < limits.template_texture_sigma_px
+    assert (best.half_px[0] > limits.template_half_px) is grows
 
 
 def test_a_plain_surface_without_any_border_has_only_a_bound() -> None:
