@@ -2,6 +2,7 @@
 
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -21,9 +22,18 @@ from foveacam_pipeline.workers.processes import local_workers
 PARTS = [(number,) for number in range(12)]
 
 
-def square(number: int) -> tuple[int, int]:
+def square(number: int, begun: str, processes: int) -> tuple[int, int]:
+    """Return a square and by which process, once so many processes have begun."""
+    Path(begun, str(os.getpid())).touch()
+    while len(list(Path(begun).iterdir())) < processes:
+        time.sleep(0.01)  # the machine may be too busy to start the others at once
     time.sleep(0.02 * (number % 3))  # the later ones are ready before the earlier
     return number * number, os.getpid()
+
+
+def late(number: int) -> int:
+    time.sleep(0.1)
+    return number
 
 
 def dying_once(number: int, mark: str) -> int:
@@ -58,7 +68,8 @@ def enter(address: str) -> None:
 
 
 def check_squares(pool: WorkPool, *, processes: int) -> None:
-    found = list(results_in_order(pool, square, PARTS))
+    with tempfile.TemporaryDirectory() as begun:
+        found = list(results_in_order(pool, square, [(number, begun, processes) for (number,) in PARTS]))
     assert [value for value, _ in found] == [number * number for (number,) in PARTS]
     assert len({process for _, process in found}) == processes
 
@@ -111,8 +122,8 @@ def test_a_scheduler_that_goes_away_is_told_of() -> None:
             )
         )
         pool = stack.enter_context(cluster_workers(local.scheduler_address))
-        results = results_in_order(pool, square, PARTS)
-        assert next(results)[0] == 0
+        results = results_in_order(pool, late, PARTS)
+        assert next(results) == 0
         local.close()
         with pytest.raises(WorkersLost, match=r"the scheduler at tcp://.* is gone"):
             list(results)
@@ -190,7 +201,7 @@ class _WaitingPool:
 
 def test_parts_of_a_batch_that_is_left_early_are_cancelled() -> None:
     pool = _WaitingPool()
-    results = results_in_order(pool, square, PARTS)
+    results = results_in_order(pool, opencv_threads, PARTS)
     assert next(results) == 0
     results.close()
     assert [part.cancelled for part in pool.parts] == [False, True, True, True]

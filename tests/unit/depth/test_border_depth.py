@@ -1,5 +1,6 @@
 """The depth of a place on the border of a blank region, and whether what lies beyond it moves along."""
 
+import math
 from collections.abc import Callable
 from functools import cache
 
@@ -7,13 +8,18 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.scenes.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.verge.aim import aim_at
+from foveacam_pipeline.verge.looking.fixation_head import FixationHead
 from foveacam_pipeline.verge.matching.row_spectra import LookRows
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import survey_f_px
-from foveacam_pipeline.verge.surroundings.border_depth import RIM_PX, BorderPlace, border_patch
+from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.surroundings.border_depth import RIM_PX, BorderDepth, BorderPlace, border_patch
+from foveacam_pipeline.verge.surroundings.fine_edges import FineEdges
+from foveacam_pipeline.verge.values import VergePhase
 
 WIDE = CALIBRATION.wide
 F_PX = survey_f_px(WIDE)
@@ -160,3 +166,33 @@ def test_an_own_side_that_hardly_counts_tells_nothing() -> None:
     place.patch.weights[:] = 0.0
     place.add(_look(_book_before_wall, at_per_m=FAR_PER_M))
     assert place.sure_of_each() == {}
+
+
+@pytest.mark.parametrize(("off_per_m", "measured"), [(4e-3, True), (-4e-3, True), (2e-2, False)])
+def test_an_edge_that_both_eyes_show_is_measured_by_left_against_right(
+    off_per_m: float, *, measured: bool
+) -> None:
+    q = 0.25
+    head = PlaneHead(z_m=1.0 / q, texture=noise_texture())
+    looking = FixationHead(
+        head, CALIBRATION, clock=head.clock, limits=VergeSettings(), on_step=None, cancelled=None
+    )
+    edges = FineEdges(CALIBRATION)
+    edges.add(looking.look(aim_at(CALIBRATION, PLACE, q), VergePhase.SURROUNDINGS))
+    coarse = BorderDepth(
+        tangents=(EDGE_TX, 0.0),
+        inverse_z_per_m=q + off_per_m,
+        sigma_per_m=2e-3,
+        score=0.95,
+        by_both=True,
+        beyond=None,
+    )
+    (found,) = edges.measured([coarse])
+    assert (found != coarse) is measured  # a match far from the coarse depth is of something else
+    if measured:
+        assert found.inverse_z_per_m == pytest.approx(q, abs=0.05 * abs(off_per_m))
+        posed_px = CALIBRATION.pose_sigma_px(1.0 / q)
+        edge_px = math.sqrt(
+            (found.sigma_per_m * CALIBRATION.fovea_f_px * CALIBRATION.baseline_m) ** 2 - posed_px**2
+        )
+        assert 0.7 * 2.1 < edge_px < 1.4 * 2.1  # as of the edges of a rendered card

@@ -1,7 +1,6 @@
 """The lists of wrong changes that tests must notice, and the program that makes them."""
 
 import importlib
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -29,7 +28,7 @@ def program(name: str) -> ModuleType:
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Iterator[Path]:
+def tree(tmp_path: Path) -> Path:
     (tmp_path / "module.py").write_text(SOURCE, encoding="utf-8")
     return tmp_path
 

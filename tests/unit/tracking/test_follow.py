@@ -133,7 +133,7 @@ def test_what_no_target_can_have_reached_since_the_last_look_is_another_thing() 
     follower = Follower(head.calibration, clock=head.clock)
     follower.add(begin(head))
     errors_m(head, follower, 5)
-    head.z_m = 5.0
+    head.z_m = 5.5  # 15 m/s
     assert follower.step(head).reading is None
     head.z_m = Z_M
     assert follower.step(head).reading is not None

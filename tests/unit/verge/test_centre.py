@@ -8,6 +8,8 @@ import pytest
 from numpy.typing import NDArray
 from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
 
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.matching.centre_fit import REACH_PX, CentreFit
 from foveacam_pipeline.verge.matching.centre_match import shows_another
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
@@ -66,7 +68,7 @@ X_PX, Y_PX, HALF_PX = 700, 500, 20
 def test_a_target_stands_alone_unless_a_look_alike_is_within_the_field_of_a_fovea(
     aside_px: int, alone: bool
 ) -> None:
-    image = PlaneHead(z_m=6.0, texture=noise_texture()).wide().image.copy()
+    image = gray(to_uint8(PlaneHead(z_m=6.0, texture=noise_texture()).wide())).copy()
     target = np.tan(WIDE.angles_rad([[X_PX, Y_PX]])[0])
     template = cut_template(image, WIDE, target, half_px=(14, 14), noise=1.0)
     rows = slice(Y_PX - HALF_PX, Y_PX + HALF_PX + 1)
@@ -86,7 +88,7 @@ def test_a_patch_beside_its_ray_leads_by_what_it_fits_better_there() -> None:
 
 
 def test_the_patches_of_a_plain_surface_hold_no_texture() -> None:
-    image = PlaneHead(z_m=6.0, texture=plain_texture(), noise=2.0).wide().image
+    image = gray(to_uint8(PlaneHead(z_m=6.0, texture=plain_texture(), noise=2.0).wide()))
     for at_px in np.mgrid[300:1200:150, 300:900:200].reshape(2, -1).T.astype(float):
         target, noise = np.tan(WIDE.angles_rad(at_px[None])[0]), noise_level(image, at_px=at_px)
         patch = cut_template(image, WIDE, target, half_px=(14, 14), noise=noise)

@@ -11,7 +11,8 @@ from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_textur
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.matching.picture import InterpolatedPicture, WindowPlacement
-from foveacam_pipeline.stereo.rectify import plane_from_raw
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import plane_from_raw, to_uint8
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.matching.fine import NARROWER, MatchGuess, match_fine
 from foveacam_pipeline.verge.matching.match_in_rows import match_in_rows
@@ -26,7 +27,9 @@ SIDE_PX = 161
 def test_one_place_alone_of_a_stationary_target_fits_both_eyes() -> None:
     head = PlaneHead(z_m=Z_M, texture=noise_texture())
     seen = head.look(volts_for(CALIBRATION, aim_at(CALIBRATION, np.zeros(2), 1.0 / Z_M)))
-    patch = cut_template(seen.wide.image, CALIBRATION.wide, np.zeros(2), half_px=(14, 14), noise=1.0)
+    patch = cut_template(
+        gray(to_uint8(seen.wide)), CALIBRATION.wide, np.zeros(2), half_px=(14, 14), noise=1.0
+    )
     best, *others = candidates(reduce_look(seen, CALIBRATION, f_px=patch.f_px), patch, np.zeros(2))
     assert best.joint > 0.95
     assert all(other.joint < 0.5 for other in others)

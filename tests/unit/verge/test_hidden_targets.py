@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.scenes.plane_head import PlaneHead, Texture, noise_texture
+from tests.support.scenes.plane_head import CALIBRATION, TEXEL_M, TILE, PlaneHead, Texture, noise_texture
 
 from foveacam_hardware.contract import Frame, LookOptions, Role, Sighting, StereoVolts, VirtualClock
 from foveacam_pipeline.models.calibration import Calibration
@@ -14,12 +14,12 @@ from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.looking.fixation_head import Observation
 from foveacam_pipeline.verge.matching.centre_match import CentreMatch
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
-from foveacam_pipeline.verge.measure import Measurement
+from foveacam_pipeline.verge.measure import Measurement, measure
 from foveacam_pipeline.verge.settings import VergeSettings
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingsEstimator
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth
-from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
+from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget, VergePhase
 
 pytestmark = pytest.mark.slow
 
@@ -148,8 +148,6 @@ def test_what_covers_a_target_for_a_moment_is_not_measured_in_its_place() -> Non
 
 
 def test_a_match_that_lies_higher_in_one_eye_is_not_of_one_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    measure = closed_loop.measure
-
     def askew(
         observation: Observation,
         templates: tuple[WidePatch, ...],
@@ -178,3 +176,39 @@ def test_a_look_alike_leads_far_in_one_eye_or_a_little_in_both(
     monkeypatch.setattr(closed_loop, "match_centres", lambda *_given, **_named: matches)
     found = fix(known=PriorKnowledge())
     assert (found.state is FixationState.VERGED) is not alike, found.reason
+
+
+def _blank_about_click(half_m: float, *, z_m: float) -> Texture:
+    """Return texture with a blank square about the clicked place of a plane."""
+    middle = np.tan(CALIBRATION.wide.angles_rad([[CLICK.x_px, CLICK.y_px]])[0]) * z_m / TEXEL_M
+    across, down = (np.mod(np.arange(TILE) - at + TILE / 2, TILE) - TILE / 2 for at in middle)
+    blank = (np.abs(across)[None, :] < half_m / TEXEL_M) & (np.abs(down)[:, None] < half_m / TEXEL_M)
+    return np.where(blank, np.float32(170.0), noise_texture())
+
+
+@dataclass(frozen=True)
+class LeftOfTarget:
+    """A context that knows four points of a surface, all to the left of every direction."""
+
+    per_m: float
+
+    def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
+        beside = np.array([[-0.002, 0.0], [-0.003, 0.002], [-0.003, -0.002], [-0.004, 0.001]])
+        return DepthSamples(
+            tangents=target + beside, inverse_z_per_m=np.full(4, self.per_m), sigma_per_m=np.full(4, 2e-4)
+        )
+
+
+def test_a_blank_surface_is_looked_at_on_the_side_where_nothing_of_it_is_known() -> None:
+    z_m = 4.0
+    head = PlaneHead(z_m=z_m, texture=_blank_about_click(0.168, z_m=z_m))
+    known = PriorKnowledge(context=LeftOfTarget(1.0 / z_m))
+    found = fixate(head, head.calibration, CLICK, clock=head.clock, known=known)
+    assert found.basis is Basis.SURROUNDINGS, found.reason
+    assert found.distance_m == pytest.approx(z_m, rel=0.01)
+    aside_rad = [
+        (step.left_ax_rad + step.right_ax_rad) / 2.0 - found.target_ax_rad
+        for step in found.steps
+        if step.phase is VergePhase.SURROUNDINGS
+    ]
+    assert aside_rad and max(aside_rad) > 0.03  # the surface ends 0.042 to the right

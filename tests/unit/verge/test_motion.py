@@ -108,7 +108,8 @@ def test_the_view_is_still_once_nobody_has_moved_for_a_while() -> None:
 @pytest.mark.parametrize(("likeness", "moved"), [(0.94, False), (1.0, True)])
 def test_a_target_has_moved_only_where_it_fits_clearly_better(likeness: float, moved: bool) -> None:
     """Its place looks less like it than before, and another one, 40 wide px aside, looks more like it."""
-    own, other = (PlaneHead(z_m=6.0, texture=noise_texture(seed)).wide().image for seed in (3, 8))
+    frames = (PlaneHead(z_m=6.0, texture=noise_texture(seed)).wide() for seed in (3, 8))
+    own, other = (gray(to_uint8(frame)) for frame in frames)
     target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
     template = cut_template(own, WIDE, target, half_px=(14, 14), noise=1.0)
     x, y = (round(value) for value in TARGET_PX)

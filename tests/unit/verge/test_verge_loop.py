@@ -18,6 +18,8 @@ from tests.support.scenes.plane_head import (
 
 from foveacam_hardware.contract import Cancelled, InvalidInput, OutOfRange, Role
 from foveacam_pipeline.models import Calibration
+from foveacam_pipeline.stereo.match import gray
+from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.resolved_target import patches_for, resolve
@@ -109,7 +111,7 @@ def test_click_rectangle_and_direction_of_one_point_agree() -> None:
 def test_a_patch_grows_until_it_holds_enough_texture(strength: float, grows: bool) -> None:
     faint = (128.0 + strength * (NOISE - 128.0)).astype(np.float32)
     limits, wide = VergeSettings(), CALIBRATION.wide
-    image = PlaneHead(z_m=6.0, texture=faint).wide().image
+    image = gray(to_uint8(PlaneHead(z_m=6.0, texture=faint).wide()))
     best = patches_for(image, resolve(CLICK, wide, limits), wide, limits)[0]
     assert best.sigma_px < limits.template_texture_sigma_px
     assert (best.half_px[0] > limits.template_half_px) is grows

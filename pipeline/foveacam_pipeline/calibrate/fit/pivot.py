@@ -20,7 +20,7 @@ PIVOT_TOLERANCE_M = 0.4e-3
 """Assembly tolerance of the pivot, assumed where a sweep at one depth cannot measure it (deduced: tenths of a
 millimetre in the mount and in the lens)."""
 DRIFT_RAD = math.radians(0.0014)
-"""Deviation of a mount from its state during calibration, rms over the ten minutes afterwards, as the mounts of
+"""Deviation of a mount from its state during calibration, rms over the ten minutes afterwards, as mounts of
 the simulated rig have it. Assumed, and stated by a calibration, where the drift was not measured because no
 nodes were visited again, as in sweeps of earlier versions or of other programs."""
 DRIFT_RAD_PER_S = math.radians(0.002) / 300.0
