@@ -30,6 +30,8 @@ BESIDE_A_BOOK = (820.8, 805.7)
 """On the plain card, where a book in front of it is nearer than its own edges."""
 SEEN_BEHIND = ((565.8, 613.6), (1058.1, 770.2))
 """On the notice, which the left eye cannot see, and on an apple: both foveae match something else there."""
+BEFORE_A_WALL = ((943.3, 604.8), (1053.9, 781.0))
+"""On the obelisk and on an apple: at infinity both foveae show the wall behind, and agree on it."""
 ON_LEAVES = (998.5, 453.5)
 """Where the patch also fits a wide pixel and a half aside."""
 OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
@@ -114,6 +116,14 @@ def test_a_match_that_the_wide_view_denies_is_not_of_the_target(calibration: Cal
         found = [judge(fresh, calibration, "bench", np.array(at_px)) for at_px in SEEN_BEHIND]
     assert all(one.fixation.basis is not Basis.BOTH_FOVEAE for one in found)
     assert not any(one.wrong for one in found)
+
+
+def test_a_match_far_from_where_the_target_must_be_is_not_of_it(calibration: Calibration) -> None:
+    with open_simulated(scene="bench", inline=True) as fresh:
+        bin_cameras(fresh, 2)
+        found = [judge(fresh, calibration, "bench", np.array(at_px)) for at_px in BEFORE_A_WALL]
+    assert {one.fixation.basis for one in found} == {Basis.BOTH_FOVEAE}
+    assert all(abs(one.sigmas) <= 3.0 for one in found)
 
 
 def test_the_eyes_look_along_the_ray_where_the_patch_slides(calibration: Calibration) -> None:

@@ -43,10 +43,11 @@ class Measurement:
 
     def quality(self, limits: VergeSettings) -> float:
         """Return the smallest margin to the thresholds; negative when any is missed."""
+        stray = self.aside_lead > limits.stray_lead
         return min(
             self.fine.score - limits.fine_score,
             limits.largest_sigma_px(self.fine.score) - self.fine.sigma_x_px,
-            self.wide_score - limits.confirm_score,
+            self.wide_score - (limits.stray_score if stray else limits.confirm_score),
             self.wide_score - limits.confirm_share * self.wide_peak,
         )
 

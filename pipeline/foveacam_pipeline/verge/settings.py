@@ -60,6 +60,11 @@ class VergeSettings:
     """Largest difference of the rows in which the two eyes find the patch, half wide px."""
     confirm_score: float = 0.3
     """Least correlation with the wide patch while verging."""
+    stray_lead: float = 0.3
+    """Lead in correlation of a place over the ray from which it must correlate by `stray_score`: right matches
+    lead by 0.18 at most, three of something behind the target by 0.48 to 0.77."""
+    stray_score: float = 0.7
+    """Those three correlate by at most 0.52; a target that moved mounts show aside, as it does on its ray."""
     confirm_share: float = 0.5
     """Least correlation with the wide patch where left and right agree, as a share of its best nearby."""
     doubtful_looks: int = 2
