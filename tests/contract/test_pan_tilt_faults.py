@@ -3,12 +3,13 @@
 Every kind of board; what only one of them does is in `test_grbl_faults` and `test_ptu_faults`.
 """
 
+import math
 from collections.abc import Iterator
 
 import pytest
 from tests.support.devices.pan_tilt_boards import KINDS, Bench, Kind, bearing
 
-from foveacam_hardware.contract import Busy, DeviceFault, NotConnected, PanTiltState
+from foveacam_hardware.contract import Busy, DeviceFault, NotConnected, OutOfRange, PanTiltState
 from foveacam_hardware.sim.far_ends.line_faults import DamageKind, LineDamage
 
 
@@ -40,6 +41,15 @@ def test_before_it_is_homed_it_knows_no_place_and_will_not_move(bench: Bench) ->
 
     with pytest.raises(DeviceFault, match=r"does not know where it stands; home it"):
         bench.driver.move_to(bearing(1.0, 0.0))
+
+
+@pytest.mark.parametrize(("pan_deg", "tilt_deg"), [(math.nan, 0.0), (0.0, math.nan)])
+def test_a_bearing_that_is_no_number_is_refused(homed: Bench, pan_deg: float, tilt_deg: float) -> None:
+    with pytest.raises(OutOfRange, match="nan deg is outside"):
+        homed.driver.move_to(bearing(pan_deg, tilt_deg))
+
+    assert homed.rest().fault is None
+    assert homed.stands_at(0.0, 0.0)
 
 
 def test_homing_is_moving_until_the_rig_points_straight_ahead(bench: Bench, kind: Kind) -> None:

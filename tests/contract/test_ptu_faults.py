@@ -7,7 +7,7 @@ from tests.support.devices.pan_tilt_boards import PTU_STEP_DEG, Bench, bearing, 
 
 from foveacam_hardware.contract import DeviceFault, NotConnected, VirtualClock
 from foveacam_hardware.drivers.positioners.ptu import PtuPanTilt
-from foveacam_hardware.drivers.positioners.ptu_axes import PtuMounting
+from foveacam_hardware.drivers.positioners.ptu_axes import PtuAxes, PtuMounting
 
 
 @pytest.fixture
@@ -33,6 +33,18 @@ class Modem:
 
     def close(self) -> None:
         pass
+
+
+def test_each_axis_counts_in_steps_of_its_own() -> None:
+    axes = PtuAxes(
+        mounting=PtuMounting(zero=bearing(1.0, -2.0)),
+        pan_step_rad=math.radians(0.05),
+        tilt_step_rad=math.radians(0.02),
+    )
+
+    assert axes.steps(bearing(11.0, 3.0)) == (-200, -250)  # it counts to the left and up
+    found = axes.bearing((-200, -250))
+    assert (found.pan_rad, found.tilt_rad) == pytest.approx((math.radians(11.0), math.radians(3.0)))
 
 
 def test_a_modem_at_the_port_is_quoted() -> None:

@@ -79,6 +79,17 @@ def test_an_edge_during_an_exposure_is_lost_and_counted() -> None:
     assert (second.seq, second.interval.start_ns) == (1, 9_000_000)
 
 
+def test_an_edge_during_the_readout_of_a_short_exposure_is_lost_and_counted() -> None:
+    short = replace(default_settings(Role.LEFT), exposure_ns=1_000_000)
+    busy = TriggeredSchedule(supported_settings(Role.LEFT, short), first_seq=0)
+    for edge_ns in (0, 3_000_000, 4_500_000):  # the readout takes 4.38 ms
+        busy.trigger(edge_ns)
+
+    newest = busy.newest(20_000_000)
+    assert newest is not None
+    assert (newest.seq, newest.interval.start_ns, busy.missed) == (1, 4_500_000, 1)
+
+
 def test_readout_overlaps_the_next_exposure() -> None:
     """A global shutter exposes while the last picture is read: 8 ms apart, no edge is lost."""
     fast = schedule()

@@ -256,6 +256,14 @@ def test_the_audit_log_says_who_did_what_and_counts_what_is_repeated(accounts: A
     assert [json.loads(line)["repeated"] for line in accounts.audit.lines()] == [30, 1, 1]
 
 
+def test_the_same_request_refused_and_then_done_is_two_entries(accounts: Accounts) -> None:
+    for status in (403, 200, 200):
+        accounts.audit.add(
+            principal("otto"), method="POST", path="/api/v1/captures", address="a", status=status
+        )
+    assert [(entry.outcome, entry.repeated) for entry in entries(accounts)] == [("done", 2), ("refused", 1)]
+
+
 def test_a_flood_of_nobody_fills_no_disk(accounts: Accounts) -> None:
     for number in range(500):
         accounts.audit.add(ANONYMOUS, method="POST", path=f"/api/v1/{number}", address="evil", status=401)

@@ -92,6 +92,16 @@ def test_nobody_makes_a_token_that_may_more(accounts: Accounts) -> None:
         accounts.add_token(maker, "driver", frozenset({Right.OPERATE, Right.ADMINISTER}), days=1)
 
 
+@pytest.mark.parametrize("lacking", list(Right))
+def test_no_right_that_its_maker_lacks_comes_with_a_token(accounts: Accounts, lacking: Right) -> None:
+    secret, _ = accounts.add_token(LOCAL, "maker", ALL - {lacking}, days=1)
+    maker = accounts.tokens.find(secret)
+    assert maker is not None
+    with pytest.raises(Forbidden):
+        accounts.add_token(maker, "made", ALL, days=1)
+    assert [token.name for token in accounts.tokens.all()] == ["maker"]
+
+
 def test_a_token_whose_owner_is_gone_is_refused_and_does_not_come_back_with_the_name(
     accounts: Accounts, store: Store, iris: str
 ) -> None:

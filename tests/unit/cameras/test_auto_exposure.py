@@ -30,10 +30,12 @@ def test_half_the_light_is_one_stop_too_dark_at_any_depth(bits: int) -> None:
     assert stops(grey(0.5, bits=bits), bits=bits) == pytest.approx(0.0, abs=0.02)
 
 
-def test_a_raised_black_is_no_light() -> None:
-    lifted = grey(0.25) + np.uint8(20)
+@pytest.mark.parametrize("bits", [8, 12])
+def test_a_raised_black_is_no_light_at_any_depth(bits: int) -> None:
+    lifted = grey(0.25, bits=bits) + np.uint8(20) * np.uint16(2 ** (bits - 8))
 
-    assert stops(lifted, black_level=20.0) == pytest.approx(np.log2(63.75 / 235.0 / 0.5), abs=0.02)
+    found = stops(lifted, bits=bits, black_level=20.0)
+    assert found == pytest.approx(np.log2(63.75 / 235.0 / 0.5), abs=0.02)
 
 
 def test_a_few_bright_places_hold_it_back_and_clipped_ones_push_it_down() -> None:

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from foveacam_hardware.contract import CameraPhase, CameraSettings
-from foveacam_hardware.drivers.cameras.shared_state import BackOff, LinkState
+from foveacam_hardware.contract import CameraPhase, CameraSettings, Frame, Role
+from foveacam_hardware.drivers.cameras.shared_state import BackOff, CameraSharedState, LinkState
 from foveacam_hardware.drivers.cameras.watchdog import Watchdog, WatchdogAdvice, WatchdogTimeouts
 
 MS = 1_000_000
@@ -17,6 +18,19 @@ def link_after(*phases: CameraPhase) -> LinkState:
     for second, phase in enumerate(phases, start=1):
         state.go(phase, now_ns=second, reason=f"{phase} at {second}" if phase is CameraPhase.LOST else "")
     return state
+
+
+def test_a_frame_from_before_what_was_asked_for_is_skipped_and_counted() -> None:
+    shared = CameraSharedState(frames=4)
+    image = np.zeros((2, 2), np.uint8)
+    shared.put(Frame(image=image, role=Role.WIDE, seq=0, t_ns=30 * MS, exposure_ns=MS))
+
+    assert shared.take_newest(oldest_ns=31 * MS) is None
+    assert (shared.counters.delivered, shared.counters.skipped) == (0, 1)
+    shared.put(Frame(image=image, role=Role.WIDE, seq=1, t_ns=31 * MS, exposure_ns=MS))
+    found = shared.take_newest(oldest_ns=31 * MS)
+    assert found is not None
+    assert found.seq == 1
 
 
 def test_each_opening_counts_an_epoch() -> None:

@@ -1,14 +1,16 @@
 """What the operator is told to do about a device that fails."""
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+from tests.support.devices.fake_rig import FakeRig
 
-from foveacam_hardware.contract import VirtualClock
+from foveacam_hardware.contract import Role, VirtualClock
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
-from foveacam_server.rig.device_reconnector import GENERAL_REMEDY, MIRRORS, DeviceReconnector
+from foveacam_server.rig.device_reconnector import FOVEAE, GENERAL_REMEDY, MIRRORS, WIDE, DeviceReconnector
 from foveacam_server.rig.refusals import missing
 from foveacam_server.rig.schema import DeviceProblemDocument
 
@@ -35,6 +37,42 @@ def test_a_remedy_is_what_is_known_or_what_the_sentence_says_or_what_is_always_w
     watch.add_problem(MIRRORS, detail=detail, remedy=given)
 
     assert [(problem.detail, problem.remedy) for problem in watch.problems] == [(detail, remedy)]
+
+
+@pytest.mark.parametrize(
+    ("lost", "missing_eye", "needed"),
+    [
+        ((), None, FOVEAE),
+        (("left",), Role.LEFT, (MIRRORS, WIDE)),
+        (("left", "right"), None, FOVEAE),
+    ],
+)
+def test_a_look_does_without_one_fovea_and_not_without_both(
+    watch: DeviceReconnector, lost: tuple[str, ...], missing_eye: Role | None, needed: tuple[str, ...]
+) -> None:
+    rig = FakeRig(VirtualClock())
+    for device in lost:
+        watch.add_problem(device, detail="unplugged")
+
+    assert watch.fovea_lost(rig) is missing_eye
+    assert watch.needed(rig) == needed
+
+
+def test_a_device_that_stays_away_is_tried_again_every_few_seconds(tmp_path: Path) -> None:
+    clock = VirtualClock()
+    rig = FakeRig(clock)
+    rig.mirrors.lost = True
+    pauses_s = []
+    with Store(tmp_path) as store, closing(EventLog(store)) as events:
+        watch = DeviceReconnector(clock=clock, events=events)
+        for _ in range(6):
+            watch.connect(rig)
+            began_ns = clock.now_ns()
+            while not watch.retry_due():
+                clock.sleep_until_ns(clock.now_ns() + 100_000_000)
+            pauses_s.append((clock.now_ns() - began_ns) / 1e9)
+
+    assert pauses_s == pytest.approx([1.0, 2.0, 4.0, 4.0, 4.0, 4.0])
 
 
 @pytest.mark.parametrize("detail", ["the port is held", "the port is held; close that program"])

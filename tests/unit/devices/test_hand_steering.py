@@ -2,9 +2,13 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
+from tests.support.devices.fake_rig import FakeMirrors
 from tests.support.devices.hardware_setup import PATIENCE_S, POLL_S, HardwareSetup, hardware_setup, never
 
 from foveacam_hardware.contract import (
@@ -14,9 +18,12 @@ from foveacam_hardware.contract import (
     NotConnected,
     StereoVolts,
     Stopped,
+    VirtualClock,
 )
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.store import Store
 from foveacam_server.rig import hand_steering
-from foveacam_server.rig.hand_steering import TAU_S, SteeringCourse, SteeringStatus, slewed
+from foveacam_server.rig.hand_steering import TAU_S, HandSteering, SteeringCourse, SteeringStatus, slewed
 from foveacam_server.rig.hardware import HardwareThread
 
 THERE = StereoVolts(left=MirrorVolts(x_v=50.0, y_v=-20.0), right=MirrorVolts(x_v=40.0, y_v=0.0))
@@ -72,9 +79,37 @@ def test_no_step_exceeds_the_drivers_slew_limit() -> None:
     pose, steps_v = PARKED, []
     while pose != THERE:
         after = slewed(pose, THERE, dt_s=0.001, most_v=2.0)
-        steps_v.append(abs(after.left.x_v - pose.left.x_v))
+        steps_v.append((abs(after.left.x_v - pose.left.x_v), abs(after.left.y_v - pose.left.y_v)))
         pose = after
-    assert max(steps_v) == pytest.approx(2.0)
+    assert np.max(steps_v, axis=0) == pytest.approx([2.0, 2.0])  # up in x, down in y
+
+
+def test_updates_that_are_far_apart_lead_further(tmp_path: Path) -> None:
+    clock, sent = VirtualClock(), list[StereoVolts]()
+
+    class SlowMirrors(FakeMirrors):
+        def steer(self, volts: StereoVolts, *, unless_parked_since: int | None = None) -> StereoVolts:
+            clock.sleep_until_ns(clock.now_ns() + round(TAU_S * 1e9))
+            return super().steer(volts, unless_parked_since=unless_parked_since)
+
+    mirrors = SlowMirrors()
+    with Store(tmp_path) as store, closing(EventLog(store)) as events:
+        hand = HandSteering(
+            clock=clock,
+            mirrors=lambda: mirrors,
+            check=lambda: None,
+            park=lambda _: Future(),
+            on_pose=sent.append,
+            events=events,
+        )
+        hand.start()
+        course = hand.press("me", THERE, held=False)
+        assert eventually(lambda: course.pose == THERE)
+        hand.close()
+
+    left_v = [50.0 - volts.left.x_v for volts in sent[:3]]
+    assert left_v[1] / left_v[0] == pytest.approx(math.exp(-1.0), rel=1e-6)
+    assert left_v[2] / left_v[1] == pytest.approx(math.exp(-1.0), rel=1e-6)
 
 
 # Courses ----------------------------------------------------------------------------------------------------

@@ -110,6 +110,19 @@ def test_while_stopped_nothing_moves_and_the_stop_itself_holds_the_rail(on_rail:
         on_rail.service.home()
 
 
+def test_a_move_that_the_stop_overtakes_is_held(on_rail: OnRail, monkeypatch: pytest.MonkeyPatch) -> None:
+    move_to = on_rail.rail.move_to
+
+    def move_late(position_m: float) -> None:
+        on_rail.setup.hardware.halt()
+        move_to(position_m)
+
+    monkeypatch.setattr(on_rail.rail, "move_to", move_late)
+    with pytest.raises(Stopped):
+        on_rail.service.move(0.1).result(PATIENCE_S)
+    assert on_rail.rail.commands == ["hold", "move", "hold"]
+
+
 def test_moves_wait_for_the_job_that_has_the_rig(on_rail: OnRail) -> None:
     with (
         on_rail.setup.hardware.session("a capture", cancelled=never),

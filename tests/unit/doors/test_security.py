@@ -14,7 +14,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.accounts.attempts import MOST_WRONG, WINDOW_S
 from foveacam_server.accounts.rights import Right
-from foveacam_server.accounts.route_rights import needs, open_to_anybody
+from foveacam_server.accounts.route_rights import RouteTable, needs, open_to_anybody
 from foveacam_server.console import security, viser_relay
 from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.settings import Settings, checked_settings
@@ -304,6 +304,16 @@ def test_a_program_shows_the_token_in_a_header(headers: dict[str, str]) -> None:
     program = guarded()
     assert program.post("/park", headers=headers).json() == "parked"
     assert program.greeting(headers) == "hello"
+
+
+def test_a_route_whose_right_was_forgotten_is_for_admins_alone() -> None:
+    app = FastAPI()
+    app.add_api_route("/forgotten", lambda: None)
+
+    access = RouteTable(app.routes).access({"type": "http", "method": "GET", "path": "/forgotten"})
+
+    assert access is not None
+    assert access.right is Right.ADMINISTER
 
 
 def test_a_browser_shows_the_token_once() -> None:

@@ -78,6 +78,15 @@ def test_a_backup_of_an_open_data_directory_is_restored_elsewhere_to_the_last_by
         assert [row.id for row in session.query(JobRow)] == ["job-1"]
 
 
+@pytest.mark.parametrize("secret", ["sign_in.key", "token", "first_admin_link"])
+def test_a_backup_holds_no_secret_of_the_server(data: Path, tmp_path: Path, secret: str) -> None:
+    (data / secret).write_text("0123456789abcdef")
+    back_up(data, tmp_path / "rig.tar", created_utc="", watch=SILENT)
+    with tarfile.open(tmp_path / "rig.tar") as tar:
+        assert secret not in tar.getnames()
+    assert b"0123456789abcdef" not in (tmp_path / "rig.tar").read_bytes()
+
+
 def test_what_was_cut_short_by_a_kill_is_made_again(data: Path, tmp_path: Path) -> None:
     (tmp_path / ".rig.tar.part").write_bytes(b"half a backup")
     (tmp_path / ".other.part").mkdir()

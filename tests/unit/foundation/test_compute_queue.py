@@ -52,6 +52,20 @@ def _refuse(why: str) -> None:
     raise InvalidInput(why, remedy="calibrate")
 
 
+def test_each_computation_has_the_whole_limit_of_cpu_time() -> None:
+    process = ComputeProcess([], limits=LIMITS)
+    for _ in range(2):
+        assert process.compute(_burn, 0.6) == 0.6
+    process.end()
+
+
+def _burn(cpu_s: float) -> float:
+    end_s = time.process_time() + cpu_s
+    while time.process_time() < end_s:
+        pass
+    return cpu_s
+
+
 def test_what_lasts_too_long_by_the_clock_is_ended() -> None:
     process = ComputeProcess([], limits=ComputeLimits(longest_s=0.2))
     with pytest.raises(InvalidInput, match=r"more than the 0\.2 s"):

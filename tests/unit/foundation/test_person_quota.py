@@ -86,3 +86,18 @@ def test_turns_are_limited_in_all_and_for_each_person() -> None:
         assert turns.running == 0
 
     asyncio.run(scenario())
+
+
+def test_a_turn_that_comes_as_its_person_gives_up_is_free_for_the_next() -> None:
+    async def scenario() -> None:
+        turns = Turns(1, each=1)
+        await turns.begin("mia")
+        late = asyncio.create_task(turns.begin("ben"))
+        await asyncio.sleep(0)
+        turns.end("mia")  # it is ben's, who has not been told yet
+        late.cancel()
+        await asyncio.gather(late, return_exceptions=True)
+        assert turns.running == 0
+        await asyncio.wait_for(turns.begin("eva"), 10.0)
+
+    asyncio.run(scenario())

@@ -9,7 +9,15 @@ import pytest
 from tests.support.devices.fake_rig import FakeRig, Pictures
 from tests.support.scenes.recordings import SmallDisk, record
 
-from foveacam_hardware.contract import Busy, Frame, InvalidInput, MonotonicClock, OutOfRange, Role
+from foveacam_hardware.contract import (
+    Busy,
+    CameraSettings,
+    Frame,
+    InvalidInput,
+    MonotonicClock,
+    OutOfRange,
+    Role,
+)
 from foveacam_pipeline.capture.recording.bounds import DEFAULT_S, EndCause, RecordingBounds
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.capture.recording.session import RigDescription
@@ -21,7 +29,7 @@ from foveacam_server.foundation.job_table import Job, JobState
 from foveacam_server.foundation.jobs import JobContext, JobRunner
 from foveacam_server.foundation.store import Document, Store
 from foveacam_server.resources.calibrating.calibrations.service import CalibrationService
-from foveacam_server.resources.capturing.recordings.begin import check_room
+from foveacam_server.resources.capturing.recordings.begin import check_room, full_rates
 from foveacam_server.resources.capturing.recordings.live import LiveRecording
 from foveacam_server.resources.capturing.recordings.schema import FilmRequest, RecordingRequest
 from foveacam_server.resources.capturing.recordings.service import RecordingService, RecordingTools
@@ -379,6 +387,23 @@ def test_numbered_compressed_and_packed_as_asked(bench: Bench) -> None:
 
     found = bench.recordings.name_of("walk 0002", numbered=False)
     assert (found.free, "already" in found.why) == (False, True)
+
+
+def test_a_search_finds_those_that_contain_all_of_its_words(bench: Bench) -> None:
+    for name in ("desk at noon", "desk at night", "street at night"):
+        record(bench.recordings.collection.folder / f"{name}.fcap", ticks=1)
+
+    found = {known.name for known in bench.recordings.search(text="Night desk")}
+    assert found == {"desk at night"}
+    assert len(bench.recordings.search(text="  ")) == 3
+
+
+def test_the_rate_of_looks_is_that_of_the_longer_exposure() -> None:
+    rig = FakeRig(MonotonicClock())
+    for right_ms in (6, 10):
+        rig.right.settings = CameraSettings(exposure_ns=right_ms * 1_000_000)
+        longer_ms = max(8, right_ms)  # the left one has 8 ms
+        assert full_rates(rig).fovea_hz == pytest.approx(1000.0 / (14 + longer_ms))
 
 
 def test_a_cancelled_export_leaves_nothing(bench: Bench) -> None:

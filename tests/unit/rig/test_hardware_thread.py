@@ -137,6 +137,39 @@ def test_halt_parks_from_any_thread_while_a_look_is_under_way(setup: HardwareSet
     assert hardware.gaze == PARKED
 
 
+def test_a_move_that_the_stop_overtakes_is_parked_again(
+    setup: HardwareSetup, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hardware, steer = setup.start(), setup.rig.mirrors.steer
+
+    def steer_late(volts: StereoVolts) -> StereoVolts:
+        assert hardware.halt()
+        return steer(volts)
+
+    monkeypatch.setattr(setup.rig.mirrors, "steer", steer_late)
+    hardware.steer(THERE).result(PATIENCE_S)
+    assert setup.rig.mirrors.commands[-2:] == ["steer", "park"]
+    assert setup.rig.mirrors.volts == hardware.gaze == PARKED
+
+
+def test_while_stopped_the_wide_view_goes_on_and_nobody_looks(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    hardware.halt()
+    hardware.submit(lambda rig: None).result(PATIENCE_S)  # a live look under way has ended
+    looks = setup.pictures.counts.get("left", 0)
+    setup.pictures.wait_for_more("wide", more=5)  # of each of which a look is due
+    assert setup.pictures.counts.get("left", 0) == looks
+
+
+def test_mirrors_that_were_switched_off_are_not_moved(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+    hardware.submit(lambda rig: hardware.mirrors.switch(rig, on=False)).result(PATIENCE_S)
+    with pytest.raises(Stopped, match="switched off"):
+        hardware.steer(THERE)
+    with hardware.session("a job", cancelled=never) as head, pytest.raises(Stopped, match="switched off"):
+        head.look(THERE)
+
+
 def test_nothing_moves_until_the_stop_is_released(setup: HardwareSetup) -> None:
     hardware = setup.start()
     hardware.halt()

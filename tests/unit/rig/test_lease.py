@@ -110,8 +110,9 @@ def claim(
 def test_where_people_sign_in_an_admin_alone_takes_over_and_says_why(lease: Lease, events: EventLog) -> None:
     ada = lease.take(claim("ada"))
     assert lease.describe().person == "ada" and ada.holder == "ada (browser)"
-    with pytest.raises(Forbidden, match="only an admin may"):
-        lease.take(claim("otto", take_over=True))
+    for reason in (None, "it is my turn"):
+        with pytest.raises(Forbidden, match="only an admin may"):
+            lease.take(claim("otto", take_over=True, reason=reason))
     with pytest.raises(InvalidInput, match="without a reason"):
         lease.take(claim("iris", admin=True, take_over=True))
     lease.check(ada.token)

@@ -151,6 +151,21 @@ def test_everything_else_is_handed_on_unread(way: Way, request_: bytes) -> None:
     assert way.mirrors.halts == 0
 
 
+def test_a_door_of_https_leaves_a_stop_in_plain_text_to_the_server(
+    mirrors: Halted, at_door: StopAtDoor
+) -> None:
+    adopted: Queue[socket.socket] = Queue()
+    with listen("127.0.0.1", 0) as listener, ThreadPoolExecutor(1) as workers:
+        door = StopDoor(listener, adopt=adopted.put, answer=at_door, workers=workers, encrypted=True)
+        door.open()
+        try:
+            with Way(port=listener.getsockname()[1], mirrors=mirrors).send(STOP + b"\r\n"):
+                adopted.get(timeout=WAIT_S).close()
+        finally:
+            door.close()
+    assert mirrors.halts == 0
+
+
 def test_who_says_nothing_holds_up_nobody(way: Way) -> None:
     silent = [way.send(b"") for _ in range(50)]
     assert way.answer(STOP + b"\r\n")[0] == 200
