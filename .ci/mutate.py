@@ -210,6 +210,9 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("--survivors", action="store_true", help="those that no test noticed in the last run")
     parser.add_argument("--folder", type=Path, default=ROOT / ".mutations", help="for copies and the report")
+    parser.add_argument(
+        "--within", nargs="+", default=["tests"], metavar="FOLDER", help="take tests of these folders alone"
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     return parser.parse_args()
 
@@ -236,9 +239,10 @@ def main() -> int:
     for trial in trials:
         trial.renew(ROOT)
     covering = CoveringTests(folder, root=trials[0].folder)
-    near = {*select({each.path for each in left}).run, *(path for each in left for path in each.also)}
+    reaching = {*select({each.path for each in left}).run, *(path for each in left for path in each.also)}
+    near = [path for path in sorted(reaching) if path.startswith(tuple(options.within))]
     print(f"{len(left)} changes, which {len(near)} files of tests may notice", file=sys.stderr, flush=True)
-    covering.measure(sorted(near), workers=options.workers)
+    covering.measure(near, workers=options.workers)
     start_s = time.monotonic()
     for done, outcome in enumerate(attempt_all(left, covering=covering, trials=trials), 1):
         outcomes.append(outcome)

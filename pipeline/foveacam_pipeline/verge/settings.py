@@ -61,10 +61,11 @@ class VergeSettings:
     confirm_score: float = 0.3
     """Least correlation with the wide patch while verging."""
     stray_lead: float = 0.3
-    """Lead in correlation of a place over the ray from which it must correlate by `stray_score`: right matches
-    lead by 0.18 at most, three of something behind the target by 0.48 to 0.77."""
+    """Lead in correlation of a place over the ray from which it must correlate by `stray_score`: 87 right
+    matches lead by 0.18 at most, two of a wall behind the target by 0.48 and 0.77."""
     stray_score: float = 0.7
-    """Those three correlate by at most 0.52; a target that moved mounts show aside, as it does on its ray."""
+    """Those two correlate by at most 0.52. A target that lies aside because the mounts have moved correlates
+    there as it did on its ray."""
     confirm_share: float = 0.5
     """Least correlation with the wide patch where left and right agree, as a share of its best nearby."""
     doubtful_looks: int = 2
