@@ -8,6 +8,7 @@ import pytest
 from tests.support.scenes.marker_room import make_grey
 
 from foveacam_bench.verge.field_clicks import LOOKED_AT_PX, judge
+from foveacam_hardware.contract import Role
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.render import warm_up
 from foveacam_hardware.sim.rig import open_simulated
@@ -17,6 +18,13 @@ from foveacam_pipeline.verge.fixate import fixate
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
+from foveacam_server.resources.studying.studies.click_truth import (
+    EYES,
+    ClickKind,
+    classify_click,
+    truth_of,
+    visible_from,
+)
 from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
 SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
@@ -67,6 +75,18 @@ def holds(found: Fixation, true_m: float) -> bool:
         return found.bound.nearest_m <= true_m <= found.bound.farthest_m
     assert found.distance_m is not None and found.distance_sigma_m is not None, found.reason
     return abs(found.distance_m - true_m) <= 3.0 * found.distance_sigma_m
+
+
+@pytest.mark.parametrize(("pixel", "seen_by"), [((1080.0, 160.0), Role.LEFT), ((1140.0, 420.0), Role.RIGHT)])
+def test_a_click_on_what_one_eye_alone_sees_is_not_judged_as_textured(
+    rig: Rig, calibration: Calibration, pixel: tuple[float, float], seen_by: Role
+) -> None:
+    truth = truth_of(rig)
+    click = classify_click(truth, calibration, scene="bench", pixel=pixel, t_ns=rig.clock.now_ns())
+
+    assert click is not None
+    assert [role for role in EYES if visible_from(truth, role, click)] == [seen_by]
+    assert click.kind is ClickKind.AWKWARD
 
 
 @pytest.mark.parametrize(("x_px", "y_px"), [(1000.0, 780.0), (640.0, 550.0)])

@@ -47,3 +47,8 @@ def test_probabilities_are_compared_with_the_share_that_is_right() -> None:
     assert reliability(boastful)["stated_probability_error"] == pytest.approx(0.4)
     assert reliability(boastful)["reliability"] == [{"count": 10, "stated": 0.9, "right": 0.5}]
     assert reliability([])["stated_probability_error"] is None
+
+
+def test_probabilities_that_are_too_high_do_not_make_up_for_those_that_are_too_low() -> None:
+    boastful, modest = [(0.9, k < 5) for k in range(10)], [(0.2, k < 6) for k in range(10)]
+    assert reliability(boastful + modest)["stated_probability_error"] == pytest.approx(0.4)

@@ -9,6 +9,8 @@ from foveacam_bench.verge.truth import consistent, figures, quantile
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.faults import ThermalMountDrift
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, Fixation, FixationState
+from foveacam_server.resources.studying.studies.click_truth import Click, ClickKind
+from foveacam_server.resources.studying.studies.judged_clicks import ClickResult
 
 RANGE_M = 10.0
 
@@ -84,6 +86,40 @@ def test_a_wrong_answer_that_lists_the_truth_is_said() -> None:
     assert (found["clicks"], found["wrong_fraction"], found["wrong_said"]) == (4, 0.25, 1)
     assert (found["compared_places"], found["consistent_fraction"]) == (1, 1.0)
     assert found["sigma_within_3"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("error_sigmas", "sigma_m", "wrong"),
+    [(6.0, 0.1, True), (-6.0, 0.1, True), (6.0, 0.01, False), (4.0, 0.5, False)],
+)
+def test_an_error_is_wrong_that_is_large_and_larger_than_was_stated(
+    error_sigmas: float, sigma_m: float, wrong: bool
+) -> None:
+    judged = answer(error_sigmas, sigma_m=sigma_m)
+    assert judged.wrong is wrong
+    clicked = Click(
+        scene="bench",
+        x_px=700.0,
+        y_px=500.0,
+        t_ns=0,
+        kind=ClickKind.TEXTURED,
+        name="poster",
+        range_m=RANGE_M,
+        point_rig_m=(0.0, 0.0, RANGE_M),
+    )
+    of_study = ClickResult(click=clicked, fixation=judged.fixation, error_m=judged.error_m)
+    assert of_study.wrong is wrong
+
+
+@pytest.mark.parametrize(
+    ("nearest_m", "farthest_m", "holds"),
+    [(9.0, 11.0, True), (9.0, math.inf, True), (5.0, 9.0, False), (11.0, 12.0, False)],
+)
+def test_a_bound_holds_where_the_truth_is_between_its_ends(
+    nearest_m: float, farthest_m: float, holds: bool
+) -> None:
+    bound = DistanceBound(nearest_m=nearest_m, farthest_m=farthest_m)
+    assert answer(None, basis=Basis.BOUND, bound=bound).bound_holds is holds
 
 
 def test_a_distance_of_the_background_is_wrong_unless_it_reaches_to_infinity() -> None:
