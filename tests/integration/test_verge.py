@@ -40,6 +40,8 @@ SEEN_BEHIND = ((565.8, 613.6), (1058.1, 770.2))
 """On the notice, which the left eye cannot see, and on an apple: both foveae match something else there."""
 BEFORE_A_WALL = ((943.3, 604.8), (1053.9, 781.0))
 """On the obelisk and on an apple: at infinity both foveae show the wall behind, and agree on it."""
+BESIDE_SOMETHING = (508.8, 465.2)
+"""In the street, on a tower beside the edge of something nearer that hides it from one eye."""
 ON_LEAVES = (998.5, 453.5)
 """Where the patch also fits a wide pixel and a half aside."""
 OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
@@ -144,6 +146,20 @@ def test_a_match_far_from_where_the_target_must_be_is_not_of_it(calibration: Cal
         found = [judge(fresh, calibration, "bench", np.array(at_px)) for at_px in BEFORE_A_WALL]
     assert {one.fixation.basis for one in found} == {Basis.BOTH_FOVEAE}
     assert all(abs(one.sigmas) <= 3.0 for one in found)
+
+
+def test_what_one_eye_alone_shows_beside_an_edge_is_listed_with_what_else_it_may_be(
+    calibration: Calibration,
+) -> None:
+    with open_simulated(scene="street", inline=True) as fresh:
+        bin_cameras(fresh, 2)
+        judged = judge(fresh, calibration, "street", np.array(BESIDE_SOMETHING))
+    found = judged.fixation
+    assert found.basis is Basis.FOVEA_AND_WIDE
+    own, *others = found.alternatives
+    assert own.distance_m == pytest.approx(found.distance_m)
+    assert others
+    assert abs(judged.error_m) <= 0.01 * judged.range_m
 
 
 def test_the_eyes_look_along_the_ray_where_the_patch_slides(calibration: Calibration) -> None:

@@ -28,7 +28,6 @@ from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.support import MatchSupport
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget
 from foveacam_pipeline.verge.settings import VergeSettings
-from foveacam_pipeline.verge.single_eye.eye_match import EyeMatch
 from foveacam_pipeline.verge.single_eye.search import EyeSighting, OwnSide, SingleEyeSearch
 from foveacam_pipeline.verge.single_eye.weighing import (
     agree,
@@ -176,7 +175,7 @@ class FallbackEstimator:
             hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
             if hidden:
                 return self._one_eyed(hidden, motion, near)
-            behind = self._behind_edge([one for one in sound if one.at_edge], motion)
+            behind = self._behind_edge([one for one in sound if one.at_edge], loop, motion)
             return self._of_own_side(own, loop, motion) if behind is None and own is not None else behind
         except FixationEnded:
             return None
@@ -194,10 +193,10 @@ class FallbackEstimator:
             verged = loop.close_at(own.inverse_z_per_m)
             if verged is not None and own.shares(1.0 / verged.point.point_rig_m[2]):
                 return both_foveae(verged)
-        sure = len(own.roles) == len(EYES) or confirmed(
-            own.inverse_z_per_m, own.sigma_per_m, self._near(loop, motion)
-        )
-        sigma = error_per_m(own.inverse_z_per_m, own.sigma_per_m, sure=sure)
+        depth = own.inverse_z_per_m, own.sigma_per_m
+        near = () if len(own.roles) == len(EYES) else self._near(loop, motion)
+        sure = len(own.roles) == len(EYES) or confirmed(*depth, near)
+        sigma = error_per_m(*depth, sure=sure)
         point = self._last_look.look(own.inverse_z_per_m, sigma, motion)
         views = self._last_look.views(own.inverse_z_per_m, motion, seeing=set(own.roles))
         return Answer(
@@ -206,6 +205,7 @@ class FallbackEstimator:
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             point=point,
+            alternatives=() if sure else self._doubted(depth, near, motion),
         )
 
     def _near(self, loop: ClosedLoop, motion: TargetMotion) -> tuple[InferredDepth, ...]:
@@ -217,7 +217,9 @@ class FallbackEstimator:
         """Return the looks made so far."""
         return self._single.looks or loop.looks
 
-    def _behind_edge(self, edges: list[EyeSighting], motion: TargetMotion) -> Answer | None:
+    def _behind_edge(
+        self, edges: list[EyeSighting], loop: ClosedLoop, motion: TargetMotion
+    ) -> Answer | None:
         """Return the answer for a point beside the edge of something nearer."""
         if not edges:
             return None
@@ -226,7 +228,8 @@ class FallbackEstimator:
         behind = self._single.beside_edge(nearest, motion.at(frame.t_ns), frame)
         if behind is None:
             return None
-        sigma = error_per_m(behind.inverse_z_per_m, behind.sigma_per_m, sure=behind.by_both)
+        depth = behind.inverse_z_per_m, behind.sigma_per_m
+        sigma = error_per_m(*depth, sure=behind.by_both)
         point = self._last_look.look(behind.inverse_z_per_m, sigma, motion)
         views = self._last_look.views(behind.inverse_z_per_m, motion, seeing={nearest.match.role})
         return Answer(
@@ -235,6 +238,7 @@ class FallbackEstimator:
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             point=point,
+            alternatives=() if behind.by_both else self._doubted(depth, self._near(loop, motion), motion),
             score=behind.score,
         )
 
@@ -254,7 +258,7 @@ class FallbackEstimator:
         if len(sighted) == 2 and not both:
             alternatives = self._rivals(sighted, motion)
         else:
-            alternatives = () if sure else self._doubted(best.match, near, motion)
+            alternatives = () if sure else self._doubted((inverse_z, sigma), near, motion)
         sigma = error_per_m(inverse_z, sigma, sure=sure)
         point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
@@ -270,10 +274,12 @@ class FallbackEstimator:
         )
 
     def _doubted(
-        self, match: EyeMatch, near: tuple[InferredDepth, ...], motion: TargetMotion
+        self, depth: tuple[float, float], near: tuple[InferredDepth, ...], motion: TargetMotion
     ) -> tuple[Alternative, ...]:
-        """Return the depth by one eye and those of surfaces about the target; none where they agree."""
-        depth = match.inverse_z_per_m, match.sigma_per_m
+        """Return the depth by one eye and those of surfaces about the target; none where they agree.
+
+        `depth`: 1/Z and its standard error.
+        """
         others = tuple(one for one in near if not same_surface(*depth, one))
         if not others:
             return ()
