@@ -15,6 +15,8 @@ from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.verge.fixate import fixate
+from foveacam_pipeline.verge.surroundings.estimator import SurroundingsEstimator
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState, PixelTarget
 from foveacam_pipeline.verge.verdict import CANNOT_TURN
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
@@ -40,8 +42,8 @@ SEEN_BEHIND = ((565.8, 613.6), (1058.1, 770.2))
 """On the notice, which the left eye cannot see, and on an apple: both foveae match something else there."""
 BEFORE_A_WALL = ((943.3, 604.8), (1053.9, 781.0))
 """On the obelisk and on an apple: at infinity both foveae show the wall behind, and agree on it."""
-BESIDE_SOMETHING = (508.8, 465.2)
-"""In the street, on a tower beside the edge of something nearer that hides it from one eye."""
+BESIDE_A_HEAD = (288.0, 365.3)
+"""On the chessboard, beside the figure's head, which hides it from one eye."""
 ON_LEAVES = (998.5, 453.5)
 """Where the patch also fits a wide pixel and a half aside."""
 OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
@@ -149,17 +151,20 @@ def test_a_match_far_from_where_the_target_must_be_is_not_of_it(calibration: Cal
 
 
 def test_what_one_eye_alone_shows_beside_an_edge_is_listed_with_what_else_it_may_be(
-    calibration: Calibration,
+    calibration: Calibration, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with open_simulated(scene="street", inline=True) as fresh:
+    behind = InferredDepth(
+        inverse_z_per_m=0.25, sigma_per_m=1e-3, probability=0.5, samples=3, owned=False, held=False
+    )
+    monkeypatch.setattr(SurroundingsEstimator, "peek", lambda *_given: (behind,))
+    with open_simulated(scene="bench", inline=True) as fresh:
         bin_cameras(fresh, 2)
-        judged = judge(fresh, calibration, "street", np.array(BESIDE_SOMETHING))
-    found = judged.fixation
+        found = judge(fresh, calibration, "bench", np.array(BESIDE_A_HEAD)).fixation
     assert found.basis is Basis.FOVEA_AND_WIDE
-    own, *others = found.alternatives
+    own, other = found.alternatives
     assert own.distance_m == pytest.approx(found.distance_m)
-    assert others
-    assert abs(judged.error_m) <= 0.01 * judged.range_m
+    assert other.distance_m == pytest.approx(4.1, abs=0.2)
+    assert own.probability > other.probability
 
 
 def test_the_eyes_look_along_the_ray_where_the_patch_slides(calibration: Calibration) -> None:

@@ -217,9 +217,7 @@ class FallbackEstimator:
         """Return the looks made so far."""
         return self._single.looks or loop.looks
 
-    def _behind_edge(
-        self, edges: list[EyeSighting], loop: ClosedLoop, motion: TargetMotion
-    ) -> Answer | None:
+    def _behind_edge(self, edges: list[EyeSighting], loop: ClosedLoop, motion: TargetMotion) -> Answer | None:
         """Return the answer for a point beside the edge of something nearer."""
         if not edges:
             return None
