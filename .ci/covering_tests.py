@@ -45,7 +45,8 @@ class CoveringTests:
             [
                 *(sys.executable, "-m", "pytest", "-q", "-p", "outcome_log", "-p", "no:cacheprovider"),
                 *("-m", "not browser", "--numprocesses", str(workers), "--dist", "loadfile"),
-                *("--timeout", "600", "--cov", "--cov-context=test", "--cov-report=", "--cov-append", *new),
+                *(f"--cov={package}" for package in PACKAGES),
+                *("--timeout", "600", "--cov-context=test", "--cov-report=", "--cov-append", *new),
             ],
             cwd=self._root,
             env=environment(self._root) | {"COVERAGE_FILE": str(self._data_path), "OUTCOME_LOG": str(log)},

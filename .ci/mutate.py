@@ -1,7 +1,8 @@
 """Make small wrong changes of the product, one at a time, and report those that no test notices.
 
 Each is made in a copy of the tree, where the tests that run its lines are run, the quickest first, until one
-fails. A test outside of the isolated folders counts only if it passes without the change, too.
+fails. A test outside of the isolated folders counts only if it passes without the change, behind the same
+tests.
 """
 
 import argparse
@@ -156,7 +157,7 @@ def noticed(mutation: Mutation, tests: list[str], *, trial: Trial, limit_s: floa
             failed = trial.first_failure(left, limit_s=limit_s)
         if failed not in left or failed.startswith(ISOLATED):
             return failed
-        if not trial.first_failure([failed], limit_s=limit_s):
+        if trial.first_failure(left, limit_s=limit_s) != failed:
             return failed
         left.remove(failed)  # it fails here by itself
     return ""
@@ -235,7 +236,7 @@ def main() -> int:
     outcomes = last_caught(path, mutations) if options.survivors else []
     kept = {each.fault for each in outcomes}
     left = [each for each in mutations if each.fault not in kept and options.only in each.fault + each.path]
-    trials = [Trial(folder / f"copy {k}") for k in range(options.workers)]
+    trials = [Trial(folder / f"copy-{k}") for k in range(options.workers)]
     for trial in trials:
         trial.renew(ROOT)
     covering = CoveringTests(folder, root=trials[0].folder)

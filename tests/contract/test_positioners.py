@@ -1,5 +1,6 @@
 """The contract of a positioner, run on every pan-tilt and rail: manual, simulated board, behind a port."""
 
+import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -165,8 +166,10 @@ def test_after_homing_the_rig_is_at_its_zero(bench: PositionerBench) -> None:
 
 def test_a_position_that_it_cannot_reach_is_refused_and_nothing_moves(bench: PositionerBench) -> None:
     bench.home()
+    axes = range(len(bench.zero))
+    no_numbers = [tuple(math.nan if axis == wrong else 0.0 for axis in axes) for wrong in axes]
 
-    for position in bench.outside:
+    for position in (*bench.outside, *no_numbers):
         with pytest.raises(OutOfRange, match=bench.refusal):
             bench.move_to(position)
         assert not bench.device.state.moving

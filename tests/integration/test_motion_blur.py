@@ -49,6 +49,11 @@ def world(request: pytest.FixtureRequest) -> Iterator[World]:
     made.animated_scene.close()
 
 
+@pytest.mark.parametrize(("parts", "middles_ns"), [(1, [500]), (4, [200, 400, 600, 800])])
+def test_the_parts_of_an_exposure_lie_evenly_about_its_middle(parts: int, middles_ns: list[int]) -> None:
+    assert ExposureInterval(start_ns=100, length_ns=800).middles_ns(parts) == middles_ns
+
+
 @pytest.mark.parametrize("world", [WALK], indirect=True)
 @pytest.mark.parametrize("binning", [1, 2])
 def test_what_walks_by_is_blurred_as_in_the_mean_of_many_pictures(world: World, binning: Binning) -> None:

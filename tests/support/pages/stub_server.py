@@ -136,9 +136,11 @@ class StubServer:
         self.send_event("job.updated", job)
 
     def send_event(self, kind: str, data: Document, *, level: str = "info") -> None:
-        """Send an event to every page; a job that is told of can be read from then on."""
+        """Send an event to every page; what it tells of a job or an estimate can be read from then on."""
         if kind == "job.updated":
             self.answers[f"/jobs/{data['id']}"] = data
+        elif kind in ("fixation.estimate", "fixation.done"):
+            self.answers["/fixations/estimates"] = [data] if kind == "fixation.estimate" else []
         self._ids += 1
         event = {
             "id": self._ids,

@@ -2,6 +2,8 @@
 
 import time
 
+import pytest
+
 from tests.support.servers.running_server import Running
 
 AHEAD = {"direction": {"ax_deg": 1.0, "ay_deg": 0.0}}
@@ -41,6 +43,15 @@ def test_mirrors_switched_off_refuse_to_move_until_they_are_switched_on(api_serv
         on = api_server.post("/mirrors/enable", {})
     assert on.status_code == 200
     assert api_server.post("/mirrors/steer", AHEAD).status_code == 200
+
+
+@pytest.mark.parametrize("action", ["disable", "enable"])
+def test_mirrors_are_not_switched_under_a_job(api_server: Running, action: str) -> None:
+    with api_server.services.hardware.session("job 7", cancelled=lambda: False):
+        refused = api_server.post(f"/mirrors/{action}", {})
+
+    assert (refused.status_code, refused.json()["found"]) == (409, "job 7 is using the rig")
+    assert api_server.get("/mirrors").json()["rail_wanted"] is True
 
 
 def test_recovering_the_mirrors_leaves_them_where_they_are(api_server: Running) -> None:

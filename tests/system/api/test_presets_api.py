@@ -19,6 +19,7 @@ def settings(server: Running, role: str) -> Document:
 def test_settings_of_all_cameras_are_saved_changed_and_applied_again(api_server: Running) -> None:
     api_server.poll("/rig", lambda rig: all(camera["connected"] for camera in rig["cameras"]))
     api_server.poll("/rig/binning", lambda found: found["in_force"] == found["working_binning"])
+    api_server.http.patch(f"{API}/cameras/left", json={"pixel_format": "RGB8", "linked": True})
     before = {role: settings(api_server, role) for role in ("wide", "left", "right")}
     saved = api_server.http.put(f"{PRESETS}/Bright room").json()
     assert [camera["role"] for camera in saved["cameras"]] == ["wide", "left", "right"]

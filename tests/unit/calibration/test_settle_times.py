@@ -1,11 +1,13 @@
 """The settle time that was measured and put in use: kept, restored at a start, or passed over."""
 
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from tests.support.devices.fake_rig import FakeRig
+from tests.support.devices.hardware_setup import hardware_setup
 
-from foveacam_hardware.contract import StorageFull, VirtualClock
+from foveacam_hardware.contract import NotCalibrated, StorageFull, VirtualClock
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.devices.settle_time.service import SettleTimeService
@@ -57,6 +59,28 @@ def test_settle_time_of_another_drive_filter_is_passed_over(times: SettleTimes, 
     rig, desk = restored(times, tmp_path)
     assert rig.settle_us == FakeRig.settle_us
     assert desk.source == "rig file"
+
+
+def test_settle_time_of_the_rig_before_does_not_count_for_another(times: SettleTimes, tmp_path: Path) -> None:
+    times.store(MEASURED)
+    another = FakeRig(VirtualClock())
+    another.rig_id = "another"
+    with Store(tmp_path / "data") as store, closing(EventLog(store)) as events:
+        desk = SettleTimeService(times, events=events)
+        for rig in (FakeRig(VirtualClock()), another):
+            desk.restore(rig)
+    assert desk.in_use is None
+    assert desk.source == "rig file"
+
+
+def test_settle_time_of_another_drive_filter_is_not_put_in_use(times: SettleTimes, tmp_path: Path) -> None:
+    with hardware_setup(tmp_path / "data") as setup:
+        hardware, desk = setup.start(), SettleTimeService(times, events=setup.events)
+        with pytest.raises(NotCalibrated, match="600 Hz, now it is 120 Hz"):
+            desk.apply(MEASURED.model_copy(update={"low_pass_hz": 600}), hardware)
+        assert (setup.rig.settle_us, times.of("fake")) == (FakeRig.settle_us, None)
+        desk.apply(MEASURED, hardware)
+        assert (setup.rig.settle_us, times.of("fake")) == (MEASURED.settle_us, MEASURED)
 
 
 def test_what_is_forgotten_is_not_restored_at_the_next_start(times: SettleTimes, tmp_path: Path) -> None:

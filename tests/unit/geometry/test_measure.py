@@ -1,5 +1,7 @@
 """Points, lengths, planes and profiles of a look: right on made-up geometry, errors as simulated."""
 
+import csv
+import io
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -33,6 +35,8 @@ from foveacam_pipeline.measure.profile import profile_along
 from foveacam_pipeline.measure.views import nearest_known_right
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.stereo.values import DepthMap
+from foveacam_server.resources.looking.measurements.export import csv_text
+from foveacam_server.resources.looking.measurements.schema import MeasurementDocument
 
 RIG120 = load_calibration(Path(__file__).parents[2] / "data" / "rig120-calibration.json")
 TRIALS = 4000
@@ -245,3 +249,18 @@ def test_damaged_look_is_refused_in_words(tmp_path: Path) -> None:
 
 def scalars(look: LookDepth) -> tuple[float, ...]:
     return look.f_px, look.baseline_m, look.u0_left_px, look.u0_right_px, look.v0_px, look.scale
+
+
+@pytest.mark.parametrize("label", ["=1+1", "+1", "-1", "@sum(a1)", "\t=1"])
+def test_a_label_is_no_formula_in_the_exported_table(label: str) -> None:
+    measured = MeasurementDocument(
+        id="mea-1",
+        kind="point",
+        label=label,
+        created_utc="2026-01-01T00:00:00Z",
+        fixation_ids=[],
+        points=[],
+        drawn_px={},
+    )
+    (row,) = csv.DictReader(io.StringIO(csv_text([measured])))
+    assert row["label"] == f"'{label}"

@@ -24,6 +24,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
+from foveacam_server.rig.access import StillRigAccess
 from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.hardware_commands import LENGTH
 from foveacam_server.rig.hardware_thread.opening_steps import FIRST_DEVICES, OpeningSteps
@@ -150,6 +151,19 @@ def test_a_move_that_the_stop_overtakes_is_parked_again(
     hardware.steer(THERE).result(PATIENCE_S)
     assert setup.rig.mirrors.commands[-2:] == ["steer", "park"]
     assert setup.rig.mirrors.volts == hardware.gaze == PARKED
+
+
+def test_a_still_that_the_stop_overtakes_leaves_the_mirrors_at_rest(setup: HardwareSetup) -> None:
+    hardware = setup.start()
+
+    def expose_late(_: object) -> None:
+        assert hardware.halt()
+        setup.rig.mirrors.steer(THERE)  # a pulse carries a position
+
+    with hardware.session("a still", cancelled=never) as head:
+        StillRigAccess(hardware, head, clock=setup.clock).run_moving(expose_late)
+    assert setup.rig.mirrors.commands[-2:] == ["steer", "park"]
+    assert setup.rig.mirrors.volts == PARKED
 
 
 def test_while_stopped_the_wide_view_goes_on_and_nobody_looks(setup: HardwareSetup) -> None:

@@ -10,6 +10,7 @@ from tests.support.scenes.plane_head import PlaneHead, noise_texture
 from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.track.acquire import ClickTrack, acquire
 from foveacam_pipeline.track.image_tracker import TrackBox
+from foveacam_pipeline.track.position_filter import PositionEstimate
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget
 from foveacam_server.resources.looking.follows.first_look import (
     MOVES_PX_S,
@@ -21,6 +22,7 @@ from foveacam_server.resources.looking.follows.first_look import (
     sides_px,
     track_click,
 )
+from foveacam_server.resources.looking.follows.followed import position_at
 from foveacam_server.rig.live_views import RecentFrames
 
 Z_M = 6.0
@@ -159,3 +161,14 @@ def test_a_target_moves_with_its_middle_and_has_the_sides_that_were_drawn() -> N
     assert moved_to(ahead, (1.0, 2.0)) is ahead
     assert sides_px(box, 64) == (80, 16)
     assert sides_px(ahead, 64) == (64, 64)
+
+
+def test_between_looks_a_target_goes_on_as_it_moved() -> None:
+    seen = PositionEstimate(
+        t_ns=1_000_000_000,
+        position_rig_m=np.array([0.5, -0.1, 6.0]),
+        velocity_rig_m_s=np.array([1.2, 0.0, -0.4]),
+        covariance=np.eye(6),
+    )
+    assert position_at(seen, 1_250_000_000) == pytest.approx((0.8, -0.1, 5.9))
+    assert position_at(seen, 750_000_000) == pytest.approx((0.2, -0.1, 6.1))

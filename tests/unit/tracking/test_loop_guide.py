@@ -20,6 +20,10 @@ from foveacam_pipeline.continuous_loop.target_guide import (
 from foveacam_pipeline.continuous_loop.vergence_loop import LoopStatus, VergenceLoop
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.distance import place_on_ray
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
+from foveacam_pipeline.verge.values import DirectionTarget
+from foveacam_server.resources.looking.loop.loop_run import LoopRun
+from foveacam_server.resources.looking.loop.orders import FirstTarget, choose_target, configure
 
 Z_M = 6.0
 FIXED = LoopSettings(tracker=None)
@@ -185,3 +189,39 @@ def test_the_eyes_are_aimed_at_where_a_moving_target_is_when_it_is_exposed() -> 
     assert exposed_ns - step.t_ns == 0 and loop.lead_ms == pytest.approx(head.look_ns / 1e6)
     truth = TARGET[0] + 0.4 * exposed_ns / 1e9 / Z_M
     assert step.target[0] == pytest.approx(truth, abs=0.3 * 0.4 * head.look_ns / 1e9 / Z_M)
+
+
+# A loop of the server ---------------------------------------------------------------------------------------
+
+
+class Nothing:
+    """Knows no depth."""
+
+    def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
+        return DepthSamples.none()
+
+
+def test_a_target_whose_range_is_known_is_begun_at_its_depth() -> None:
+    head, aside = painted(), np.array([0.17, -0.16])
+    loop = VergenceLoop(head.calibration, clock=head.clock, settings=FIXED)
+    run = LoopRun(loop, hardware=None, clock=head.clock, on_step=lambda _: None)  # type: ignore[arg-type]  # none is held
+    wanted = FirstTarget(
+        target=DirectionTarget(ax_rad=math.atan(aside[0]), ay_rad=math.atan(aside[1])),
+        place=aside,
+        clicked=None,
+        distance_m=Z_M * math.hypot(1.0, *aside),
+    )
+    choose_target(run, head, wanted, calibration=head.calibration, clock=head.clock, context=Nothing())
+
+    verge_rad = loop.command_rad[AXES.index(Axis.VERGE)]
+    assert verge_rad == pytest.approx(head.calibration.baseline_m / Z_M)
+
+
+def test_a_tracker_that_finds_nothing_to_learn_leaves_the_settings_as_they_were() -> None:
+    head = PlaneHead(z_m=Z_M, texture=plain_texture())
+    loop = VergenceLoop(head.calibration, clock=head.clock, settings=FIXED)
+    loop.choose(head.wide(), TARGET, inverse_z_per_m=1.0 / Z_M)
+    with pytest.raises(OutOfRange):
+        configure(loop, LoopSettings(), head)
+
+    assert loop.settings == FIXED

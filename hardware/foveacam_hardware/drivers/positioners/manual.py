@@ -9,14 +9,13 @@ from collections.abc import Callable
 from foveacam_hardware.contract import (
     DeviceInfo,
     NotConnected,
-    OutOfRange,
     PanTiltLimits,
     PanTiltPose,
     PanTiltState,
     RailLimits,
     RailState,
 )
-from foveacam_hardware.drivers.positioners.limits import check_position
+from foveacam_hardware.drivers.positioners.limits import check_bearing, check_position
 
 ANY_BEARING = PanTiltLimits(
     pan_min_rad=-math.pi, pan_max_rad=math.pi, tilt_min_rad=-math.pi / 2, tilt_max_rad=math.pi / 2
@@ -70,11 +69,7 @@ class ManualPanTilt:
     def move_to(self, pose: PanTiltPose) -> None:
         """Store the bearing that the operator is asked to turn to."""
         self._check("move")
-        if abs(pose.pan_rad) > ANY_BEARING.pan_max_rad or abs(pose.tilt_rad) > ANY_BEARING.tilt_max_rad:
-            raise OutOfRange(
-                f"pan-tilt (by hand): pan {math.degrees(pose.pan_rad):.1f}, tilt"
-                f" {math.degrees(pose.tilt_rad):.1f} deg is outside ±180, ±90 deg; choose a bearing inside"
-            )
+        check_bearing(pose, ANY_BEARING, name="pan-tilt (by hand)")
         self._request(pose)
 
     def hold(self) -> None:
