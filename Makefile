@@ -81,7 +81,7 @@ test-kernels: $(DEV)
 coverage: $(DEV) packages
 	$(PYTEST) --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --cov --cov-report=term:skip-covered $(TESTS)
 
-# Small wrong changes of the product, one at a time: which does no test notice? About an hour on two cores.
+# Small wrong changes of the product, one at a time: which does no test notice?
 mutate: $(DEV) kernels
 	@$(BIN)/python .ci/mutate.py $(LISTS)
 

@@ -130,9 +130,15 @@ def answers(scene: str, count: int, *, seed: int = SEED, binning: Binning = 1) -
     with open_simulated(scene=scene, inline=True) as rig:
         bin_cameras(rig, binning)
         for _ in range(count):
-            limit_deg = np.array(FIELD_DEG)
-            angles_rad = np.radians(rng.uniform(-limit_deg, limit_deg))
-            yield judge(rig, calibration, scene, calibration.wide.pixels(angles_rad[None])[0])
+            yield judge(rig, calibration, scene, uniform_pixel(rng, calibration))
+
+
+def uniform_pixel(rng: np.random.Generator, calibration: Calibration) -> NDArray[np.float64]:
+    """Draw a wide pixel (2,), uniform over the steering field."""
+    limit_deg = np.array(FIELD_DEG)
+    angles_rad = np.radians(rng.uniform(-limit_deg, limit_deg))
+    pixel: NDArray[np.float64] = calibration.wide.pixels(angles_rad[None])[0]
+    return pixel
 
 
 def judge(
@@ -203,7 +209,7 @@ def figures(results: list[JudgedClick]) -> Figures:
     found: Figures = {
         "clicks": len(results),
         "answered_fraction": len(answered) / len(results),
-        "answered_of_surfaces_fraction": _of_surfaces(results),
+        "answered_of_surfaces_fraction": answered_of_surfaces(results),
         "both_foveae_fraction": _share(results, Basis.BOTH_FOVEAE),
         "looked_at_fraction": sum(r.off_centre_px <= LOOKED_AT_PX for r in results) / len(results),
         "wrong": sum(r.wrong for r in results),
@@ -255,7 +261,7 @@ def _median(values: Iterable[float]) -> float:
     return median(ordered) if ordered else math.nan
 
 
-def _of_surfaces(results: list[JudgedClick]) -> float:
+def answered_of_surfaces(results: list[JudgedClick]) -> float:
     """Return the share of clicks on surfaces that have a distance; the background has none."""
     surfaces = [r for r in results if math.isfinite(r.range_m)]
     return sum(r.fixation.distance_m is not None for r in surfaces) / len(surfaces) if surfaces else math.nan

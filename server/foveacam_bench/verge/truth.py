@@ -6,7 +6,7 @@ further clicks follow, up to one wide px aside on the same surface: their answer
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import combinations, pairwise
 from statistics import fmean
 
@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures, Report
-from foveacam_bench.verge.field_clicks import FIELD_DEG, JudgedClick, click_record, judge
+from foveacam_bench.verge.field_clicks import (
+    JudgedClick,
+    answered_of_surfaces,
+    click_record,
+    judge,
+    uniform_pixel,
+)
 from foveacam_bench.verge.fixations import CERTIFICATE, SCENES
 from foveacam_bench.verge.reliability import reliability, right
 from foveacam_hardware.contract import Binning
@@ -71,9 +77,7 @@ def places(
     with open_simulated(scene=scene, inline=True) as rig:
         bin_cameras(rig, binning)
         for _ in range(count):
-            limit_deg = np.array(FIELD_DEG)
-            angles_rad = np.radians(rng.uniform(-limit_deg, limit_deg))
-            pixel = calibration.wide.pixels(angles_rad[None])[0]
+            pixel = uniform_pixel(rng, calibration)
             _drift_anew(rig, rng)
             first = judge(rig, calibration, scene, pixel)
             further = _beside(rig, calibration, first, rng) if left else []
@@ -121,18 +125,14 @@ def figures(found: list[list[JudgedClick]]) -> Figures:
     wrong = [one for one in clicks if one.unsaid]
     return {
         "clicks": len(clicks),
-        "answered_of_surfaces_fraction": _mean(
-            clicks,
-            lambda one: one.fixation.distance_m is not None,
-            among=lambda one: math.isfinite(one.range_m),
-        ),
+        "answered_of_surfaces_fraction": answered_of_surfaces(clicks),
         "wrong_fraction": len(wrong) / len(clicks),
         "wrong_said": sum(one.wrong and not one.unsaid for one in clicks),
         **reliability(stated),
         "compared_places": len(compared),
         "consistent_fraction": fmean(compared) if compared else math.nan,
         **{f"sigma_q68_{NAMES[basis]}": quantile(known, basis) for basis in NAMES},
-        "sigma_within_3": _mean(known, lambda one: abs(one.sigmas) <= SIGMAS),
+        "sigma_within_3": fmean(abs(one.sigmas) <= SIGMAS for one in known) if known else math.nan,
         "sigma_by_range": list(_by_range(known)),
         "wrong_clicks": [click_record(one) for one in wrong],
         "inconsistent": [
@@ -175,13 +175,3 @@ def _by_range(known: list[JudgedClick]) -> Iterator[Figures]:
                 "count": sum(one.fixation.basis is basis for one in here),
                 "q68": quantile(here, basis),
             }
-
-
-def _mean(
-    clicks: list[JudgedClick],
-    holds: Callable[[JudgedClick], bool],
-    *,
-    among: Callable[[JudgedClick], bool] = lambda one: True,
-) -> float:
-    found = [holds(one) for one in clicks if among(one)]
-    return fmean(found) if found else math.nan
