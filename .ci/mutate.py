@@ -184,11 +184,15 @@ def attempt_all(
             yield done.result()
 
 
-def report(path: Path, outcomes: list[Outcome]) -> dict[str, object]:
-    """Write the outcomes and their sums."""
-    commit = subprocess.run(
+def commit_now() -> str:
+    """Return the short name of the commit that the tree is at."""
+    return subprocess.run(
         ["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False
     ).stdout.strip()
+
+
+def report(path: Path, outcomes: list[Outcome], *, commit: str) -> dict[str, object]:
+    """Write the outcomes and their sums. `commit`: of which the copies are."""
     survivors = [each for each in outcomes if not each.caught_by]
     figures = {
         "commit": commit,
@@ -236,7 +240,7 @@ def main() -> int:
     outcomes = last_caught(path, mutations) if options.survivors else []
     kept = {each.fault for each in outcomes}
     left = [each for each in mutations if each.fault not in kept and options.only in each.fault + each.path]
-    trials = [Trial(folder / f"copy-{k}") for k in range(options.workers)]
+    trials, commit = [Trial(folder / f"copy-{k}") for k in range(options.workers)], commit_now()
     for trial in trials:
         trial.renew(ROOT)
     covering = CoveringTests(folder, root=trials[0].folder)
@@ -247,11 +251,11 @@ def main() -> int:
     start_s = time.monotonic()
     for done, outcome in enumerate(attempt_all(left, covering=covering, trials=trials), 1):
         outcomes.append(outcome)
-        report(path, outcomes)
+        report(path, outcomes, commit=commit)
         left_s = (time.monotonic() - start_s) / done * (len(left) - done)
         words = f"{outcome.fault}: {outcome.caught_by or 'NOT NOTICED'}"
         print(f"{done} of {len(left)}, {left_s / 60:.0f} min left. {words}", file=sys.stderr, flush=True)
-    print(json.dumps(report(path, outcomes), indent=1))
+    print(json.dumps(report(path, outcomes, commit=commit), indent=1))
     return 0 if all(each.caught_by for each in outcomes) else 1
 
 
