@@ -80,7 +80,8 @@ def put_volts(server: Running, volts: Document, **headers: str) -> httpx.Respons
 
 @pytest.fixture(autouse=True)
 def at_rest(api_server: Running) -> Iterator[None]:
-    """Let the next test find the mirrors parked and free, whatever one has left."""
+    """Let every test find the mirrors parked and free, whatever one has left."""
+    assert api_server.post("/mirrors/park").status_code == 200  # a server starts by looking ahead
     yield
     api_server.http.delete(f"{API}/stop")
     server_state.release_lease(api_server.http)

@@ -1,0 +1,92 @@
+"""Services of captures and stills on a stub rig, whose work runs on the thread that asks for it."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeVar, cast
+
+import pytest
+from tests.support.devices.fake_rig import Pictures
+from tests.support.scenes.dataset_scenes import CALIBRATION
+
+from foveacam_bench.capture.stub_rig import StubRig
+from foveacam_hardware.contract import PARKED, Head, VirtualClock
+from foveacam_server.datasets.capture_tools import CaptureTools
+from foveacam_server.foundation.events import EventLog
+from foveacam_server.foundation.jobs import JobRunner
+from foveacam_server.foundation.store import Store
+
+T = TypeVar("T")
+
+
+class StubHardware:
+    """The part of a hardware thread that captures and stills need; nobody else uses its rig."""
+
+    use = SimpleNamespace(holder=None, check_free=lambda _: None)
+    mirrors = SimpleNamespace(check=lambda: None)
+    halted = False
+    pose = PARKED
+
+    def __init__(self, rig: StubRig) -> None:
+        self._rig = rig
+
+    def check_may_move(self) -> None:
+        return
+
+    def submit(self, work: Callable[[StubRig], T]) -> "Future[T]":
+        done: Future[T] = Future()
+        done.set_result(work(self._rig))
+        return done
+
+    @contextmanager
+    def session(self, holder: str, **options: object) -> Iterator[Head]:
+        yield self._rig.head
+
+
+@pytest.fixture
+def stub_rig() -> StubRig:
+    return StubRig(
+        VirtualClock(10**9),
+        rig_id=CALIBRATION.rig_id,
+        settle_us=14_000,
+        exposure_ns=5_000_000,
+        size=(6, 8),
+        wide_hz=100.0,
+    )
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with Store(tmp_path / "data") as found:
+        yield found
+
+
+@pytest.fixture
+def events(store: Store) -> Iterator[EventLog]:
+    found = EventLog(store)
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def jobs(store: Store, events: EventLog) -> Iterator[JobRunner]:
+    """Jobs that are queued until the runner is started."""
+    found = JobRunner(store, events=events, clock=VirtualClock())
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def tools(stub_rig: StubRig, jobs: JobRunner, events: EventLog) -> CaptureTools:
+    return CaptureTools(
+        hardware=cast(Any, StubHardware(stub_rig)),
+        calibration=cast(Any, SimpleNamespace(current=CALIBRATION, require=lambda: CALIBRATION)),
+        jobs=jobs,
+        sink=Pictures(),
+        overlay=lambda _: None,
+        distance_m=lambda: 4.0,
+        events=events,
+        clock=stub_rig.clock,
+    )

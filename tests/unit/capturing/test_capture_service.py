@@ -1,0 +1,32 @@
+"""The service of captures: which of them may be queued beside others."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.support.scenes.dataset_scenes import header, noise_point
+
+from foveacam_hardware.contract import Busy
+from foveacam_pipeline.capture.dataset import DatasetWriter
+from foveacam_server.datasets.capture_tools import CaptureTools
+from foveacam_server.resources.capturing.captures.service import CaptureService
+
+
+@pytest.fixture
+def captures(tmp_path: Path, tools: CaptureTools) -> CaptureService:
+    """Two captures that ended after one point of two."""
+    for name in ("first", "second"):
+        about = replace(header(2), id=f"cap-{name}")
+        with DatasetWriter.create(tmp_path / "captures" / name, about) as writer:
+            writer.add(noise_point(0))
+    return CaptureService(tmp_path / "captures", tools)
+
+
+def test_no_capture_is_resumed_beside_another_that_is_queued_or_runs(captures: CaptureService) -> None:
+    captures.resume("cap-first")
+
+    with pytest.raises(Busy, match="capture first is using the rig"):
+        captures.resume("cap-second")
+
+    assert captures.is_running("cap-first")
+    assert not captures.is_running("cap-second")
