@@ -13,8 +13,9 @@ PORT ?= 8000
 NAME ?= render
 TESTS ?=
 BASE ?= HEAD
+RUN ?=
 
-.PHONY: setup update packages kernels run test test-fast test-changed test-kernels coverage mutate lint lint-python lint-page bench clean
+.PHONY: setup update packages kernels run test test-fast test-changed test-kernels coverage mutate lint lint-python lint-page bench figures clean
 
 setup: $(DEV)
 
@@ -95,6 +96,7 @@ lint-python: $(DEV)
 	$(BIN)/lint-imports
 	$(BIN)/python .ci/dead_code.py
 	$(BIN)/python .ci/generate_client.py --check
+	$(BIN)/python .ci/figures.py check
 
 lint-page: $(DEV)
 	$(BIN)/hadolint docker/Dockerfile
@@ -102,6 +104,11 @@ lint-page: $(DEV)
 
 bench: $(DEV)
 	$(BIN)/foveacam bench $(NAME) --json
+
+# Renders the tables of the pages from server/figures.json, and lists what has changed since it was measured;
+# RUN="truth --seed 5" measures that first.
+figures: $(DEV)
+	@$(BIN)/python .ci/figures.py $(if $(RUN),run "$(RUN)",render)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache dist

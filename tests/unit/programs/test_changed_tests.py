@@ -28,7 +28,7 @@ def changed_tests() -> Iterator[ModuleType]:
 def test_a_module_reaches_what_imports_it_however_far(changed_tests: ModuleType) -> None:
     chosen = changed_tests.select(["pipeline/foveacam_pipeline/verge/matching/fine.py"]).run
     assert "tests/unit/verge/test_verge_loop.py" in chosen
-    assert "tests/integration/test_verge.py" in chosen
+    assert "tests/integration/looking/test_verge.py" in chosen
     assert "tests/unit/accounts/test_links.py" not in chosen
 
 

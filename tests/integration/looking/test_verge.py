@@ -29,7 +29,7 @@ from foveacam_server.resources.studying.studies.click_truth import (
 )
 from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
 
-SURVEYED = Path(__file__).parents[1] / "data" / "rig120-calibration.json"
+SURVEYED = Path(__file__).parents[2] / "data" / "rig120-calibration.json"
 WHITEBOARD = ((660.0, 300.0), (640.0, 213.0))
 """Its frame's outer edge looks like the inner one: a fovea that sees it alone sees a nearer frame."""
 BESIDE_A_FRAME = (710.4, 402.0)
