@@ -137,7 +137,11 @@ def attempt(mutation: Mutation, *, covering: CoveringTests, trial: Trial) -> Out
         if sum_s > BUDGET_S and chosen:
             break
         chosen.append(name)
-    caught_by = noticed(mutation, chosen, trial=trial, limit_s=START_S + 5.0 * sum_s)
+    isolated = [name for name in chosen if name.startswith(ISOLATED)]
+    # Apart, as pytest runs tests that share a server first
+    caught_by = ""
+    for some in (isolated, chosen[len(isolated) :]):
+        caught_by = caught_by or noticed(mutation, some, trial=trial, limit_s=START_S + 5.0 * sum_s)
     return Outcome(
         fault=mutation.fault,
         path=mutation.path,

@@ -36,8 +36,12 @@ LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5
 """Integral gain that compensates the lag behind an approaching or receding target, and the largest residual
 that is integrated, fovea px."""
-GONE_SCORE = 0.3
-"""A patch that correlates less with the wide view at its place counts as gone."""
+GONE_SCORE = 0.65
+"""A textured patch that correlates less with the wide view at its place counts as gone: of 380 clicks in the
+street ten fell back with less, none on the target any more; those that did had 0.85 and more."""
+TRACKED_SCORE = 0.7
+"""Least correlation of a moving target's patch with the wide view on its track: of 90 clicks on walkers and
+cars the 48 that verged rightly had 0.76 and more, four that verged on what they passed 0.16 to 0.68."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger standard error is not used for steering, fovea px."""
 SAME_LOOK_PX = 4.0
@@ -162,6 +166,17 @@ class ClosedLoop:
         least = MOVED_SCORE if self._tracker.motion.moves else GONE_SCORE
         return here < least and on_track < GONE_SCORE
 
+    def covered_in(self, frame: Frame) -> bool:
+        """Return whether a wide frame shows something in front of the target, which was not seen to move."""
+        if self._tracker is None or not self._tracker.covered_in(frame):
+            return False
+        return not self.textured or self._fits(frame)[0] < MOVED_SCORE
+
+    def _off_track(self, frame: Frame) -> bool:
+        """Return whether a wide frame shows something else where a moving target is expected."""
+        moves = self._tracker is not None and self._tracker.motion.moves
+        return moves and self.textured and self._fits(frame)[1] < TRACKED_SCORE
+
     def _place_in(self, frame: Frame) -> NDArray[np.float64]:
         """Return where a wide frame shows the target, (2,) tangents: where it was unless it is on its track.
 
@@ -247,7 +262,8 @@ class ClosedLoop:
             )
             if other is not None:
                 raise other
-            if settled and tracker.covered and self._fits(observation.sighting.wide)[0] < MOVED_SCORE:
+            wide = observation.sighting.wide
+            if settled and (self.covered_in(wide) or self._off_track(wide)):
                 raise CoveredTarget
             if settled:
                 return self._verged(observation, self._measured(observation, measurement), measurement.fine)

@@ -90,8 +90,10 @@ class FallbackEstimator:
             return beyond_reach(ended.reason)
         if ended.target_offset is not None:  # the mounts have moved: any distance would be wrong
             return self._bounded(DepthSamples.none(), motion, ended)
+        self._fixation_head.watch(loop.covered_in)
         answer = self._answered(aim, loop, ended, motion)
-        return self._once_passed(aim, loop) if answer.verged is None and self._gone(loop) else answer
+        hidden = answer.verged is None and (self._fixation_head.covered or self._gone(loop))
+        return self._once_passed(aim, loop) if hidden else answer
 
     def _once_passed(self, aim: ResolvedTarget, loop: ClosedLoop) -> Answer:
         """Return the answer after whatever hid the target has passed; limits if the target stays hidden.

@@ -63,7 +63,7 @@ def _knock_and_click(scene: str, calibration: Calibration, *, count: int, each: 
             raise DeviceFault("bench verge: the simulated rig has no faults; use open_simulated")
         for _ in range(count):
             rig.breakable.set_faults(SimulatedFaults(knocked_left=_knock(rng), knocked_right=_knock(rng)))
-            clicks = [_textured_click(rig, calibration, scene, rng) for _ in range(each)]
+            clicks = [textured_click(rig, calibration, scene, rng) for _ in range(each)]
             yield _make_clicks(rig, calibration, clicks)
 
 
@@ -89,7 +89,7 @@ def _knock(rng: np.random.Generator) -> MountKnock:
     )
 
 
-def _textured_click(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator) -> Click:
+def textured_click(rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator) -> Click:
     """Return a click on texture that both eyes would see without the knock."""
     truth = truth_of(rig)
     size = np.array([calibration.wide.width, calibration.wide.height])

@@ -2,7 +2,8 @@
 
 Uniform clicks over the steering field of both scenes, as in `field_clicks`, each at a random time within ten
 minutes after the rig's calibration, whose mounts drift another way for each click. At some of the places four
-further clicks follow, up to one wide px aside on the same surface: their answers must agree.
+further clicks follow, up to one wide px aside on the same surface: their answers must agree. Then it is
+counted how often an intact rig is told to recalibrate.
 """
 
 import math
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_bench.figures import Figures, Report
+from foveacam_bench.verge.false_alarms import false_alarm_figures
 from foveacam_bench.verge.field_clicks import (
     JudgedClick,
     answered_of_surfaces,
@@ -64,7 +66,9 @@ def run(
         for clicks in places(scene, count, compared=compared, seed=used, binning=binning):
             found.append(clicks)
             report(f"place {len(found)} of {count * len(SCENES)}")
-    return {"seed": used, **figures(found)}
+    calibration = load_calibration(CERTIFICATE)
+    alarms = false_alarm_figures(calibration, SCENES, seed=used, binning=binning, quick=quick)
+    return {"seed": used, **figures(found), **alarms}
 
 
 def places(

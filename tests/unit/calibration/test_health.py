@@ -76,6 +76,15 @@ def test_one_eye_that_looks_too_high_shows_between_the_eyes() -> None:
     assert found.rows_px == pytest.approx(CALIBRATION.fovea_f_px * math.radians(0.008), rel=0.1)
 
 
+@pytest.mark.parametrize(("sigmas", "verdict"), [(3.0, HealthVerdict.GOOD), (6.0, HealthVerdict.RECALIBRATE)])
+def test_an_error_that_the_calibration_states_is_one_draw_however_many_fixations_show_it(
+    sigmas: float, verdict: HealthVerdict
+) -> None:
+    apart_rad = sigmas * CALIBRATION.epipolar_sigma_px() / CALIBRATION.fovea_f_px
+    lower = EyeTurn(turn_rad=(apart_rad, 0.0, 0.0))
+    assert health(lower, STILL, count=MAX_RESIDUALS).verdict is verdict
+
+
 def test_a_few_fixations_tell_nothing() -> None:
     found = health(KNOCKED, KNOCKED, count=MIN_FIXATIONS - 1)
     assert found.verdict is HealthVerdict.UNKNOWN

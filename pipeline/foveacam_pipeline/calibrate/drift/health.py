@@ -24,14 +24,16 @@ MAX_RESIDUALS = 60
 NEWEST_COUNT = 9
 """Number of newest fixations whose median shows a sudden change."""
 MIN_FIXATIONS = 5
-MAX_GOOD_SCORE = 2.0
-"""Maximum score of a good calibration: ratio of the residuals to their stated errors."""
+SHARED_SIGMAS, NOISE_SIGMAS = 4.0, 2.0
+"""Residuals up to which a calibration is good, standard errors. An error of the calibration, as by mounts that
+drift with the temperature, is the same in all fixations and does not average: a single draw must not exceed
+it. Noise differs from one to the next, so that the median of many varies little."""
 PLACED_SIGMA_WIDE_PX = 0.35
 """Standard error of a fixation's position in the wide view, each axis (as in `VergeSettings`)."""
 ROWS_SIGMA_PX = 0.2
 """Standard error of the row match of left to right, fovea px."""
-SIGMA_PER_MEDIAN = 1.4826
-"""Standard deviation over median absolute value of a normal distribution."""
+MEDIAN_PER_SIGMA = 0.6745
+"""Median absolute value over standard deviation of a normal distribution."""
 MEDIAN_SIGMA = 1.17
 """Standard error of a standard deviation estimated from that median, times the root of the sample count."""
 
@@ -49,21 +51,23 @@ class FixationResidual:
     """Residual of one fixation against the calibration, fovea px.
 
     `across_px`, `down_px`: mean gaze of the eyes minus the target. `rows_px`: how much lower the right eye
-    looked than the left. `sigma_px`: stated standard error of each, measurement noise included.
+    looked than the left. `shared_px`: stated standard error of the calibration in each, the same for all
+    fixations. `noise_px`: that of the measurement, which differs.
     """
 
     across_px: float
     down_px: float
     rows_px: float
-    sigma_px: tuple[float, float, float]
+    shared_px: tuple[float, float, float]
+    noise_px: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HealthReport:
     """Health of a calibration.
 
-    `score`: residuals over their stated errors, about 1 for a valid calibration. `horizontal_px`,
-    `vertical_px`: median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
+    `score`: residuals over the largest that the stated errors allow; above 1 it is time to calibrate.
+    `horizontal_px`, `vertical_px`: median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
     the two eyes in height. All are None while there are too few fixations.
     """
 
@@ -104,34 +108,37 @@ class HealthMonitor:
 def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationResidual | None:
     """Return the residual of a fixation; None where it cannot be computed."""
     if fixation.target_offset is not None:
-        return _offset_residual(fixation.target_offset)
+        return _offset_residual(fixation.target_offset, calibration)
     if fixation.state is not FixationState.VERGED or fixation.volts is None or fixation.point_rig_m is None:
         return None
     x_m, y_m, z_m = fixation.point_rig_m
     f_px = calibration.fovea_f_px
-    wide_px = f_px / calibration.wide.fx_px
-    left, right = calibration.left.mirror.sigma_rad, calibration.right.mirror.sigma_rad
-    placed_px = PLACED_SIGMA_WIDE_PX * wide_px
+    placed_px = PLACED_SIGMA_WIDE_PX * f_px / calibration.wide.fx_px
     return FixationResidual(
         across_px=f_px * (x_m / z_m - math.tan(fixation.target_ax_rad)),
         down_px=f_px * (y_m / z_m - math.tan(fixation.target_ay_rad)),
         rows_px=_rows_px(fixation, fixation.volts, calibration),
-        sigma_px=(
-            math.hypot(placed_px, f_px * math.hypot(left[0], right[0]) / 2.0),
-            math.hypot(placed_px, f_px * math.hypot(left[1], right[1]) / 2.0),
-            math.hypot(ROWS_SIGMA_PX, calibration.epipolar_sigma_px(z_m)),
-        ),
+        shared_px=_shared_px(calibration, z_m),
+        noise_px=(placed_px, placed_px, ROWS_SIGMA_PX),
     )
 
 
-def _offset_residual(offset: TargetOffset) -> FixationResidual:
+def _shared_px(calibration: Calibration, z_m: float) -> tuple[float, float, float]:
+    """Return the calibration's standard error of a residual across, down, and between the rows, fovea px."""
+    left, right = calibration.left.mirror.sigma_rad, calibration.right.mirror.sigma_rad
+    across, down = (calibration.fovea_f_px * math.hypot(left[k], right[k]) / 2.0 for k in (0, 1))
+    return across, down, calibration.epipolar_sigma_px(z_m)
+
+
+def _offset_residual(offset: TargetOffset, calibration: Calibration) -> FixationResidual:
     """Return the residual of a target that both eyes saw far from its expected position."""
     sigma_px = offset.sigma_px
     return FixationResidual(
         across_px=offset.across_px,
         down_px=offset.down_px,
         rows_px=offset.rows_px,
-        sigma_px=(sigma_px, sigma_px, math.sqrt(2.0) * sigma_px),
+        shared_px=_shared_px(calibration, math.inf),
+        noise_px=(sigma_px, sigma_px, math.sqrt(2.0) * sigma_px),
     )
 
 
@@ -156,12 +163,10 @@ def _report(residuals: Sequence[FixationResidual]) -> HealthReport:
             rows_px=None,
             detail=f"{len(residuals)} fixations so far; {MIN_FIXATIONS} on textured targets are needed.",
         )
-    seen = np.array([(r.across_px, r.down_px, r.rows_px) for r in residuals])
-    stated = np.array([r.sigma_px for r in residuals])
-    typical = np.median(np.abs(seen), axis=0)
-    scores = SIGMA_PER_MEDIAN * np.median(np.abs(seen / stated), axis=0) / _chance_factor(len(residuals))
-    score = float(scores.max())
-    verdict = HealthVerdict.GOOD if score <= MAX_GOOD_SCORE else HealthVerdict.RECALIBRATE
+    seen = np.abs([(r.across_px, r.down_px, r.rows_px) for r in residuals])
+    typical = np.median(seen, axis=0)
+    score = float(np.median(seen / _allowed_px(residuals), axis=0).max())
+    verdict = HealthVerdict.GOOD if score <= 1.0 else HealthVerdict.RECALIBRATE
     across_px, down_px, rows_px = typical.tolist()
     return HealthReport(
         verdict=verdict,
@@ -174,9 +179,12 @@ def _report(residuals: Sequence[FixationResidual]) -> HealthReport:
     )
 
 
-def _chance_factor(count: int) -> float:
-    """Return the score that `count` residuals of a good calibration stay below (1 + 2 standard errors)."""
-    return 1.0 + 2.0 * MEDIAN_SIGMA / math.sqrt(count)
+def _allowed_px(residuals: Sequence[FixationResidual]) -> NDArray[np.float64]:
+    """Return (n, 3) the absolute residuals whose median a good calibration stays below, fovea px."""
+    shared, noise = np.array([r.shared_px for r in residuals]), np.array([r.noise_px for r in residuals])
+    chance = 1.0 + NOISE_SIGMAS * MEDIAN_SIGMA / math.sqrt(len(residuals))
+    allowed: NDArray[np.float64] = SHARED_SIGMAS * shared + MEDIAN_PER_SIGMA * chance * noise
+    return allowed
 
 
 def _rows_px(fixation: Fixation, volts: StereoVolts, calibration: Calibration) -> float:

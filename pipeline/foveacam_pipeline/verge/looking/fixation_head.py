@@ -112,7 +112,10 @@ class FixationHead:
         self._own = _Stopwatch()
         self._steps: list[VergeStep] = []
         self._lead_ns = FIRST_LEAD_NS
+        self._covered_in: Callable[[Frame], bool] | None = None
         self.last: Observation | None = None
+        self.covered = False
+        """Whether something was in front of the target in any look since `watch`."""
 
     @property
     def steps(self) -> tuple[VergeStep, ...]:
@@ -145,6 +148,10 @@ class FixationHead:
         with self._own.paused():
             wait_until_still(around, self.wide, self._clock)
 
+    def watch(self, covered_in: Callable[[Frame], bool]) -> None:
+        """From now on, note whether the wide frame of any look shows something in front of the target."""
+        self._covered_in, self.covered = covered_in, False
+
     def look_clamped(self, gazes: Gazes, phase: VergePhase) -> Observation:
         """Look with each gaze clamped to its eye's field; raise FixationEnded at the limits."""
         return self.look(clamp_gazes(self._calibration, gazes), phase)
@@ -170,6 +177,8 @@ class FixationHead:
         self.last = Observation(
             phase=phase, gazes=gazes_under(self._calibration, sighting.volts), sighting=sighting
         )
+        if self._covered_in is not None and not self.covered:
+            self.covered = self._covered_in(sighting.wide)
         return self.last
 
     def record(self, observation: Observation, measured: StepResult) -> None:

@@ -116,10 +116,12 @@ class TargetTracker:
         """Whether the target is stationary: it was not seen to move, and its place looks unchanged."""
         return not self.motion.moves and not self._place_changed()
 
-    @property
-    def covered(self) -> bool:
-        """Whether the point itself looks different but was not seen to move: something is in front of it."""
-        return not self.motion.moves and self._point.differ(self._cut, self._newest)
+    def covered_in(self, frame: Frame) -> bool:
+        """Return whether the point itself looks different in a wide frame, but was not seen to move.
+
+        Something is in front of it then.
+        """
+        return not self.motion.moves and self._point.differ(self._cut, frame)
 
     def _place_changed(self) -> bool:
         """Return whether the newest wide frame has changed at the target's first place."""
