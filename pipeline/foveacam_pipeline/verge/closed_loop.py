@@ -8,7 +8,6 @@ crossed the view, the search is repeated afterwards.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Frame, OutOfRange, Role
 from foveacam_hardware.contract.spans import span
@@ -25,7 +24,7 @@ from foveacam_pipeline.verge.looking.passing_detector import PassingDetector
 from foveacam_pipeline.verge.matching.centre_match import match_centres, shows_another
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
 from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, MatchSupport, SupportReport, support_of
-from foveacam_pipeline.verge.matching.wide_patch import MOVED_SCORE, WidePatch, fit_at
+from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.measure import Measurement, measure, point_sigma_px
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, patches_for
 from foveacam_pipeline.verge.search import FoundTarget, TargetSearch
@@ -36,12 +35,6 @@ LAG_GAIN = 0.7
 LAG_MAX_PX = 1.5
 """Integral gain that compensates the lag behind an approaching or receding target, and the largest residual
 that is integrated, fovea px."""
-GONE_SCORE = 0.65
-"""A textured patch that correlates less with the wide view at its place counts as gone: of 380 clicks in the
-street ten fell back with less, none on the target any more; those that did had 0.85 and more."""
-TRACKED_SCORE = 0.7
-"""Least correlation of a moving target's patch with the wide view on its track: of 90 clicks on walkers and
-cars the 48 that verged rightly had 0.76 and more, four that verged on what they passed 0.16 to 0.68."""
 ROUGH_SIGMA_PX = 2.0
 """A match with a larger standard error is not used for steering, fovea px."""
 SAME_LOOK_PX = 4.0
@@ -109,6 +102,14 @@ class ClosedLoop:
         """The target's track; None before `run`."""
         return None if self._tracker is None else self._tracker.motion
 
+    def gone(self, frame: Frame) -> bool:
+        """Return whether a wide frame shows a textured target neither where it was nor on its track."""
+        return self._tracker is not None and self._tracker.gone(frame)
+
+    def covered(self, frame: Frame) -> bool:
+        """Return whether a wide frame shows something in front of the target, which was not seen to move."""
+        return self._tracker is not None and self._tracker.covered(frame)
+
     def run(self, aim: ResolvedTarget, *, clicked: Frame | None = None) -> VergedTarget:
         """Return the verged target, or raise FixationEnded.
 
@@ -138,7 +139,7 @@ class ClosedLoop:
         Raise FixationEnded, `verdict.moved_away` if the wide view shows a textured target neither where it
         was nor where its track predicts it; then further calls do not wait again.
         """
-        if self._hidden:
+        if self._hidden or self._tracker is None:
             raise verdict.moved_away()
         self._fixation_head.wait_until_still(
             PassingDetector(self._calibration.wide, self.templates[0].target)
@@ -147,7 +148,7 @@ class ClosedLoop:
         self._hidden = self.gone(frame)
         if self._hidden:
             raise verdict.moved_away()
-        place = self._place_in(frame)
+        place = self._tracker.place_in(frame)
         self.templates = tuple(replace(template, target=place) for template in self.templates)
         return self._attempt(self.templates, frame)
 
@@ -157,43 +158,6 @@ class ClosedLoop:
         if not self.templates or max(self.templates[0].half_px) > self._limits.template_half_px:
             return False
         return self.templates[0].sigma_px <= self._limits.template_texture_sigma_px
-
-    def gone(self, frame: Frame) -> bool:
-        """Return whether a wide frame shows a textured target neither where it was nor on its track."""
-        if self._tracker is None or not self.textured:
-            return False
-        here, on_track = self._fits(frame)
-        least = MOVED_SCORE if self._tracker.motion.moves else GONE_SCORE
-        return here < least and on_track < GONE_SCORE
-
-    def covered_in(self, frame: Frame) -> bool:
-        """Return whether a wide frame shows something in front of the target, which was not seen to move."""
-        if self._tracker is None or not self._tracker.covered_in(frame):
-            return False
-        return not self.textured or self._fits(frame)[0] < MOVED_SCORE
-
-    def _off_track(self, frame: Frame) -> bool:
-        """Return whether a wide frame shows something else where a moving target is expected."""
-        moves = self._tracker is not None and self._tracker.motion.moves
-        return moves and self.textured and self._fits(frame)[1] < TRACKED_SCORE
-
-    def _place_in(self, frame: Frame) -> NDArray[np.float64]:
-        """Return where a wide frame shows the target, (2,) tangents: where it was unless it is on its track.
-
-        A passer-by that was taken for the target leaves such a track.
-        """
-        here, on_track = self._fits(frame)
-        if self._tracker is None or on_track < max(here, MOVED_SCORE):
-            return self.templates[0].target
-        return self._tracker.motion.at(frame.t_ns)
-
-    def _fits(self, frame: Frame) -> tuple[float, float]:
-        """Return how well a wide frame shows the target where it was, and on its track: correlations."""
-        image, template = gray(to_uint8(frame)), self.templates[0]
-        here = fit_at(template, image, self._calibration.wide, template.target)
-        if self._tracker is None or not self._tracker.motion.moves:
-            return here, here
-        return here, fit_at(template, image, self._calibration.wide, self._tracker.motion.at(frame.t_ns))
 
     def close_at(self, inverse_z_per_m: float) -> VergedTarget | None:
         """Verge on the target of `run` from a depth known by other means; return None if that fails."""
@@ -263,7 +227,7 @@ class ClosedLoop:
             if other is not None:
                 raise other
             wide = observation.sighting.wide
-            if settled and (self.covered_in(wide) or self._off_track(wide)):
+            if settled and (tracker.covered(wide) or tracker.off_track(wide)):
                 raise CoveredTarget
             if settled:
                 return self._verged(observation, self._measured(observation, measurement), measurement.fine)

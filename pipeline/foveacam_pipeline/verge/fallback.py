@@ -90,7 +90,7 @@ class FallbackEstimator:
             return beyond_reach(ended.reason)
         if ended.target_offset is not None:  # the mounts have moved: any distance would be wrong
             return self._bounded(DepthSamples.none(), motion, ended)
-        self._fixation_head.watch(loop.covered_in)
+        self._fixation_head.watch(loop.covered)
         answer = self._answered(aim, loop, ended, motion)
         hidden = answer.verged is None and (self._fixation_head.covered or self._gone(loop))
         return self._once_passed(aim, loop) if hidden else answer
@@ -122,7 +122,7 @@ class FallbackEstimator:
     def _gone(self, loop: ClosedLoop) -> bool:
         """Return whether the wide view of the last look shows that the target has moved away."""
         last = self._fixation_head.last
-        return last is not None and bool(loop.templates) and loop.gone(last.sighting.wide)
+        return last is not None and loop.gone(last.sighting.wide)
 
     def _answered(
         self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded, motion: TargetMotion

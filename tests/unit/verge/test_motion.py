@@ -89,7 +89,7 @@ def test_a_point_is_covered_where_its_spot_is_not_seen_any_more(later: float, co
     rng = np.random.default_rng(7)
     tracker = follow(board(rng, 0, spot=40.0), board(rng, 1, spot=later), half_px=14)
     assert not tracker.motion.moves
-    assert tracker.covered_in(board(rng, 2, spot=later)) is covered
+    assert tracker.covered(board(rng, 2, spot=later)) is covered
 
 
 def test_the_view_is_still_once_nobody_has_moved_for_a_while() -> None:

@@ -25,9 +25,9 @@ NEWEST_COUNT = 9
 """Number of newest fixations whose median shows a sudden change."""
 MIN_FIXATIONS = 5
 SHARED_SIGMAS, NOISE_SIGMAS = 4.0, 2.0
-"""Residuals up to which a calibration is good, standard errors. An error of the calibration, as by mounts that
-drift with the temperature, is the same in all fixations and does not average: a single draw must not exceed
-it. Noise differs from one to the next, so that the median of many varies little."""
+"""Residuals up to which a calibration is good, standard errors. An error of the calibration, as by mounts
+that drift with the temperature, is the same in all fixations and does not average: a single draw must not
+exceed it. Noise differs from one to the next, so that the median of many varies little."""
 PLACED_SIGMA_WIDE_PX = 0.35
 """Standard error of a fixation's position in the wide view, each axis (as in `VergeSettings`)."""
 ROWS_SIGMA_PX = 0.2
@@ -67,8 +67,8 @@ class HealthReport:
     """Health of a calibration.
 
     `score`: residuals over the largest that the stated errors allow; above 1 it is time to calibrate.
-    `horizontal_px`, `vertical_px`: median disagreement of the gaze with the target across and down, fovea px; `rows_px`: of
-    the two eyes in height. All are None while there are too few fixations.
+    `horizontal_px`, `vertical_px`: median disagreement of the gaze with the target across and down, fovea px;
+    `rows_px`: of the two eyes in height. All are None while there are too few fixations.
     """
 
     verdict: HealthVerdict

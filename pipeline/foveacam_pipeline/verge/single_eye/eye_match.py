@@ -35,8 +35,8 @@ MARGIN_PX = 12
 PLACED_SIGMA_PX = 0.12
 """Error of a registration besides that due to noise, survey px: measured on rendered clicks."""
 SHARED_SIGMA_PX = 0.2
-"""Error that both eyes share, survey px: texture finer than a wide pixel. The drift of the mounts is stated by
-the calibration. 49 clicks anywhere want 0.16, twelve on such texture a little more."""
+"""Error that both eyes share, survey px: texture finer than a wide pixel. The calibration states the drift of
+the mounts. 49 clicks anywhere want 0.16, twelve on such texture more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
