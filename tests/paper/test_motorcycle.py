@@ -39,6 +39,10 @@ def test_errors_and_wrong_matches_are_as_frequent_as_stated() -> None:
         assert abs(stated[these].mean() - wrong[these].mean()) <= 0.08
 
     answer = match(pair, settings)
+    assert answer.wrong is not None
+    known = np.isfinite(answer.residual_px) & np.isfinite(real.truth_px)
+    beyond = np.abs(answer.residual_px - real.truth_px)[known] > 3.0 * answer.sigma_px[known]
+    assert 0.6 <= beyond.mean() / answer.wrong[known].mean() <= 1.4  # the tail is what is told as wrong
     ratio = (np.abs(answer.residual_px - real.truth_px) / answer.sigma_px)[np.isfinite(real.truth_px)]
     ratio = ratio[np.isfinite(ratio)]
     assert 0.8 <= np.quantile(ratio, 0.683) <= 1.2

@@ -96,13 +96,15 @@ def make_product(task: ProductTask, *, into: ProductFolder, mesh_file: MeshFile)
 
 
 def _make_depth(task: ProductTask, folder: Path, mesh_file: MeshFile) -> Figures:
-    """Write depth.png, depth.tiff, depth_sigma.tiff, cloud.ply and mesh.glb of a point."""
+    """Write depth.png, depth.tiff, depth_sigma.tiff, depth_wrong.tiff, cloud.ply and mesh.glb of a point."""
     point = products_points(Dataset.open(task.folder), task.settings, task.unit)[0]
     pair = point.rectified(scale=SCALE, bracket=task.settings.bracket)
     depth = depth_map(pair, _estimator(task.settings.backend).estimate(pair))
     write_file(folder / "depth.png", encode(depth_picture(depth), ImageCodec.PNG))
     write_file(folder / "depth.tiff", disparity_bytes(depth.z_m))
     write_file(folder / "depth_sigma.tiff", disparity_bytes(np.hypot(depth.sigma_m, depth.pose_sigma_m)))
+    if depth.wrong is not None:
+        write_file(folder / "depth_wrong.tiff", disparity_bytes(depth.wrong))
     known = np.isfinite(depth.z_m)
     figures: Figures = {"known": float(known.mean()), "median_z_m": None, "points": 0}
     points = cloud(pair, depth)

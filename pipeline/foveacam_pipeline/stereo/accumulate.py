@@ -56,7 +56,20 @@ class DisparityStack:
             sigma_px=np.where(enough, sigma, np.nan).astype(np.float32),
             compute_ms=sum(each.compute_ms for each in self.maps),
             occluded=self._occluded(),
+            wrong=self._wrong(known),
         )
+
+    def _wrong(self, known: NDArray[np.bool_]) -> FloatImage | None:
+        """Return the mean probability of the maps that count; None unless all maps have one.
+
+        Looks at one target share what makes a match wrong, so that several are wrong together.
+        """
+        found = [each.wrong for each in self.maps if each.wrong is not None]
+        if len(found) < len(self.maps):
+            return None
+        count = known.sum(axis=0)
+        total = np.where(known, np.nan_to_num(np.stack(found)), 0.0).sum(axis=0)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan).astype(np.float32)
 
     def _occluded(self) -> NDArray[np.bool_] | None:
         """Return the pixels that most maps mark as hidden from the right eye."""

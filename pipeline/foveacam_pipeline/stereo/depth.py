@@ -29,7 +29,9 @@ def depth_map(pair: RectifiedPair, disparity: DisparityMap) -> DepthMap:
     per_px /= f_b
     sigma = per_px * disparity.sigma_px
     per_px *= np.float32(pair.pose_sigma_px)
-    return DepthMap(z_m=z, sigma_m=sigma, pose_sigma_m=per_px, occluded=disparity.occluded)
+    return DepthMap(
+        z_m=z, sigma_m=sigma, pose_sigma_m=per_px, occluded=disparity.occluded, wrong=disparity.wrong
+    )
 
 
 def cloud(pair: RectifiedPair, depth: DepthMap, max_points: int = 50_000) -> Cloud:

@@ -132,17 +132,28 @@ def match_errors(disparity_px: FloatImage, refinement: Refinement, model: ErrorM
 
 def accept_matches(
     found_px: FloatImage, refinement: Refinement, *, model: ErrorModel, settings: MatchSettings
-) -> tuple[FloatImage, FloatImage]:
-    """Return the refined disparities and their sigmas, px, NaN where unknown or too doubtful.
+) -> tuple[FloatImage, FloatImage, FloatImage]:
+    """Return the refined disparities, their sigmas, px, and the chance of each to be wrong by over 1 px.
+
+    All are NaN where the disparity is unknown or too doubtful.
 
     `found_px`: (h, w) disparities of a matcher, NaN where it gave none. Overwrites `refinement.residual_px`.
     """
     errors = match_errors(found_px, refinement, model)
     known = acceptable(found_px, refinement, errors, settings=settings)
     residual, sigma = refinement.residual_px, errors.sigma_px
-    residual[~known] = np.nan
-    sigma[~known] = np.nan
-    return residual, sigma
+    chance = _probability(errors.wrong_log_odds)
+    for image in (residual, sigma, chance):
+        image[~known] = np.nan
+    return residual, sigma, chance
+
+
+def _probability(log_odds: FloatImage) -> FloatImage:
+    """Turn log-odds into probabilities, in place."""
+    np.negative(log_odds, out=log_odds)
+    cv2.exp(log_odds, dst=log_odds)
+    log_odds += np.float32(1.0)
+    return np.asarray(np.reciprocal(log_odds, out=log_odds), dtype=np.float32)
 
 
 def acceptable(

@@ -109,10 +109,7 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
     height, width = pair.left.shape[:2]
     match = match_cells(pair, settings)
     rows = len(match.found_px)
-    residual, sigma = (
-        np.empty(match.left.shape, dtype=np.float32),
-        np.empty(match.left.shape, dtype=np.float32),
-    )
+    residual, sigma, wrong = (np.empty(match.left.shape, dtype=np.float32) for _ in range(3))
     hidden = np.empty(match.found_px.shape, dtype=np.uint8)
 
     def fill(ends: tuple[int, int]) -> None:
@@ -120,9 +117,10 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
         begin, end = ends
         first = max(0, begin - STRIP_MARGIN)
         part = match.strip(first, end + STRIP_MARGIN)
-        cells, cell_sigma = accept_matches(part.found_px, refine_match(part), model=LIVE, settings=settings)
-        own = slice(2 * begin, 2 * end)
-        for source, bend, target in ((cells, LARGEST_BEND_PX, residual), (cell_sigma, np.inf, sigma)):
+        accepted = accept_matches(part.found_px, refine_match(part), model=LIVE, settings=settings)
+        own, cells = slice(2 * begin, 2 * end), accepted[0]
+        bends = (LARGEST_BEND_PX, np.inf, np.inf)
+        for source, bend, target in zip(accepted, bends, (residual, sigma, wrong), strict=True):
             enlarge_cells(source, np.float32(bend), 2 * (begin - first), match.valid_left[own], target[own])
         hidden[begin:end] = occluded_cells(cells)[begin - first : end - first]
 
@@ -135,6 +133,7 @@ def match_live(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> Dispar
         sigma_px=sigma[:height, :width],
         compute_ms=(time.perf_counter() - started) * 1e3,
         occluded=np.asarray(occluded, dtype=np.uint8)[:height, :width].view(np.bool_),
+        wrong=wrong[:height, :width],
     )
 
 

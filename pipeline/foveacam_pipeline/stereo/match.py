@@ -29,13 +29,14 @@ def match(pair: RectifiedPair, settings: MatchSettings = DEFAULT) -> DisparityMa
     started = time.perf_counter()
     found, refinement = find_and_refine(pair, settings)
     settings = acceptance(settings)
-    residual, sigma = accept_matches(found, refinement, model=SEMI_GLOBAL, settings=settings)
+    residual, sigma, wrong = accept_matches(found, refinement, model=SEMI_GLOBAL, settings=settings)
     occluded = occluded_pixels(residual)
     return DisparityMap(
         residual_px=residual,
         sigma_px=sigma,
         compute_ms=(time.perf_counter() - started) * 1e3,
         occluded=occluded,
+        wrong=wrong,
     )
 
 

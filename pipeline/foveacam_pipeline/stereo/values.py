@@ -65,6 +65,8 @@ class DisparityMap:
     compute_ms: float
     occluded: NDArray[np.bool_] | None = None
     """(h, w), true where only the left eye sees the surface; None if not computed."""
+    wrong: NDArray[np.float32] | None = None
+    """(h, w) probability that the disparity is wrong by more than 1 px; NaN unknown, None if not computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +80,8 @@ class DepthMap:
     """(h, w) standard error along z that all pixels share: the calibration's, metres."""
     occluded: NDArray[np.bool_] | None = None
     """(h, w), true where only the left eye sees the surface; None if not computed."""
+    wrong: NDArray[np.float32] | None = None
+    """(h, w) probability that the disparity is wrong by more than 1 px; NaN unknown, None if not computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

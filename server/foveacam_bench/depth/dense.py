@@ -57,7 +57,8 @@ LOOKS, QUICK_LOOKS = 12, 2
 AT_M = 10.0
 WRONG_PX = 1.0
 GROSS_PX, GROSS_SIGMA = 3.0, 5.0
-ONE_SIGMA = 0.6827
+SHARES = {1: 0.6827, 3: 0.9973}
+"""Share of normal errors within so many standard errors."""
 REAL_PAIRS = ("motorcycle", "aloe", "tsukuba")
 RUNS, QUICK_RUNS = 25, 5
 CORES = 2
@@ -76,6 +77,8 @@ class JudgedDepth:
     own_error_px: NDArray[np.float64]
     sigma_px: NDArray[np.float64]
     asked: int
+    wrong: float = math.nan
+    """Stated share of errors above 1 px."""
     shared: tuple[float, ...] = ()
     """Median error of each look over the standard error of its pose."""
 
@@ -89,9 +92,14 @@ class JudgedDepth:
         """Share of the disparities with an error above 1 px."""
         return float((np.abs(self.error_px) > WRONG_PX).mean())
 
-    def within(self, *, rounding_px: float = 0.0) -> float:
-        """Return the share of errors within one sigma; the truth is rounded to multiples of `rounding_px`."""
-        limit = self.sigma_px if rounding_px == 0.0 else _one_sigma_px(self.sigma_px, rounding_px)
+    def within(self, *, rounding_px: float = 0.0, sigmas: int = 1) -> float:
+        """Return the share of errors within 1 or 3 sigma.
+
+        The truth is rounded to multiples of `rounding_px`.
+        """
+        limit = sigmas * self.sigma_px
+        if rounding_px:
+            limit = _limit_px(self.sigma_px, rounding_px, share=SHARES[sigmas])
         return float((np.abs(self.own_error_px) <= limit).mean())
 
 
@@ -153,7 +161,7 @@ def _gross_fraction(looks: list[RenderedLook]) -> float:
 def real_figures(pairs: dict[str, RealPair]) -> Figures:
     """Return the default backend's figures on real pairs, beside bare SGBM."""
     figures: Figures = {f"{name}_within_1_sigma": None for name in REAL_PAIRS}
-    gaps, margin_gaps, ratios = [], [], []
+    gaps, margin_gaps, ratios, within, told = [], [], [], [], []
     for name, pair in pairs.items():
         ours = _judge_real(pair, SemiGlobalEstimator)
         bare, margin = (_judge_bare(pair, margins=margins) for margins in (False, True))
@@ -167,10 +175,16 @@ def real_figures(pairs: dict[str, RealPair]) -> Figures:
             f"{name}_sgbm_bad1": bare.bad1,
             f"{name}_margin_sgbm_bad1": margin.bad1,
         }
+        within.append([ours.within(rounding_px=_rounding_px(pair), sigmas=sigmas) for sigmas in (1, 3)])
+        told.append(within[-1][1] + ours.wrong)
+        figures |= {f"{name}_within_3_sigma": within[-1][1], f"{name}_stated_wrong": ours.wrong}
         gaps.append(bare.density - ours.density)
         margin_gaps.append(margin.density - ours.density)
         ratios.append(ours.bad1 / bare.bad1)
     return figures | {
+        "real_within_1_sigma": max((one for one, _ in within), key=lambda share: abs(share - SHARES[1])),
+        "real_within_3_sigma": min(three for _, three in within),
+        "real_within_3_sigma_or_wrong": min(told),
         "real_density_gap": max(gaps),
         "real_margin_density_gap": max(margin_gaps),
         "real_bad1_ratio": max(ratios),
@@ -273,7 +287,9 @@ def _judge_bare_look(look: RenderedLook) -> JudgedDepth:
 def _judge_real(pair: RealPair, estimator: Estimator) -> JudgedDepth:
     rectified, settings = rectified_real(pair)
     found = estimator(settings=settings).estimate(rectified)
-    return _judge_pixels(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
+    judged = _judge_pixels(found.residual_px, found.sigma_px, pair.truth_px, np.isfinite(pair.truth_px))
+    answered = np.isfinite(pair.truth_px) & np.isfinite(found.residual_px)
+    return judged if found.wrong is None else replace(judged, wrong=float(found.wrong[answered].mean()))
 
 
 def _judge_bare(pair: RealPair, *, margins: bool) -> JudgedDepth:
@@ -338,15 +354,16 @@ def _merged(judged: list[JudgedDepth]) -> JudgedDepth:
     )
 
 
-def _one_sigma_px(sigma_px: NDArray[np.float64], rounding_px: float) -> NDArray[np.float64]:
-    """Return (n,) the 68.3 % quantile of |error| of a normal error of `sigma_px` plus a rounding error."""
+def _limit_px(sigma_px: NDArray[np.float64], rounding_px: float, *, share: float) -> NDArray[np.float64]:
+    """Return (n,) the limit of a share of |error|, of a normal error of `sigma_px` plus a rounding error."""
     table = np.geomspace(0.01, 50.0, 120)
-    return np.asarray(np.interp(sigma_px, table, list(_quantiles(table, rounding_px))), dtype=np.float64)
+    limits = list(_quantiles(table, rounding_px, share=share))
+    return np.asarray(np.interp(sigma_px, table, limits), dtype=np.float64)
 
 
-def _quantiles(sigmas_px: NDArray[np.float64], rounding_px: float) -> Iterator[float]:
-    shares = (np.arange(400) + 0.5) / 400
-    normal = np.array([NormalDist().inv_cdf(share) for share in shares.tolist()])
-    rounding = (shares - 0.5) * rounding_px
+def _quantiles(sigmas_px: NDArray[np.float64], rounding_px: float, *, share: float) -> Iterator[float]:
+    evenly = (np.arange(400) + 0.5) / 400
+    normal = np.array([NormalDist().inv_cdf(each) for each in evenly.tolist()])
+    rounding = (evenly - 0.5) * rounding_px
     for sigma_px in sigmas_px.tolist():
-        yield float(np.quantile(np.abs(sigma_px * normal[:, None] + rounding), ONE_SIGMA))
+        yield float(np.quantile(np.abs(sigma_px * normal[:, None] + rounding), share))

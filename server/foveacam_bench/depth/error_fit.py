@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from foveacam_bench.depth.dense import ONE_SIGMA, WRONG_PX, rectified_real
+from foveacam_bench.depth.dense import SHARES, WRONG_PX, rectified_real
 from foveacam_bench.depth.real_pairs import real_pairs
 from foveacam_bench.depth.rendered_looks import true_looks
 from foveacam_pipeline.stereo.errors import CueWeights, match_cues
@@ -157,8 +157,8 @@ def fit_quantile(cues: F64, log_error: F64, weight: F64) -> F64:
     def loss(b: F64) -> tuple[float, F64]:
         rest = log_error - cues @ b
         below = -rest / SOFTNESS
-        value = ONE_SIGMA * rest + SOFTNESS * np.logaddexp(0.0, below)
-        slope = ONE_SIGMA - 1.0 / (1.0 + np.exp(-below))
+        value = SHARES[1] * rest + SOFTNESS * np.logaddexp(0.0, below)
+        slope = SHARES[1] - 1.0 / (1.0 + np.exp(-below))
         return float(weight @ value), -cues.T @ (weight * slope)
 
     return _minimum(loss, cues.shape[1])

@@ -73,11 +73,15 @@ def staged_depth(
     with times.of("refine"):
         refinement = refine(*grays, np.nan_to_num(found), pair.valid_right)
     with times.of("errors"):
-        residual, sigma = accept_matches(found, refinement, model=SEMI_GLOBAL, settings=acceptance(DEFAULT))
+        residual, sigma, wrong = accept_matches(
+            found, refinement, model=SEMI_GLOBAL, settings=acceptance(DEFAULT)
+        )
     with times.of("occlusion"):
         occluded = occluded_pixels(residual)
     with times.of("depth"):
-        disparity = DisparityMap(residual_px=residual, sigma_px=sigma, compute_ms=0.0, occluded=occluded)
+        disparity = DisparityMap(
+            residual_px=residual, sigma_px=sigma, compute_ms=0.0, occluded=occluded, wrong=wrong
+        )
         return depth_map(pair, disparity)
 
 

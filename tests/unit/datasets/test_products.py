@@ -25,6 +25,7 @@ from foveacam_pipeline.products.summary import evaluation_figures, write_summary
 from foveacam_pipeline.products.task import ProductKind, ProductSettings, plan_products
 from foveacam_pipeline.stereo.estimator import BACKENDS
 from foveacam_pipeline.stereo.pictures import depth_picture
+from foveacam_pipeline.stereo.search import DEFAULT
 from foveacam_pipeline.stereo.values import DepthMap
 from foveacam_pipeline.workers.cluster import cluster_workers
 from foveacam_pipeline.workers.pool import HereAndNow, WorkPool
@@ -61,7 +62,8 @@ def test_depth_of_every_verged_point_is_made_once_and_found_again(raster: Path, 
     assert made(raster, DEPTH, tmp_path) == BatchCounts(made=2, reused=0, failures=())
     task = plan_products(raster, DEPTH)[0]
     names = {path.name for path in ProductFolder(path=tmp_path).place(task).iterdir()}
-    assert names == {"depth.png", "depth.tiff", "depth_sigma.tiff", "cloud.ply", "mesh.glb", "result.json"}
+    tables = {"depth.tiff", "depth_sigma.tiff", "depth_wrong.tiff"}
+    assert names == tables | {"depth.png", "cloud.ply", "mesh.glb", "result.json"}
     assert made(raster, DEPTH, tmp_path) == BatchCounts(made=0, reused=2, failures=())
 
 
@@ -79,6 +81,18 @@ def test_the_stored_error_of_depth_has_the_calibrations_in_it(raster: Path, tmp_
     ratio = (sigma_m / calibrated_m)[known]
     assert ratio.min() >= 1.0
     assert np.median(ratio) < 1.5
+
+
+def test_each_depth_has_the_chance_that_it_is_wrong(raster: Path, tmp_path: Path) -> None:
+    made(raster, DEPTH, tmp_path)
+    folder = ProductFolder(path=tmp_path).place(plan_products(raster, DEPTH)[0])
+    z_m, wrong = (
+        np.asarray(cv2.imread(str(folder / name), cv2.IMREAD_UNCHANGED), dtype=np.float64)
+        for name in ("depth.tiff", "depth_wrong.tiff")
+    )
+    known = np.isfinite(z_m)
+    np.testing.assert_array_equal(np.isfinite(wrong), known)
+    assert 0.0 < wrong[known].min() < wrong[known].max() <= DEFAULT.max_wrong
 
 
 def test_a_product_that_lost_a_file_is_made_again(raster: Path, tmp_path: Path) -> None:
