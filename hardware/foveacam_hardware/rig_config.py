@@ -21,7 +21,7 @@ from foveacam_hardware.config_errors import ConfigFault, KeysConflict, explain_f
 from foveacam_hardware.contract import Binning, InvalidInput, MarkerPrint
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, OperatorConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
-from foveacam_hardware.simulated_faults import SimulatedFaults
+from foveacam_hardware.simulated_faults import MirrorDisturbance, SimulatedFaults
 
 FORMAT: Literal["foveacam-rig"] = "foveacam-rig"
 VERSION: Literal[1] = 1
@@ -72,6 +72,8 @@ class SimulatedRigConfig(_Table):
     access: AccessConfig = AccessConfig()
     faults: SimulatedFaults = SimulatedFaults()
     """Faults present from the start."""
+    mirror_disturbance: MirrorDisturbance = MirrorDisturbance()
+    """Scatter and hysteresis of the mirrors' rest angles."""
 
 
 class SerialMirrorsConfig(_Table):

@@ -1,4 +1,4 @@
-"""Faults injected into a simulated rig: their schema in a rig file, and the Protocol that changes them."""
+"""Faults and disturbances of a simulated rig: their schema in a rig file, and the Protocol of faults."""
 
 from typing import Annotated, Literal, Protocol, TypeAlias
 
@@ -14,6 +14,7 @@ CAMERA_NAMES: tuple[CameraName, ...] = ("wide", "left", "right")
 EYE_NAMES: tuple[EyeName, ...] = ("left", "right")
 MIRROR_AXES: tuple[MirrorAxis, ...] = ("left x", "left y", "right x", "right y")
 KnockDeg: TypeAlias = Annotated[float, Field(ge=-5.0, le=5.0)]
+DisturbanceDeg: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class _Table(BaseModel):
@@ -29,6 +30,18 @@ class MountKnock(_Table):
     """Shift of the line of sight, positive down."""
     rotation_deg: KnockDeg = 0.0
     """Rotation about the line of sight, positive clockwise in the image."""
+
+
+class MirrorDisturbance(_Table):
+    """Deviation of the mirrors' rest angles from their static law, as turns of the line of sight, degrees.
+
+    Both axes of both mirrors have the same; zero by default, as of an ideal mirror.
+    """
+
+    scatter_rms_deg: DisturbanceDeg = 0.0
+    """Standard deviation of the rest angle from move to move; constant while a mirror rests."""
+    hysteresis_deg: DisturbanceDeg = 0.0
+    """Half the difference between the rest angles after long moves from either side."""
 
 
 class SimulatedFaults(_Table):

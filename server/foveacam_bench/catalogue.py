@@ -67,6 +67,7 @@ BENCHES: Mapping[str, Bench] = {
     "pace": Bench(module="pace.figures", whole_s=(1000, 1500), needs=BROWSER),
     "render": Bench(module="render.renderer", whole_s=(60, 120)),
     "replay": Bench(module="replay.long_recording", whole_s=(110, 240), needs=BROWSER),
+    "scatter": Bench(module="verge.scattering_mirrors", whole_s=(300, 900)),
     "serial": Bench(module="drivers.mirror_link", whole_s=(20, 60)),
     "soak": Bench(module="soak.figures", whole_s=(2300, 3000)),
     "stereo": Bench(module="depth.stereo", whole_s=(60, 120)),

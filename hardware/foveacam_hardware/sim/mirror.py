@@ -6,13 +6,15 @@ The law is a balance of torques, not a polynomial; the effect of a tilt on the i
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import MirrorVolts, Role
 from foveacam_hardware.sim.low_pass import DriveHistory, ResonantMode
-from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis
+from foveacam_hardware.sim.rest_deviation import RestDeviation
+from foveacam_hardware.simulated_faults import MIRROR_AXES, MirrorAxis, MirrorDisturbance
 
 FULL_SCALE_V = 200.0
 FULL_SCALE_CODE = 65_535
@@ -90,10 +92,20 @@ class MirrorPair:
         self.laws = {role: built_law(role, seed=seed) for role in (Role.LEFT, Role.RIGHT)}
         self.dead_axes: Set[MirrorAxis] = set()
         """Axes that do not move, whatever the drive does."""
-        self._history = DriveHistory(axes=4, mode=mode, cutoff_hz=cutoff_hz, t_ns=t_ns)
+        self._new_history = partial(DriveHistory, axes=4, mode=mode, cutoff_hz=cutoff_hz, t_ns=t_ns)
+        self._history = self._new_history()
+        self._deviation: RestDeviation | None = None
+        self._seed = seed
         self._codes: tuple[int, ...] = (0,) * 8
         self._rail_on = False
         self._dead_axis_v: dict[MirrorAxis, float] = {}
+
+    def disturb(self, disturbance: MirrorDisturbance) -> None:
+        """Disturb the rest angles from the first move on; called before it."""
+        if disturbance != MirrorDisturbance():
+            rest_rad = self._law_tilts_rad(np.zeros(4))
+            drive = self._new_history()
+            self._deviation = RestDeviation(disturbance, drive=drive, rest_rad=rest_rad, seed=self._seed)
 
     def set_codes(self, t_ns: int, codes: tuple[int, ...]) -> None:
         """Set the 8 DAC codes: left x+, x-, y+, y-, then right."""
@@ -109,6 +121,8 @@ class MirrorPair:
         """Set the filters' cut-off; 0 stops their clock, and the outputs hold."""
         if cutoff_hz > 0:
             self._history.set_low_pass(t_ns, cutoff_hz)
+            if self._deviation is not None:
+                self._deviation.set_low_pass(t_ns, cutoff_hz)
 
     def tilt_rad(self, role: Role, t_ns: int) -> tuple[float, float]:
         """Return the mechanical tilts (x, y) of one mirror at `t_ns`."""
@@ -120,10 +134,13 @@ class MirrorPair:
         volts_v = [self._history.output_v(t_ns) for t_ns in times_ns]
         if self.dead_axes or self._dead_axis_v:
             volts_v = [self._hold_dead_axes(each_v) for each_v in volts_v]
-        return self.laws[role].tilt_rad(np.stack(volts_v)[:, _axes(role)])
+        tilts_rad = self.laws[role].tilt_rad(np.stack(volts_v)[:, _axes(role)])
+        if self._deviation is None:
+            return tilts_rad
+        return tilts_rad + np.stack([self._deviation.tilt_rad(t_ns) for t_ns in times_ns])[:, _axes(role)]
 
     def rest_tilt_rad(self, role: Role, volts: MirrorVolts) -> tuple[float, float]:
-        """Return the tilts (x, y) at which a mirror rests under differential volts (truth)."""
+        """Return the tilts (x, y) at which an undisturbed mirror rests under differential volts (truth)."""
         x_rad, y_rad = self.laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0].tolist()
         return x_rad, y_rad
 
@@ -142,7 +159,15 @@ class MirrorPair:
         plus_v, minus_v = channels_v[0::2], channels_v[1::2]
         # The two electrodes of an axis pull with the square of their volts: 2 bias v at the nominal bias.
         pull_v = (plus_v**2 - minus_v**2) / (2.0 * NOMINAL_BIAS_V)
-        self._history.set_inputs(t_ns, pull_v if self._rail_on else np.zeros(4))
+        inputs_v = pull_v if self._rail_on else np.zeros(4)
+        self._history.set_inputs(t_ns, inputs_v)
+        if self._deviation is not None:
+            dead = np.array([axis in self.dead_axes for axis in MIRROR_AXES]).reshape(2, 2)
+            self._deviation.move(t_ns, self._law_tilts_rad(inputs_v), dead=dead)
+
+    def _law_tilts_rad(self, inputs_v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the rest tilts of the static law (2, 2), left and right, under inputs (4,), volts."""
+        return np.vstack([law.tilt_rad(inputs_v[None, _axes(role)]) for role, law in self.laws.items()])
 
 
 def _axes(role: Role) -> slice:

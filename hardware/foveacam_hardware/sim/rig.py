@@ -38,6 +38,7 @@ from foveacam_hardware.sim.pan_tilt import Operator
 from foveacam_hardware.sim.presets import find_preset
 from foveacam_hardware.sim.truth import Truth
 from foveacam_hardware.sim.world import World
+from foveacam_hardware.simulated_faults import MirrorDisturbance
 from foveacam_hardware.wire.link import PortLinkFactory
 
 PAN_TILT_LIMITS = PanTiltLimits(
@@ -67,13 +68,20 @@ def open_simulated(
     clock: Clock | None = None,
     inline: bool = False,
     seed: int = 0,
+    mirror_disturbance: MirrorDisturbance | None = None,
 ) -> Rig:
-    """Return a connected simulated rig.
+    """Return a connected simulated rig; its mirrors are ideal without a `mirror_disturbance`.
 
     `inline`: everything in this process on virtual time, faster than real time and deterministic;
     else in real time, the far ends in processes of their own behind pseudo terminals.
     """
-    rig = simulated_rig(SimulatedRigConfig(scene=scene, preset=preset, seed=seed), clock=clock, inline=inline)
+    config = SimulatedRigConfig(
+        scene=scene,
+        preset=preset,
+        seed=seed,
+        mirror_disturbance=mirror_disturbance or MirrorDisturbance(),
+    )
+    rig = simulated_rig(config, clock=clock, inline=inline)
     rig.connect()
     return rig
 
@@ -86,6 +94,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
     scene = AnimatedScene(config.scene)
     world = World(scene=scene, preset=preset, seed=config.seed, clock=clock)
     world.faults.set_faults(config.faults)
+    world.mirrors.disturb(config.mirror_disturbance)
     with ExitStack() as cleanup:  # a far end that fails to start leaves no thread behind
         cleanup.callback(scene.close)
         board = _start_board(world, clock, inline=inline)  # it starts while the controller starts

@@ -59,7 +59,10 @@ class Truth:
         """The controller's far end; faults are attributes (in this process) or methods (in its own)."""
 
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
-        """Return a fovea's projection, its mirror at rest under `volts`, with the drift at `t_ns` or none."""
+        """Return a fovea's projection, its mirror at rest under `volts`, with the drift at `t_ns` or none.
+
+        It follows the mirror's static law; a disturbance of the mirrors is in `projection` alone.
+        """
         return self.world.static_view(role, volts, t_ns=t_ns)
 
     def projection(self, role: Role, t_ns: int) -> Projection:

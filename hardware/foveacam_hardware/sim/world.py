@@ -84,6 +84,7 @@ class World:
         """Set the 8 DAC codes from `t_ns` on."""
         self.on_codes(t_ns, codes)
         with self._mirror_lock:
+            self.mirrors.dead_axes = self.faults.dead_axes
             self.mirrors.set_codes(t_ns, codes)
 
     def set_rail(self, t_ns: int, *, on: bool) -> None:
@@ -154,7 +155,10 @@ class World:
         return (t_ns - self.t0_ns) * 1e-9
 
     def static_view(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
-        """Return an eye's projection with its mirror at rest, with the drift at `t_ns` or none (truth)."""
+        """Return an eye's projection with its mirror at rest, with the drift at `t_ns` or none (truth).
+
+        It follows the mirror's static law; a disturbance of the mirrors is in `projection` alone.
+        """
         tilt_rad = self.mirrors.rest_tilt_rad(role, volts)
         return self.eyes[role].view(*tilt_rad) if t_ns is None else self._eye_view(role, tilt_rad, t_ns)
 

@@ -1,4 +1,4 @@
-"""`foveacam calibrate list, use, report, export, import, discard, restore, combine`.
+"""`foveacam calibrate list, use, report, export, import, discard, restore, combine, residuals`.
 
 All but `use` run beside a server.
 """
@@ -177,3 +177,21 @@ def combine(
         typer.echo(json.dumps({"id": made.id, "label": made.head.label}))
         return
     typer.echo(f"{made.id}: {made.head.label}; fit it with `foveacam calibrate rectify --session {made.id}`")
+
+
+@app.command()
+def residuals(
+    file: Annotated[Path, typer.Argument(help="JSON: left and right, each with volts and angles_deg")],
+    as_json: JsonOption = False,
+) -> None:
+    """Show the causes of a mirror sweep's residuals: rounding, the scan, the target's pose, the mirrors."""
+    from foveacam_server.commands.calibrate_residuals import figures_of_file
+
+    figures = figures_of_file(file)
+    if as_json:
+        typer.echo(json.dumps(figures))
+        return
+    table = Table("figure", "value", title=f"residuals of {file.name}".replace("[", "\\["))
+    for name, value in figures.items():
+        table.add_row(name, json.dumps(value).replace("[", "\\["))
+    Console().print(table)

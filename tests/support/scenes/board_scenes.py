@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -41,6 +42,8 @@ class DivisionLens:
 
 SMALL = DivisionLens(focal_px=1577.0, centre_px=(361.2, 268.4), width=720, height=540)
 """The same field in a quarter of the pixels: quicker to draw."""
+WEBCAM = DivisionLens(focal_px=536.0, centre_px=(328.4, 236.7), bend=-0.25, width=640, height=480)
+"""A short lens with 60 px of barrel distortion in the corners, as of the published chessboard images."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +68,24 @@ def many_poses(count: int, rng: np.random.Generator, *, max_tilt_rad: float = 0.
         turn = rng.uniform(-max_tilt_rad, max_tilt_rad, 3) * np.array([1.0, 1.0, 0.5])
         poses.append(Pose(place_m=(x, y, depth_m), turn_rad=(turn[0], turn[1], turn[2])))
     return poses
+
+
+def hand_held_poses(count: int, rng: np.random.Generator) -> list[Pose]:
+    """Poses of a board of 9 x 6 corners, 25 mm apart, held before `WEBCAM` and seen whole."""
+    poses = []
+    for _ in range(count):
+        depth_m = float(rng.uniform(0.32, 0.5))
+        x_m, y_m = (rng.uniform(-1.0, 1.0, 2) * (np.array([0.5, 0.37]) * depth_m - 0.11)).tolist()
+        turn = rng.uniform(-0.5, 0.5, 3) * np.array([1.0, 1.0, 0.5])
+        poses.append(Pose(place_m=(x_m, y_m, depth_m), turn_rad=(turn[0], turn[1], turn[2])))
+    return poses
+
+
+def write_board_pictures(folder: Path, board: Board, *, name: str, seed: int, count: int = 9) -> None:
+    """Write images of a hand-held board by `WEBCAM`, `NAME00.png` and so on, blurred and with noise."""
+    for k, pose in enumerate(hand_held_poses(count, np.random.default_rng([seed, 96]))):
+        picture = board_picture(board, pose, lens=WEBCAM, noise=5.0, seed=100 * seed + k, blur_px=0.9)
+        cv2.imwrite(str(folder / f"{name}{k:02d}.png"), picture)
 
 
 def board_points_m(board: Board, places_m: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:

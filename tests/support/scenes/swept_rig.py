@@ -13,6 +13,7 @@ from foveacam_hardware.contract import MirrorVolts, PanTiltPose, Role, Station, 
 from foveacam_hardware.sim.faults import ThermalMountDrift
 from foveacam_hardware.sim.mirror import built_law
 from foveacam_hardware.sim.optics import EyeProjection, FoldedEye, WideLens, built_assembly, rotation
+from foveacam_hardware.sim.rest_deviation import LIGHT_PER_TILT
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.sweep import EyePose, Sweep, SweepHeader, SweepPose
 from foveacam_pipeline.calibrate.sweep.sweep_plan import SweepPlan
@@ -46,8 +47,17 @@ UPRIGHT: Turns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 class SweptRig:
     """The truth of one seed's rig: what each camera would show of points in the rig frame."""
 
-    def __init__(self, seed: int, *, drift_deg: float = 0.0, knocked_rad: Turns = UPRIGHT) -> None:
+    def __init__(
+        self,
+        seed: int,
+        *,
+        drift_deg: float = 0.0,
+        knocked_rad: Turns = UPRIGHT,
+        scatter_rms_deg: float = 0.0,
+    ) -> None:
         self.seed = seed
+        self._scatter_rad = np.deg2rad(scatter_rms_deg) / LIGHT_PER_TILT
+        self._moves = np.random.default_rng([seed, 0xD15C])
         self._knocked = dict(zip(EYES, knocked_rad, strict=True))
         self._eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
         self._laws = {role: built_law(role, seed=seed) for role in EYES}
@@ -55,8 +65,9 @@ class SweptRig:
         self._drift = ThermalMountDrift(seed=seed, amplitude_rad=float(np.deg2rad(drift_deg)))
 
     def static_projection(self, role: Role, volts: MirrorVolts, *, t_ns: int | None = None) -> EyeProjection:
-        """Return an eye's projection at rest, with the drift of a moment."""
+        """Return an eye's projection at rest after another move, with the drift of a moment."""
         tilt = self._laws[role].tilt_rad(np.array([[volts.x_v, volts.y_v]]))[0]
+        tilt = tilt + self._scatter_rad * self._moves.standard_normal(2)
         turn = self._mount_turn_rad(role, t_ns or 0)
         return self._eyes[role].view(float(tilt[0]), float(tilt[1]), mount_turn_rad=turn)
 
@@ -166,10 +177,12 @@ def swept(
     drift_deg: float = 0.0,
     begin_s: float = 10.0,
     knocked_rad: Turns = UPRIGHT,
+    scatter_rms_deg: float = 0.0,
 ) -> Sweep:
     """Return the sweep of a seed's rig over the target at a distance, over the field or to `field_deg`."""
     noise = Noise(wide_px=wide_noise_px, fovea_px=fovea_noise_px)
-    room = _Room(SweptRig(seed, drift_deg=drift_deg, knocked_rad=knocked_rad), distance_m, noise, key=0)
+    rig = SweptRig(seed, drift_deg=drift_deg, knocked_rad=knocked_rad, scatter_rms_deg=scatter_rms_deg)
+    room = _Room(rig, distance_m, noise, key=0)
     plan = SweepPlan(columns=side, rows=side)
     if field_deg is not None:
         half_rad = math.radians(field_deg)

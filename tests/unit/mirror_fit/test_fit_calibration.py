@@ -135,7 +135,8 @@ def test_one_depth_keeps_the_drawing_and_says_how_far_it_is_trusted(one_depth: C
     assert one_depth.left.pivot_offset_m == (0.0, 0.0, 0.0)
     assert one_depth.left.pivot_sigma_m == PIVOT_TOLERANCE_M
     assert one_depth.left.reference_depth_m == pytest.approx(6.0)
-    assert one_depth.pose_sigma_px(2.0) > 2.0 * one_depth.pose_sigma_px(6.0)
+    # the mirror's scatter of 0.005 degrees is part of both
+    assert one_depth.pose_sigma_px(2.0) > 1.7 * one_depth.pose_sigma_px(6.0)
 
 
 def test_orders_follow_the_law_not_the_noise(one_depth: Calibration) -> None:

@@ -276,7 +276,7 @@ def _as_mirror_model(
     forward = candidate.fit.polynomial
     if candidate.family is MirrorModelFamily.SPRINGS:
         forward = fit_polynomial(grid, candidate(grid), _WRITTEN_ORDER, "square").polynomial
-    sigma = _model_sigma(candidate, volts_v, angles_rad)
+    sigma = _model_sigma(candidate, len(volts_v))
     loo = candidate.fit.loo_rms
     return MirrorModel(
         forward=forward,
@@ -289,21 +289,13 @@ def _as_mirror_model(
     )
 
 
-def _model_sigma(
-    candidate: _Candidate, volts_v: NDArray[np.float64], angles_rad: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the (2,) standard error of a predicted angle, from the coefficients and the missing orders.
+def _model_sigma(candidate: _Candidate, poses: int) -> NDArray[np.float64]:
+    """Return the (2,) standard error of the angle that a move reaches, of a fit to so many poses.
 
-    A fit two orders higher shows how much of the scatter is structure that the model does not describe.
+    It is the error of the coefficients and the scatter about them, which has what the model does not describe
+    and what differs from move to move. Noise of the measurement counts as scatter; it is small beside it.
     """
-    variance = candidate.fit.scatter**2
-    parameters = candidate.terms / len(volts_v)
-    richer = candidate.order + 2
-    lack = np.zeros_like(variance)
-    if len(exponents(richer)) * 2 <= len(volts_v):
-        finer = fit_polynomial(candidate.drive(volts_v), angles_rad, richer)
-        lack = np.maximum(0.0, variance - finer.scatter**2)
-    sigma: NDArray[np.float64] = np.sqrt(variance * parameters + lack)
+    sigma: NDArray[np.float64] = candidate.fit.scatter * math.sqrt(1.0 + candidate.terms / poses)
     return sigma
 
 
