@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from foveacam_bench.figures import Figures
+from foveacam_bench.figures import Figures, Report
 from foveacam_bench.verge.knock import textured_click
 from foveacam_hardware.contract import Binning
 from foveacam_hardware.sim.faults import ThermalMountDrift
@@ -28,15 +28,21 @@ APART_S = 150.0
 
 
 def false_alarm_figures(
-    calibration: Calibration, scenes: tuple[str, ...], *, seed: int, binning: Binning, quick: bool
+    calibration: Calibration,
+    scenes: tuple[str, ...],
+    *,
+    seed: int,
+    binning: Binning,
+    quick: bool,
+    report: Report,
 ) -> Figures:
     """Return the number of runs, and of those in which the health ever asked to recalibrate."""
     runs, clicks = (QUICK_RUNS, QUICK_CLICKS) if quick else (RUNS, CLICKS)
-    found = [
-        list(reports)
-        for scene in scenes
-        for reports in _runs(scene, calibration, seed=seed, binning=binning, count=runs, clicks=clicks)
-    ]
+    found: list[list[HealthReport]] = []
+    for scene in scenes:
+        for reports in _runs(scene, calibration, seed=seed, binning=binning, count=runs, clicks=clicks):
+            found.append(list(reports))
+            report(f"run {len(found)} of {runs * len(scenes)} of the health")
     scores = [report.score for reports in found for report in reports if report.score is not None]
     return {
         "health_runs": len(found),

@@ -67,7 +67,7 @@ def run(
             found.append(clicks)
             report(f"place {len(found)} of {count * len(SCENES)}")
     calibration = load_calibration(CERTIFICATE)
-    alarms = false_alarm_figures(calibration, SCENES, seed=used, binning=binning, quick=quick)
+    alarms = false_alarm_figures(calibration, SCENES, seed=used, binning=binning, quick=quick, report=report)
     return {"seed": used, **figures(found), **alarms}
 
 
