@@ -75,7 +75,8 @@ def fixate(
         )
         with span("fallback"):
             answer = answering.answer(aim, loop, end)
-    return _fixation(aim, fixation_head, answer, ended)
+    moved = loop.motion is not None and loop.motion.moves
+    return _fixation(aim, fixation_head, answer, ended, moved=moved)
 
 
 def _expected_per_m(
@@ -100,7 +101,12 @@ def _within(verged: VergedTarget, span: DistanceRange | None) -> VergedTarget:
 
 
 def _fixation(
-    aim: ResolvedTarget, fixation_head: FixationHead, answer: Answer, ended: FixationEnded | None
+    aim: ResolvedTarget,
+    fixation_head: FixationHead,
+    answer: Answer,
+    ended: FixationEnded | None,
+    *,
+    moved: bool,
 ) -> Fixation:
     ax_rad, ay_rad = aim.angles_rad
     observation, point, verged = fixation_head.last, answer.point, answer.verged
@@ -111,6 +117,7 @@ def _fixation(
         target_ax_rad=ax_rad,
         target_ay_rad=ay_rad,
         steps=fixation_head.steps,
+        target_moved=moved,
         basis=answer.basis,
         bound=answer.bound,
         alternatives=answer.alternatives,

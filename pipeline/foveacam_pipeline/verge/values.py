@@ -149,6 +149,8 @@ class Fixation:
     target_ax_rad: float
     target_ay_rad: float
     steps: tuple[VergeStep, ...]
+    target_moved: bool = False
+    """Whether the target was seen to move since it was chosen: its direction above is then an earlier one."""
     distance_m: float | None = None
     distance_sigma_m: float | None = None
     distance_sigma_random_m: float | None = None

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -94,6 +95,14 @@ def test_a_few_fixations_tell_nothing() -> None:
 
 def test_targets_that_moved_do_not_make_a_calibration_bad() -> None:
     assert health(count=20, movers=7).verdict is HealthVerdict.GOOD
+
+
+def test_targets_that_were_seen_to_move_say_nothing_however_many_they_are() -> None:
+    rng, checkup = np.random.default_rng(3), HealthMonitor(CALIBRATION)
+    for _ in range(MAX_RESIDUALS):
+        checkup.add(replace(fixation(rng, STILL, STILL, moved_rad=0.02), target_moved=True))
+    assert checkup.health.verdict is HealthVerdict.UNKNOWN
+    assert checkup.health.fixations == 0
 
 
 def test_single_bad_fixations_do_not_hide_that_it_is_bad() -> None:

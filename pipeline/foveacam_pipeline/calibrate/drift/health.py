@@ -94,7 +94,7 @@ class HealthMonitor:
         return self._calibration_id
 
     def add(self, fixation: Fixation) -> None:
-        """Add a fixation; a failed one is ignored, unless both eyes saw the target elsewhere."""
+        """Add a fixation; ignore a moving target, and a failure unless both eyes saw the target elsewhere."""
         residual = fixation_residual(fixation, self._calibration)
         if residual is not None:
             self._residuals.append(residual)
@@ -110,6 +110,8 @@ def fixation_residual(fixation: Fixation, calibration: Calibration) -> FixationR
     if fixation.target_offset is not None:
         return _offset_residual(fixation.target_offset, calibration)
     if fixation.state is not FixationState.VERGED or fixation.volts is None or fixation.point_rig_m is None:
+        return None
+    if fixation.target_moved:  # by more than any mount drifts, and the further the later the look was
         return None
     x_m, y_m, z_m = fixation.point_rig_m
     f_px = calibration.fovea_f_px

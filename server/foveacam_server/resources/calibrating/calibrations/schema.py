@@ -67,6 +67,7 @@ class HealthDocument(ResponseModel):
     """Errors of the calibration in force, as medians over recent ordinary fixations."""
 
     score: float | None
+    """Residuals over the largest that the stated errors allow: above 1 it is time to calibrate."""
     verdict: Literal["good", "recalibrate", "unknown"]
     fixations: int
     vertical_px: float | None
