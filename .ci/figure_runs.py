@@ -29,8 +29,8 @@ LONGEST = 2000
 class Run:
     """The figures of one run of a bench.
 
-    `date`: UTC, when they were printed. `reference_ms`: of the pace bench, measured on the same machine when
-    they were stored. `left_out`: names of figures that are too long.
+    `date`: UTC, when they were printed. `reference_ms`: of the pace bench, as the run printed it or else
+    measured on the same machine when the figures were stored. `left_out`: names of figures that are too long.
     """
 
     date: str
@@ -81,11 +81,12 @@ def bench_of(name: str) -> str:
 def described(name: str, output: str | bytes, *, code: Code, printed: datetime) -> Run:
     """Return what a bench has printed on this machine as a run."""
     figures = _figures(name, output)
+    reference = figures.get("reference_ms")
     long = [key for key, value in figures.items() if len(json.dumps(value)) > LONGEST]
     return Run(
         date=printed.strftime("%Y-%m-%dT%H:%M:%SZ"),
         machine=machine(),
-        reference_ms=reference_ms(),
+        reference_ms=reference if isinstance(reference, float) else reference_ms(),
         figures={key: value for key, value in figures.items() if key not in long},
         left_out=long,
         code=code,
