@@ -21,7 +21,7 @@ from foveacam_bench.verge.reliability import reliability, right, said
 from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
-from foveacam_hardware.sim.truth import Truth
+from foveacam_hardware.sim.truth import TrueSurfacePoint, Truth
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
@@ -45,6 +45,10 @@ FIELD_DEG = (8.0, 7.5)
 """Half sides of the field of clicks, axis-wise."""
 LOOKED_AT_PX = 5.0
 """Largest distance of a point from the image centre of a fovea that looks at it, fovea px."""
+INSIDE_PX = (1.0, 2.0)
+"""Wide px about a click, in eight directions, that must show the same surface for it to be inside of that."""
+SAME_SHARE = 0.03
+"""Largest difference of their distances, as a share."""
 SEED = 14
 
 
@@ -61,6 +65,8 @@ class JudgedClick:
     fixation: Fixation
     off_centre_px: float
     """Distance of the point from the centre of the nearer fovea image, fovea px."""
+    inside: bool = True
+    """Whether all about the clicked place is one surface; else the click may mean another one."""
     estimates: tuple[DistanceEstimate, ...] = ()
     """Estimates reported after the looks before the last one."""
 
@@ -177,8 +183,23 @@ def judge(
         range_m=math.inf if point is None else float(np.linalg.norm(point)),
         fixation=replace(fixation, sighting=None),  # frees the frames
         off_centre_px=_off_centre_px(truth, fixation, truth.wide_rays(pixel[None])[0], point),
+        inside=_inside(truth, (x_px, y_px), shown.t_ns),
         estimates=tuple(estimates),
     )
+
+
+def _inside(truth: Truth, pixel: tuple[float, float], t_ns: int) -> bool:
+    clicked = truth.depth_at(*pixel, t_ns)
+    turns = np.arange(8) * (math.pi / 4.0)
+    about = [(radius * math.cos(turn), radius * math.sin(turn)) for radius in INSIDE_PX for turn in turns]
+    return all(_same(clicked, truth.depth_at(pixel[0] + x, pixel[1] + y, t_ns)) for x, y in about)
+
+
+def _same(one: TrueSurfacePoint | None, other: TrueSurfacePoint | None) -> bool:
+    """Return whether two places show one surface; None: the background."""
+    if one is None or other is None:
+        return one is other
+    return one.name == other.name and abs(one.range_m - other.range_m) <= SAME_SHARE * one.range_m
 
 
 def _seen_by(truth: Truth, click: Click) -> str:

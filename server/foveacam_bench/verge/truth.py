@@ -127,10 +127,13 @@ def figures(found: list[list[JudgedClick]]) -> Figures:
         (each.probability, right(each, one.range_m)) for one in clicks for each in one.fixation.alternatives
     ]
     wrong = [one for one in clicks if one.unsaid]
+    inside = [one for one in clicks if one.inside]
     return {
         "clicks": len(clicks),
         "answered_of_surfaces_fraction": answered_of_surfaces(clicks),
         "wrong_fraction": len(wrong) / len(clicks),
+        "clicks_inside": len(inside),
+        "wrong_inside_fraction": sum(one.unsaid for one in inside) / max(1, len(inside)),
         "wrong_said": sum(one.wrong and not one.unsaid for one in clicks),
         **reliability(stated),
         "compared_places": len(compared),

@@ -1,6 +1,7 @@
 """The figures of `bench truth`: standard errors, agreement side by side, and what counts as wrong."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -84,8 +85,16 @@ def test_a_wrong_answer_that_lists_the_truth_is_said() -> None:
     wrong, said, right = answer(20.0), answer(20.0, alternatives=listed), answer(1.0)
     found = figures([[wrong], [said], [right], [right, right]])
     assert (found["clicks"], found["wrong_fraction"], found["wrong_said"]) == (4, 0.25, 1)
+    assert (found["clicks_inside"], found["wrong_inside_fraction"]) == (4, 0.25)
     assert (found["compared_places"], found["consistent_fraction"]) == (1, 1.0)
     assert found["sigma_within_3"] == 0.5
+
+
+def test_wrong_answers_beside_an_edge_are_counted_apart() -> None:
+    beside, right = replace(answer(20.0), inside=False), answer(1.0)
+    found = figures([[beside], [right], [right]])
+    assert found["wrong_fraction"] == pytest.approx(1 / 3)
+    assert (found["clicks_inside"], found["wrong_inside_fraction"]) == (2, 0.0)
 
 
 @pytest.mark.parametrize(
