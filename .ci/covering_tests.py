@@ -9,9 +9,12 @@ import hashlib
 import json
 import os
 import re
+import sqlite3
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 
 from changed_tests import PACKAGES
@@ -19,6 +22,8 @@ from coverage import CoverageData
 
 ISOLATED = ("tests/unit/", "tests/wire/", "tests/paper/")
 """Run first: quick, and the same on every machine."""
+QUICK_S = 2.0
+"""Tests that take longer come last."""
 
 
 class CoveringTests:
@@ -30,6 +35,7 @@ class CoveringTests:
         known = json.loads(self._known_path.read_text()) if self._known_path.exists() else {}
         self._tests: dict[str, str] = known.get("tests", {})
         self._product: dict[str, str] = known.get("product", {})
+        self._line_counts: Counter[str] | None = None
         self.seconds: dict[str, float] = known.get("seconds", {})
         """How long each test that passed took."""
 
@@ -38,6 +44,7 @@ class CoveringTests:
         new = [path for path in files if self._tests.get(path) != self._hash(path)]
         if not new:
             return
+        self._line_counts = None
         log = self._folder / "outcomes.jsonl"
         log.unlink(missing_ok=True)
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -65,13 +72,33 @@ class CoveringTests:
         self._known_path.write_text(json.dumps(known), encoding="utf-8")
 
     def covering(self, path: str, lines: Iterable[int]) -> list[str]:
-        """Return the tests that run any of some lines of a file, the quickest of the isolated ones first."""
+        """Return the tests that run any of some lines of a file, those most likely to notice a change first.
+
+        These are isolated and quick, and run little else.
+        """
         data = CoverageData(str(self._data_path))
         data.read()
         found = self._contexts(data, path, set(lines))
         if not found:  # it runs when the module is imported: what uses it counts
             found = self._of_use(data, path, min(lines))
-        return sorted(found, key=lambda name: (not name.startswith(ISOLATED), self.seconds[name], name))
+        lines_of = self._lines_of(data)
+
+        def rank(name: str) -> tuple[bool, bool, int, str]:
+            return not name.startswith(ISOLATED), self.seconds[name] > QUICK_S, lines_of[name], name
+
+        return sorted(found, key=rank)
+
+    def _lines_of(self, data: CoverageData) -> Counter[str]:
+        """Return the number of product lines that each test runs."""
+        if self._line_counts is None:
+            self._line_counts = Counter()
+            with closing(sqlite3.connect(data.data_filename())) as database:
+                rows = database.execute(
+                    "select context, numbits from line_bits join context on context.id = line_bits.context_id"
+                )
+                for context, lines in rows:
+                    self._line_counts[context.rpartition("|")[0]] += int.from_bytes(lines, "big").bit_count()
+        return self._line_counts
 
     @property
     def _data_path(self) -> Path:
