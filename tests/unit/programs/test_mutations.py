@@ -5,6 +5,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from coverage import CoverageData
 
 ROOT = Path(__file__).parents[3]
 LISTS = sorted((ROOT / "tests" / "mutations").glob("*.toml"))
@@ -95,3 +96,20 @@ def test_lines_that_run_at_the_import_lead_to_what_uses_them() -> None:
     defined_at = program("covering_tests").defined_at
     assert defined_at(SOURCE, 3) == (range(0), {"FACTOR"})
     assert defined_at(SOURCE, 7)[0] == range(9, 11)
+
+
+def test_isolated_quick_tests_that_run_little_else_come_first(tree: Path, tmp_path: Path) -> None:
+    lines_s = {
+        "tests/system/test_all.py::test_page": (1, 0.1),
+        "tests/unit/test_slow.py::test_doubles": (1, 30.0),
+        "tests/unit/test_all.py::test_everything": (5, 0.1),
+        "tests/unit/test_module.py::test_doubles": (1, 0.2),
+    }
+    data = CoverageData(str(tmp_path / "coverage"))
+    for test, (others, _) in lines_s.items():
+        data.set_context(f"{test}|run")
+        data.add_lines({str(tree / "module.py"): range(10, 10 + others)})
+    data.write()
+    covering = program("covering_tests").CoveringTests(tmp_path, root=tree)
+    covering.seconds = {test: seconds for test, (_, seconds) in lines_s.items()}
+    assert covering.covering("module.py", [10]) == list(reversed(lines_s))
