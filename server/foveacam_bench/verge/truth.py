@@ -46,6 +46,7 @@ LONGEST_S = 600.0
 """Longest time since the calibration."""
 SIGMAS = 3.0
 QUANTILE = 0.68
+ERROR_SHARES = (0.5, 0.68, 0.9, 0.95)
 LIMITS_M = (1.0, 3.0, 6.0, 12.0, 22.0, 60.0)
 """Distances between which standard errors are judged together, about 2, 4, 8, 16 and 30 m."""
 NAMES = {Basis.BOTH_FOVEAE: "both", Basis.FOVEA_AND_WIDE: "one", Basis.SURROUNDINGS: "surroundings"}
@@ -139,6 +140,7 @@ def figures(found: list[list[JudgedClick]]) -> Figures:
         "compared_places": len(compared),
         "consistent_fraction": fmean(compared) if compared else math.nan,
         **{f"sigma_q68_{NAMES[basis]}": quantile(known, basis) for basis in NAMES},
+        "surroundings_rel_error_quantiles": _rel_errors(known, Basis.SURROUNDINGS),
         "sigma_within_3": fmean(abs(one.sigmas) <= SIGMAS for one in known) if known else math.nan,
         "sigma_by_range": list(_by_range(known)),
         "wrong_clicks": [click_record(one) for one in wrong],
@@ -169,6 +171,12 @@ def quantile(known: list[JudgedClick], basis: Basis) -> float:
     """Return the error, in stated standard errors, below which 68 % of the answers of a basis lie."""
     sigmas = [abs(one.sigmas) for one in known if one.fixation.basis is basis]
     return float(np.quantile(sigmas, QUANTILE)) if sigmas else math.nan
+
+
+def _rel_errors(known: list[JudgedClick], basis: Basis) -> dict[str, float]:
+    """Return quantiles of the errors of a basis, as shares of the distance."""
+    errors = [abs(one.error_m) / one.range_m for one in known if one.fixation.basis is basis]
+    return {f"{share:.2f}": float(np.quantile(errors, share)) for share in ERROR_SHARES} if errors else {}
 
 
 def _by_range(known: list[JudgedClick]) -> Iterator[Figures]:
