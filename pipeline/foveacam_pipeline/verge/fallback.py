@@ -76,7 +76,8 @@ class FallbackEstimator:
         self._limits = limits
         self._last_look = LastLook(fixation_head, calibration, limits)
         self._single = SingleEyeSearch(fixation_head, calibration, limits)
-        self._span_per_m = _span_per_m(within, limits)
+        anywhere = DistanceRange(nearest_m=limits.nearest_m, farthest_m=math.inf)
+        self._span_per_m = (within or anywhere).span_per_m(nearest_m=limits.nearest_m)
         self._surroundings = SurroundingsEstimator(
             fixation_head, calibration, context=context, span_per_m=self._span_per_m
         )
@@ -383,13 +384,6 @@ class FallbackEstimator:
             bound=bound,
             alternatives=alternatives,
         )
-
-
-def _span_per_m(within: DistanceRange | None, limits: VergeSettings) -> tuple[float, float]:
-    """Return the least and the largest 1/Z to search, taking distance for depth (equal within 3 %)."""
-    if within is None:
-        return 0.0, 1.0 / limits.nearest_m
-    return 1.0 / within.farthest_m, min(1.0 / within.nearest_m, 1.0 / limits.nearest_m)
 
 
 def _beside(

@@ -100,6 +100,13 @@ class DistanceRange:
         """Return whether a distance lies in the range."""
         return self.nearest_m <= distance_m <= self.farthest_m
 
+    def span_per_m(self, *, nearest_m: float) -> tuple[float, float]:
+        """Return the least and the largest 1/Z to search, taking distance for depth (equal within 3 %).
+
+        `nearest_m`: nothing nearer is searched in any case.
+        """
+        return 1.0 / self.farthest_m, 1.0 / max(self.nearest_m, nearest_m)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DistanceBound:
