@@ -23,12 +23,12 @@ SHORTEST_S = 0.005
 POINT_HALF_PX = 6.0
 """Half side of the part of a target that shows whether something covers the point itself, wide px."""
 GONE_SCORE = 0.65
-"""A textured patch that correlates less with the wide view at its place counts as gone: of 380 clicks in the
-street ten fell back with less, none on the target any more; those that did had 0.85 and more."""
+"""A textured patch that correlates less with the wide view at its place counts as gone: of 380 clicks six had
+a distance by other means with less, none of them of the target; right ones had 0.85 and more."""
 TRACKED_SCORE = 0.7
 """Least correlation of a moving target's patch with the wide view on its track: of 90 clicks on walkers and
-cars the 36 that moved and verged rightly had 0.76 and more, four that verged on what they passed 0.16 to
-0.68."""
+cars the 36 that moved and verged rightly had 0.76 and more; three clicks that verged on something else had
+0.16 to 0.68."""
 TRACK_LENGTH = 5
 """Number of latest directions to which a moving target's track is fitted: longer tracks bend."""
 
