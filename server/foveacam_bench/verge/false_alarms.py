@@ -11,6 +11,7 @@ import numpy as np
 from foveacam_bench.figures import Figures, Report
 from foveacam_bench.verge.knock import textured_click
 from foveacam_hardware.contract import Binning
+from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.faults import ThermalMountDrift
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.calibrate.drift.health import HealthMonitor, HealthReport, HealthVerdict
@@ -40,9 +41,12 @@ def false_alarm_figures(
     runs, clicks = (QUICK_RUNS, QUICK_CLICKS) if quick else (RUNS, CLICKS)
     found: list[list[HealthReport]] = []
     for scene in scenes:
-        for reports in _runs(scene, calibration, seed=seed, binning=binning, count=runs, clicks=clicks):
-            found.append(list(reports))
-            report(f"run {len(found)} of {runs * len(scenes)} of the health")
+        rng = np.random.default_rng([seed, *scene.encode()])
+        with open_simulated(scene=scene, inline=True) as rig:
+            bin_cameras(rig, binning)
+            for _ in range(runs):
+                found.append(list(_reports(rig, calibration, scene, rng, clicks=clicks)))
+                report(f"run {len(found)} of {runs * len(scenes)} of the health")
     scores = [report.score for reports in found for report in reports if report.score is not None]
     return {
         "health_runs": len(found),
@@ -53,24 +57,17 @@ def false_alarm_figures(
     }
 
 
-def _runs(
-    scene: str, calibration: Calibration, *, seed: int, binning: Binning, count: int, clicks: int
-) -> Iterator[Iterator[HealthReport]]:
-    rng = np.random.default_rng([seed, *scene.encode()])
-    with open_simulated(scene=scene, inline=True) as rig:
-        bin_cameras(rig, binning)
-        world = truth_of(rig).world
-
-        def reports() -> Iterator[HealthReport]:
-            zero_s = world.scene_s(rig.clock.now_ns())
-            world.drift = ThermalMountDrift(seed=int(rng.integers(2**31)), zero_s=zero_s)
-            monitor = HealthMonitor(calibration)
-            for _ in range(clicks):
-                rig.clock.sleep_until_ns(rig.clock.now_ns() + round(1e9 * APART_S))
-                click = textured_click(rig, calibration, scene, rng)
-                target = PixelTarget(x_px=click.x_px, y_px=click.y_px)
-                monitor.add(fixate(rig.head, calibration, target, clock=rig.clock))
-                yield monitor.health
-
-        for _ in range(count):
-            yield reports()
+def _reports(
+    rig: Rig, calibration: Calibration, scene: str, rng: np.random.Generator, *, clicks: int
+) -> Iterator[HealthReport]:
+    """Yield the health after each click of one run, whose mounts begin to drift another way than before."""
+    world = truth_of(rig).world
+    zero_s = world.scene_s(rig.clock.now_ns())
+    world.drift = ThermalMountDrift(seed=int(rng.integers(2**31)), zero_s=zero_s)
+    monitor = HealthMonitor(calibration)
+    for _ in range(clicks):
+        rig.clock.sleep_until_ns(rig.clock.now_ns() + round(1e9 * APART_S))
+        click = textured_click(rig, calibration, scene, rng)
+        target = PixelTarget(x_px=click.x_px, y_px=click.y_px)
+        monitor.add(fixate(rig.head, calibration, target, clock=rig.clock))
+        yield monitor.health

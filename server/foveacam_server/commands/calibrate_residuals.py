@@ -30,14 +30,14 @@ class _Document(BaseModel):
     model_config = ConfigDict(extra="ignore", allow_inf_nan=False, frozen=True)
 
 
-class EyeSweepDocument(_Document):
+class EyePoses(_Document):
     """Poses of one eye in the order of visit: differential volts and gaze angles in degrees, x and y."""
 
     volts: Pairs
     angles_deg: Pairs
 
     @model_validator(mode="after")
-    def _has_an_angle_for_each_voltage(self) -> "EyeSweepDocument":
+    def _has_an_angle_for_each_voltage(self) -> "EyePoses":
         if len(self.volts) != len(self.angles_deg):
             raise ValueError(f"{len(self.volts)} volts and {len(self.angles_deg)} angles_deg")
         return self
@@ -54,11 +54,11 @@ class EyeSweepDocument(_Document):
         )
 
 
-class SweepDocument(_Document):
+class SweepPoses(_Document):
     """A sweep of both eyes at the same poses."""
 
-    left: EyeSweepDocument
-    right: EyeSweepDocument
+    left: EyePoses
+    right: EyePoses
 
 
 def figures_of_file(file: Path) -> Mapping[str, object]:
@@ -67,12 +67,12 @@ def figures_of_file(file: Path) -> Mapping[str, object]:
     return figures(analyse_sweep(sweep.left.scan(), sweep.right.scan(), rng=np.random.default_rng(SEED)))
 
 
-def read_sweep(file: Path) -> SweepDocument:
+def read_sweep(file: Path) -> SweepPoses:
     """Return the sweep in a file."""
     try:
         if file.stat().st_size > MOST_BYTES:
             raise InvalidInput(f"{file} is larger than {MOST_BYTES // 10**6} MB; give one sweep of both eyes")
-        return SweepDocument.model_validate_json(file.read_bytes())
+        return SweepPoses.model_validate_json(file.read_bytes())
     except OSError as error:
         raise InvalidInput(f"{file} cannot be read ({error.strerror}); give the path of a sweep") from error
     except ValidationError as error:
