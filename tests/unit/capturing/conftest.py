@@ -9,6 +9,7 @@ from typing import Any, TypeVar, cast
 
 import pytest
 from tests.support.devices.fake_rig import Pictures
+from tests.support.devices.small_stub_rig import small_stub_rig
 from tests.support.scenes.dataset_scenes import CALIBRATION
 
 from foveacam_bench.capture.stub_rig import StubRig
@@ -47,14 +48,7 @@ class StubHardware:
 
 @pytest.fixture
 def stub_rig() -> StubRig:
-    return StubRig(
-        VirtualClock(10**9),
-        rig_id=CALIBRATION.rig_id,
-        settle_us=14_000,
-        exposure_ns=5_000_000,
-        size=(6, 8),
-        wide_hz=100.0,
-    )
+    return small_stub_rig()
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.support.devices.small_stub_rig import small_stub_rig
 from tests.support.scenes.dataset_scenes import CALIBRATION
 
 from foveacam_bench.capture.stub_rig import StubRig
@@ -21,7 +22,6 @@ from foveacam_hardware.contract import (
     Role,
     StereoVolts,
     StorageFull,
-    VirtualClock,
 )
 from foveacam_pipeline.capture.dataset import Dataset, DatasetState, ImageCodec, check_dataset
 from foveacam_pipeline.capture.plan import ImageSize
@@ -61,14 +61,7 @@ class Watch:
 
 @pytest.fixture
 def stub_rig() -> StubRig:
-    found = StubRig(
-        VirtualClock(10**9),
-        rig_id=CALIBRATION.rig_id,
-        settle_us=14_000,
-        exposure_ns=5_000_000,
-        size=(6, 8),
-        wide_hz=100.0,
-    )
+    found = small_stub_rig()
     found.mirrors.steer(STANDS)
     return found
 
@@ -93,15 +86,7 @@ def test_a_press_takes_a_stack_of_every_camera_and_moves_no_mirror(stub_rig: Stu
 
 
 def test_a_slow_wide_camera_is_waited_for_and_no_frame_of_it_counts_twice() -> None:
-    slow = StubRig(
-        VirtualClock(10**9),
-        rig_id=CALIBRATION.rig_id,
-        settle_us=14_000,
-        exposure_ns=5_000_000,
-        size=(6, 8),
-        wide_hz=5.0,
-    )
-    still = taken(slow, frames=3, roles=(Role.WIDE,))
+    still = taken(small_stub_rig(wide_hz=5.0), frames=3, roles=(Role.WIDE,))
     times_ns = [each.t_ns for each in still.exposures]
     assert len(set(times_ns)) == 3
 
