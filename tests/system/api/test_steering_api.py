@@ -148,11 +148,17 @@ def test_the_eyes_go_where_the_hand_says_and_stay_when_it_lets_go(api_server: Ru
 
 def test_a_gaze_has_direction_distance_and_vertical_shift(api_server: Running) -> None:
     gaze = {"direction": {"ax_deg": 2.0, "ay_deg": -1.0}, "distance_m": 2.0, "vertical_shift_deg": 0.25}
+
+    def gazes() -> bool:  # the mirrors take a few moments to arrive, so a single reading would be a race
+        left, right = (api_server.get("/mirrors").json()[eye] for eye in ("left", "right"))
+        return (
+            left["ax_deg"] - right["ax_deg"] == pytest.approx(5.7, abs=0.3)
+            and left["ay_deg"] - right["ay_deg"] == pytest.approx(0.5, abs=0.02)
+            and left["ax_deg"] > 4.0
+        )
+
     with hand(api_server) as ada:
-        ada.hold(lambda: api_server.get("/mirrors").json()["left"]["ax_deg"] > 4.0, gaze=gaze)
-        eyes = api_server.get("/mirrors").json()
-        assert eyes["left"]["ax_deg"] - eyes["right"]["ax_deg"] == pytest.approx(5.7, abs=0.3)
-        assert eyes["left"]["ay_deg"] - eyes["right"]["ay_deg"] == pytest.approx(0.5, abs=0.02)
+        ada.hold(gazes, gaze=gaze)
         ada.send(gaze={**gaze, "vertical_shift_deg": 0.6})
         assert ada.receive("problem")["found"] == "the eyes are shifted by ±0.5 degrees at most"
         ada.send(held=False)
