@@ -28,6 +28,7 @@ from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.support import MatchSupport
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.single_eye.eye_match import EyeMatch
 from foveacam_pipeline.verge.single_eye.search import EyeSighting, OwnSide, SingleEyeSearch
 from foveacam_pipeline.verge.single_eye.weighing import (
     agree,
@@ -57,6 +58,8 @@ LISTED_CHANCE = 0.74
 most probable one was right 127 times, another one 27 times."""
 EYE_CHANCE = 0.8
 """Chance that a depth by one fovea is right that no surface about the target confirms: 68 of 87."""
+REFUTED_CHANCE = 0.2
+"""The same where looks at the surroundings suggest other depths."""
 
 
 class FallbackEstimator:
@@ -128,8 +131,9 @@ class FallbackEstimator:
     def _answered(
         self, aim: ResolvedTarget, loop: ClosedLoop, ended: FixationEnded, motion: TargetMotion
     ) -> Answer:
+        unconfirmed: list[EyeSighting] = []
         if loop.templates and loop.templates[0].sigma_px <= self._limits.no_texture_sigma_px:
-            found = self._from_single_eyes(loop, motion)
+            found, unconfirmed = self._from_single_eyes(loop, motion)
             if found is not None:
                 return found
         self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
@@ -139,10 +143,15 @@ class FallbackEstimator:
         depth = self._surroundings.estimate(
             target, self._fixation_head.wide(), self._looks(loop), beside, template=template
         )
+        stated = not depth.open and depth.stated is not None
+        if unconfirmed and (not stated or plausible(unconfirmed[0].match, depth.inferred)):
+            return self._one_eyed(unconfirmed, motion, depth.inferred)
         if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
         verged = self._closed_in(depth, loop, ended)
-        return both_foveae(verged) if verged is not None else self._inferred(depth, loop, motion, ended)
+        if verged is not None:
+            return both_foveae(verged)
+        return self._inferred(depth, loop, motion, ended, refuted=[one.match for one in unconfirmed])
 
     def _closed_in(
         self, depth: SurroundingDepth, loop: ClosedLoop, ended: FixationEnded
@@ -159,29 +168,36 @@ class FallbackEstimator:
         apart = abs(1.0 / verged.point.point_rig_m[2] - best.inverse_z_per_m)
         return verged if apart <= slack_per_m(best) else None
 
-    def _from_single_eyes(self, loop: ClosedLoop, motion: TargetMotion) -> Answer | None:
-        """Look where single foveae match the target; return the answer of both, of one, or None."""
+    def _from_single_eyes(
+        self, loop: ClosedLoop, motion: TargetMotion
+    ) -> tuple[Answer | None, list[EyeSighting]]:
+        """Look where single foveae match the target; return the answer of both, of one, or None.
+
+        Also returned: sightings that no surface about the target confirms or refutes, as none is known yet.
+        """
         f_px = loop.templates[0].f_px
         try:
             self._fixation_head.grant(looks=LOOKS, seconds=SECONDS)
             matches = self._single.matches(loop.templates, motion, loop.looks, span_per_m=self._span_per_m)
             own = self._own_side(motion)
             if own is not None and not all(own.agrees(match) for match in matches):
-                return self._of_own_side(own, loop, motion)
+                return self._of_own_side(own, loop, motion), []
             sighted = [self._single.look_at(match, motion, f_px) for match in matches]
             sound = [one for one in sighted if one is not None and one.supported]
             if len(sound) == 2 and agree(sound[0].match, sound[1].match):
                 verged = loop.close_at(weighted([one.match for one in sound])[0])
                 if verged is not None:
-                    return both_foveae(verged)
-            near = () if all(one.at_edge for one in sound) else self._near(loop, motion)
-            hidden = [one for one in sound if not one.at_edge and plausible(one.match, near)]
+                    return both_foveae(verged), []
+            edges = [one for one in sound if any(_same_edge(one, other) for other in sound)]
+            near = () if len(edges) == len(sound) else self._near(loop, motion)
+            hidden = [one for one in sound if one not in edges and plausible(one.match, near)]
             if hidden:
-                return self._one_eyed(hidden, motion, near)
-            behind = self._behind_edge([one for one in sound if one.at_edge], loop, motion)
-            return self._of_own_side(own, loop, motion) if behind is None and own is not None else behind
+                return (self._one_eyed(hidden, motion, near), []) if near else (None, hidden)
+            behind = self._behind_edge(edges, loop, motion)
+            beside = self._of_own_side(own, loop, motion) if behind is None and own is not None else behind
+            return beside, []
         except FixationEnded:
-            return None
+            return None, []
 
     def _own_side(self, motion: TargetMotion) -> OwnSide | None:
         """Return the depth of the surface on the target's side of an edge beside it; uses earlier looks."""
@@ -304,9 +320,18 @@ class FallbackEstimator:
         )
 
     def _inferred(
-        self, depth: SurroundingDepth, loop: ClosedLoop, motion: TargetMotion, ended: FixationEnded
+        self,
+        depth: SurroundingDepth,
+        loop: ClosedLoop,
+        motion: TargetMotion,
+        ended: FixationEnded,
+        *,
+        refuted: list[EyeMatch],
     ) -> Answer:
-        """Return the answer inferred from the surroundings, or limits if that is too uncertain."""
+        """Return the answer inferred from the surroundings, or limits if that is too uncertain.
+
+        `refuted`: matches by one eye that the surroundings do not confirm; the first one is an alternative.
+        """
         stated = depth.stated
         if stated is None:
             return self._bounded(depth.samples, motion, ended, inferred=depth.inferred)
@@ -315,7 +340,14 @@ class FallbackEstimator:
         shown = depth.blank or self._shown(inverse_z, loop, motion)
         point = self._last_look.place(inverse_z, error_per_m(inverse_z, sigma, sure=shown), motion)
         chance = 1.0 if shown else LISTED_CHANCE
-        alternatives = self._alternatives(depth.inferred, motion, listed=chance)
+        if refuted:
+            alternatives = self._listed(depth.inferred, motion, listed=min(chance, 1.0 - REFUTED_CHANCE))
+            own = place_on_ray(
+                motion.at(self._fixation_head.next_ns), refuted[0].inverse_z_per_m, refuted[0].sigma_per_m
+            )
+            alternatives += (alternative(Basis.FOVEA_AND_WIDE, own, REFUTED_CHANCE),)
+        else:
+            alternatives = self._alternatives(depth.inferred, motion, listed=chance)
         views = self._last_look.views(inverse_z, motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
@@ -384,6 +416,11 @@ class FallbackEstimator:
             bound=bound,
             alternatives=alternatives,
         )
+
+
+def _same_edge(one: EyeSighting, other: EyeSighting) -> bool:
+    """Return whether a sighting is the edge that another one, or itself, is known to be."""
+    return other.at_edge and (one is other or agree(one.match, other.match))
 
 
 def _beside(

@@ -43,8 +43,9 @@ GUARD_PX = 5.0
 """Depths closer to each other than this count as one, survey px."""
 SURE_SCORE, SURE_LEAD = 0.9, 0.12
 """Least correlation of one fovea by itself, and the lead that rules other depths out."""
-MOST_SPREAD = 0.06
-"""Largest spread of the remaining depths, relative to 1/Z, at which one fovea suffices."""
+MOST_SPREAD_PX = 10.0
+"""Largest spread of the remaining depths at which one fovea suffices, survey px: a share of 1/Z would leave
+out far ones and let near ones pass."""
 LEAST_WEIGHTED = 0.1
 """Least share of a patch's pixels that must count for one fovea to suffice."""
 COUNTING_WEIGHT = 0.3
@@ -156,7 +157,8 @@ class BorderPlace:
             best = int(np.argmax(scores))
             alike = self._grid[scores > scores[best] - SURE_LEAD]
             spread = float(alike.max() - alike.min())
-            if scores[best] >= SURE_SCORE and spread <= MOST_SPREAD * self._grid[best]:
+            spread_px = spread * self._f_px * self._half_baseline_m
+            if scores[best] >= SURE_SCORE and spread_px <= MOST_SPREAD_PX:
                 near = self._about(best)
                 sigma = max(self.sigma_per_m, spread / math.sqrt(12.0))
                 found[role] = _top(self._grid[near], scores[near]), sigma
