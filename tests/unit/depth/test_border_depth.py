@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import cv2
 import numpy as np
@@ -26,7 +26,7 @@ F_PX = survey_f_px(WIDE)
 BASELINE_M = CALIBRATION.baseline_m
 EDGE_TX = 0.004
 PLACE = np.array([EDGE_TX, 0.0])
-NEAR_PER_M, FAR_PER_M = 0.4, 0.15
+NEAR_PER_M, FAR_PER_M, FARTHER_PER_M = 0.4, 0.15, 0.03
 GRID_PER_M = np.arange(0.0, 0.8, 0.5 / (0.5 * BASELINE_M * F_PX))
 CELL_TAN = 2.0 / F_PX
 BLANK = 150.0
@@ -60,10 +60,12 @@ def _framed_board(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float
     return np.where((across < EDGE_TX) | (across > EDGE_TX + FRAME_TAN), BLANK, 60.0 + 0.0 * ty)
 
 
-def _book_before_wall(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float) -> NDArray[np.float64]:
+def _book_before_wall(
+    tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float, *, wall_per_m: float = FAR_PER_M
+) -> NDArray[np.float64]:
     """A far wall with texture, and a near book with another one to the right of the edge."""
     book = 255.0 - _texture(tx - shift * NEAR_PER_M, ty + FRAME_TAN)
-    return np.where(tx - shift * NEAR_PER_M < EDGE_TX, _texture(tx - shift * FAR_PER_M, ty), book)
+    return np.where(tx - shift * NEAR_PER_M < EDGE_TX, _texture(tx - shift * wall_per_m, ty), book)
 
 
 def _book_before_fence(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float) -> NDArray[np.float64]:
@@ -138,13 +140,15 @@ def test_the_outer_edge_of_a_frame_is_not_taken_for_the_inner_one() -> None:
     assert found.inverse_z_per_m == pytest.approx(FAR_PER_M, abs=3.0 * found.sigma_per_m)
 
 
-def test_a_target_beside_something_nearer_is_told_by_its_own_side_alone() -> None:
-    place = _place(_book_before_wall, rim_px=0)
-    place.add(_look(_book_before_wall, at_per_m=FAR_PER_M))
+@pytest.mark.parametrize("wall_per_m", [FAR_PER_M, FARTHER_PER_M])
+def test_a_target_beside_something_nearer_is_told_by_its_own_side_alone(wall_per_m: float) -> None:
+    scene = partial(_book_before_wall, wall_per_m=wall_per_m)
+    place = _place(scene, rim_px=0)
+    place.add(_look(scene, at_per_m=wall_per_m))
     sure = place.sure_of_each()
     assert Role.LEFT in sure  # the book hides that side from neither eye, and is not compared
     for inverse_z, sigma in sure.values():
-        assert inverse_z == pytest.approx(FAR_PER_M, abs=3.0 * sigma)
+        assert inverse_z == pytest.approx(wall_per_m, abs=3.0 * sigma)
         assert sigma < 0.05 * NEAR_PER_M
 
 
