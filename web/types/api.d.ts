@@ -1520,6 +1520,8 @@ export interface components {
             fov_y_deg: number;
             fx_px: number;
             fy_px: number;
+            /** @default 1 */
+            known_fraction: number;
             model: string;
             parameters: components["schemas"]["LensParameterDocument"][];
             rms_px: number;
@@ -3584,7 +3586,12 @@ export interface components {
             /** @description share of directions that the last look around reached; null before the first */
             surveyed_fraction: number | null;
         };
-        /** @description A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image. */
+        /**
+         * @description A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image.
+         *
+         *     `known_fraction`: share of the image whose pixels have a direction; where the lens model folds back, none
+         *     can be clicked.
+         */
         WideFitDocument: {
             accuracy_deg: number | null;
             cx_px: number;
@@ -3594,6 +3601,8 @@ export interface components {
             fov_y_deg: number;
             fx_px: number;
             fy_px: number;
+            /** @default 1 */
+            known_fraction: number;
             model: string;
             rms_px: number;
         };

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,9 +10,7 @@ from foveacam_hardware.contract import Binning, OutOfRange
 from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
 from foveacam_pipeline.geometry.binning import binning_of
 from foveacam_pipeline.geometry.shapes import as_rows
-
-_UNDISTORT_TOLERANCE_PX = 1e-9
-_UNDISTORT_ROUNDS = 100
+from foveacam_pipeline.models.distortion import forward, inverse, largest_radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,38 +55,41 @@ class Intrinsics:
         )
 
     def angles_rad(self, pixels: ArrayLike) -> NDArray[np.float64]:
-        """Return (n, 2) float64 angles, rad, of `pixels`: (n, 2); they may lie outside the image."""
+        """Return (n, 2) float64 angles, rad, of `pixels`: (n, 2); they may lie outside the image.
+
+        NaN for pixels that no direction reaches, as the lens model folds back before (`distortion.py`).
+        """
         rows = as_rows(pixels, columns=2, name="pixels")
         if len(rows) == 0:
             return np.empty((0, 2))
-        stop = (
-            cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS,
-            _UNDISTORT_ROUNDS,
-            _UNDISTORT_TOLERANCE_PX,
-        )
-        ideal = cv2.undistortPoints(rows[:, None, :], self.matrix, np.array(self.distortion), criteria=stop)
-        return angles_from_tan(np.asarray(ideal, dtype=np.float64)[:, 0, :])
+        return angles_from_tan(inverse(rows, self.matrix, self.distortion))
 
     def pixels(self, angles_rad: ArrayLike) -> NDArray[np.float64]:
-        """Return (n, 2) float64 pixels of `angles_rad`: (n, 2); they may lie outside the image."""
+        """Return (n, 2) float64 pixels of `angles_rad`: (n, 2); they may lie outside the image.
+
+        NaN for directions beyond the angle at which the lens model folds back.
+        """
         tangents = tan_from_angles(angles_rad)
         if len(tangents) == 0:
             return np.empty((0, 2))
-        points = np.column_stack([tangents, np.ones(len(tangents))])
-        zero = np.zeros(3)
-        image, _ = cv2.projectPoints(points, zero, zero, self.matrix, np.array(self.distortion))
-        return np.asarray(image, dtype=np.float64)[:, 0, :]
+        return forward(tangents, self.matrix, self.distortion)
 
     def contains(self, x_px: float, y_px: float) -> bool:
         """Return whether a pixel lies in the image (the first pixel's centre is 0, 0)."""
         return -0.5 <= x_px <= self.width - 0.5 and -0.5 <= y_px <= self.height - 0.5
 
     def check_pixel(self, x_px: float, y_px: float) -> None:
-        """Raise OutOfRange unless the pixel lies in the image."""
+        """Raise OutOfRange unless the pixel lies in the image, and in a direction that the lens has."""
         if not (math.isfinite(x_px) and math.isfinite(y_px) and self.contains(x_px, y_px)):
             raise OutOfRange(
                 f"pixel ({x_px:g}, {y_px:g}) is outside the image: x from -0.5 to {self.width - 0.5:g}, "
                 f"y from -0.5 to {self.height - 0.5:g} px; choose a pixel inside"
+            )
+        if not np.isfinite(self.angles_rad([(x_px, y_px)])).all():
+            raise OutOfRange(
+                f"pixel ({x_px:g}, {y_px:g}) is in no direction that the calibrated lens has: no view of the "
+                "board reached so far out; choose a pixel nearer to the centre, or calibrate the camera with "
+                "the board in its corners"
             )
 
     def check_rectangle(self, x_px: float, y_px: float, *, width_px: float, height_px: float) -> None:
@@ -104,7 +104,10 @@ class Intrinsics:
 
     @property
     def field_rad(self) -> tuple[float, float, float, float]:
-        """Smallest ax, largest ax, smallest ay, largest ay, rad, along the axes through the centre."""
+        """Smallest ax, largest ax, smallest ay, largest ay, rad, along the axes through the centre.
+
+        Where the lens model folds back before the image's edge, the field ends there.
+        """
         edge = np.array(
             [
                 [-0.5, self.cy_px],
@@ -113,5 +116,8 @@ class Intrinsics:
                 [self.cx_px, self.height - 0.5],
             ]
         )
+        widest = math.atan(largest_radius(self.distortion))
+        ends = widest * np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
         angles = self.angles_rad(edge)
+        angles = np.where(np.isfinite(angles), angles, ends)
         return float(angles[0, 0]), float(angles[1, 0]), float(angles[2, 1]), float(angles[3, 1])

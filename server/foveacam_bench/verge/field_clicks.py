@@ -101,6 +101,11 @@ class JudgedClick:
         return self.wrong and not said(self.fixation.alternatives, self.range_m)
 
     @property
+    def visible(self) -> bool:
+        """Whether a point of a surface was clicked that at least one eye sees."""
+        return math.isfinite(self.range_m) and self.seen_by != "none"
+
+    @property
     def bound_holds(self) -> bool:
         """Whether the true distance is within the bound."""
         bound = self.fixation.bound
@@ -232,7 +237,8 @@ def figures(results: list[JudgedClick]) -> Figures:
         "answered_fraction": len(answered) / len(results),
         "answered_of_surfaces_fraction": answered_of_surfaces(results),
         "both_foveae_fraction": _share(results, Basis.BOTH_FOVEAE),
-        "looked_at_fraction": sum(r.off_centre_px <= LOOKED_AT_PX for r in results) / len(results),
+        "looked_at_fraction": _looked_at(results),
+        "looked_at_of_visible_fraction": _looked_at([r for r in results if r.visible]),
         "wrong": sum(r.wrong for r in results),
         "wrong_unsaid": sum(r.unsaid for r in results),
         "within_3_sigma_fraction": _within_3_sigma(answered),
@@ -286,6 +292,12 @@ def answered_of_surfaces(results: list[JudgedClick]) -> float:
     """Return the share of clicks on surfaces that have a distance; the background has none."""
     surfaces = [r for r in results if math.isfinite(r.range_m)]
     return sum(r.fixation.distance_m is not None for r in surfaces) / len(surfaces) if surfaces else math.nan
+
+
+def _looked_at(results: list[JudgedClick]) -> float:
+    """Return the share of clicks whose point is near the centre of a fovea image at the last look."""
+    near = sum(r.off_centre_px <= LOOKED_AT_PX for r in results)
+    return near / len(results) if results else math.nan
 
 
 def _share(results: list[JudgedClick], basis: Basis) -> float:

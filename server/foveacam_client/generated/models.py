@@ -3640,7 +3640,11 @@ class WideDepthDocument(Document):
 
 
 class WideFitDocument(Document):
-    """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image."""
+    """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image.
+
+    `known_fraction`: share of the image whose pixels have a direction; where the lens model folds back, none
+    can be clicked.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3653,6 +3657,7 @@ class WideFitDocument(Document):
     fov_y_deg: float
     fx_px: float
     fy_px: float
+    known_fraction: float = 1.0
     model: str
     rms_px: float
 
@@ -4166,6 +4171,7 @@ class LensFitDocument(Document):
     fov_y_deg: float
     fx_px: float
     fy_px: float
+    known_fraction: float = 1.0
     model: str
     parameters: list[LensParameterDocument]
     rms_px: float

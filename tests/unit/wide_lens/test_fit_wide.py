@@ -95,6 +95,36 @@ def test_the_rational_model_is_recommended_for_a_lens_that_needs_it() -> None:
     assert choice.left_out_px["rational"] < 0.9 * choice.left_out_px["five"]
 
 
+def _central_views(*, count: int, reach: float, seed: int) -> WideSamples:
+    """Return views by a very wide lens of a board that stays near the centre."""
+    lens, rng = FishEye(focal_px=560.0), np.random.default_rng(seed)
+    poses = []
+    for _ in range(count):
+        depth_m = float(rng.uniform(0.3, 0.6))
+        x, y = (rng.uniform(-reach, reach, 2) * depth_m).tolist()
+        turn = rng.uniform(-0.5, 0.5, 3)
+        poses.append(Pose(place_m=(x, y, depth_m), turn_rad=(turn[0], turn[1], turn[2])))
+    return board_samples(BOARD, poses, lens=lens, noise_px=0.05)
+
+
+def test_the_rational_model_is_not_recommended_where_the_views_do_not_determine_it() -> None:
+    choice = choose_model(_central_views(count=10, reach=0.5, seed=2))
+    assert choice.left_out_px["rational"] < 0.98 * choice.left_out_px["five"]
+    assert choice.recommended.model == "five"
+    assert "the views do not determine the rational model" in choice.reason
+
+
+def test_where_a_fitted_lens_folds_back_no_accuracy_is_stated_and_directions_are_missing() -> None:
+    fit = fit_wide(_central_views(count=10, reach=0.5, seed=2))
+    pixels = grid_px(LENS.width, LENS.height)
+    angles = fit.intrinsics.angles_rad(pixels)
+    known = np.isfinite(angles).all(axis=1)
+    assert 0.2 < fit.accuracy.known_fraction == known.mean() < 0.95
+    assert (np.isfinite(fit.accuracy.map_px).ravel() == known).all()
+    assert math.isfinite(fit.accuracy.sigma_px)
+    assert np.abs(fit.intrinsics.pixels(angles[known]) - pixels[known]).max() <= 0.02
+
+
 def test_a_few_wrong_corners_do_not_move_the_lens() -> None:
     clean = board_samples(BOARD, many_poses(20, np.random.default_rng(3)), noise_px=0.02)
     rng, spoilt = np.random.default_rng(7), WideSamples(BOARD)

@@ -1,6 +1,7 @@
 """Fit of a lens to views of a board, its accuracy, and the choice between two lens models.
 
-The rational model is recommended only where it predicts views left out of the fit clearly better.
+The rational model is recommended only where it predicts views left out of the fit clearly better, and where
+the views determine it.
 """
 
 import logging
@@ -36,6 +37,8 @@ LEAST_FOVEA_VIEWS = 3
 FOLDS = 5
 MAX_ERROR_RATIO = 0.98
 """The rational model is recommended when its error on views left out is below this share of the other's."""
+MAX_SIGMA_RATIO = 2.0
+"""And when its standard error over the image is at most this multiple of the other's errors."""
 _MAX_FOCAL_SIGMA = 0.005
 """Maximum relative standard error of the focal length; beyond it the views are refused."""
 _MAX_CORNER_NOISE = 0.005
@@ -96,6 +99,7 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
     taken = list(samples)
     check_number(samples)
     bundle = _fit(observations_of(taken), model, samples.size)
+    check_noise(samples, bundle)
     lens = intrinsics_from(bundle.lens, samples.size)
     accuracy = accuracy_of(bundle, lens)
     _check_lens(samples, bundle, accuracy)
@@ -118,16 +122,35 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
 
 
 def choose_model(samples: WideSamples) -> WideChoice:
-    """Fit both models and recommend one by its error on views left out, a fifth of them at a time."""
-    five, rational = fit_wide(samples, "five"), fit_wide(samples, "rational")
-    left_out: dict[LensModel, float] = {model: left_out_px(samples, model) for model in MODELS}
-    better = left_out["rational"] < MAX_ERROR_RATIO * left_out["five"]
-    errors = f"{left_out['rational']:.3f} px against {left_out['five']:.3f} px on views left out"
-    if better:
-        reason = f"rational: {errors}, by more than {100 * (1 - MAX_ERROR_RATIO):.0f} % less"
-        return WideChoice(recommended=rational, other=five, left_out_px=left_out, reason=reason)
-    reason = f"five coefficients: the rational model does not predict better, {errors}"
-    return WideChoice(recommended=five, other=rational, left_out_px=left_out, reason=reason)
+    """Fit both models and recommend one by its errors; a fifth of the views is left out at a time."""
+    fits = {model: fit_wide(samples, model) for model in MODELS}
+    left_out = {model: left_out_px(samples, model) for model in MODELS}
+    sigma = dict(zip(MODELS, _sigma_where_both_know_px(*fits.values()), strict=True))
+    better, why = _is_rational_better(left_out, sigma)
+    reason = (
+        f"{why}: {left_out['rational']:.3f} px against {left_out['five']:.3f} px on views left out, "
+        f"standard error {sigma['rational']:.2g} px against {sigma['five']:.2g} px where both have directions"
+    )
+    recommended, other = ("rational", "five") if better else ("five", "rational")
+    return WideChoice(recommended=fits[recommended], other=fits[other], left_out_px=left_out, reason=reason)
+
+
+def _is_rational_better(left_out: dict[LensModel, float], sigma: dict[LensModel, float]) -> tuple[bool, str]:
+    """Return whether the rational model is to be used, and why.
+
+    By model: rms of views left out, and standard error over the image, px.
+    """
+    if left_out["rational"] >= MAX_ERROR_RATIO * left_out["five"]:
+        return False, "five coefficients: the rational model does not predict better"
+    if sigma["rational"] > MAX_SIGMA_RATIO * max(sigma["five"], left_out["five"]):
+        return False, "five coefficients: the views do not determine the rational model"
+    return True, "rational"
+
+
+def _sigma_where_both_know_px(*fits: WideFit) -> list[float]:
+    """Return the rms standard error, px, of each lens where all have directions."""
+    shared = np.isfinite([fit.accuracy.map_px for fit in fits]).all(axis=0)
+    return [float(np.sqrt(np.mean(fit.accuracy.map_px[shared] ** 2))) for fit in fits]
 
 
 def left_out_px(samples: WideSamples, model: LensModel) -> float:
@@ -206,7 +229,6 @@ def check_noise(samples: WideSamples, bundle: LensBundle) -> None:
 
 
 def _check_lens(samples: WideSamples, bundle: LensBundle, accuracy: LensAccuracy) -> None:
-    check_noise(samples, bundle)
     unsure = float(np.sqrt(np.diag(accuracy.covariance)[:2]).max() / bundle.lens[:2].min())
     covered = coverage_of(sample.view for sample in samples).fraction
     if unsure < _MAX_FOCAL_SIGMA and covered > _MIN_COVERAGE:

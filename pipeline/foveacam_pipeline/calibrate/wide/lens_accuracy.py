@@ -17,29 +17,36 @@ GRID = (25, 19)
 class LensAccuracy:
     """Error of the conversion from pixel to angle, in px of the image.
 
-    `sigma_px`: standard error, rms over the image. `map_px`: (19, 25) standard error over the image.
+    `sigma_px`: standard error, rms over the part of the image that the lens has directions for.
+    `known_fraction`: that part. `map_px`: (19, 25) standard error over the image, NaN elsewhere.
     `covariance`: of the lens's parameters.
     """
 
     sigma_px: float
     sigma_rad: float
     map_px: NDArray[np.float64]
+    known_fraction: float
     covariance: NDArray[np.float64]
 
 
 def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
     """Return the accuracy by the noise, or by the jackknife over views, whichever is worse."""
     pixels = grid_px(lens.width, lens.height)
-    slopes = _slopes(lens, pixels)
+    tangents = tan_from_angles(lens.angles_rad(pixels))
+    known = np.isfinite(tangents).all(axis=1)
+    slopes = _slopes(lens, tangents[known])
     best: LensAccuracy | None = None
     for covariance in (_by_noise(bundle), _by_leaving_out(bundle)):
         variances = np.einsum("nij,jk,nik->n", slopes, covariance, slopes)
         sigma_px = float(np.sqrt(max(float(variances.mean()), 0.0)))
         if best is None or sigma_px > best.sigma_px:
+            map_px = np.full(len(pixels), np.nan)
+            map_px[known] = np.sqrt(np.maximum(variances, 0.0))
             best = LensAccuracy(
                 sigma_px=sigma_px,
                 sigma_rad=sigma_px / float(np.sqrt(lens.fx_px * lens.fy_px)),
-                map_px=np.sqrt(np.maximum(variances, 0.0)).reshape(GRID[1], GRID[0]),
+                map_px=map_px.reshape(GRID[1], GRID[0]),
+                known_fraction=float(known.mean()),
                 covariance=covariance,
             )
     assert best is not None  # noqa: S101 - the loop above runs twice
@@ -74,9 +81,8 @@ def _by_leaving_out(bundle: LensBundle) -> NDArray[np.float64]:
     return np.asarray((views - 1.0) / views * centred.T @ centred)
 
 
-def _slopes(lens: Intrinsics, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 2, p) derivatives of the pixels of fixed directions by the lens."""
-    tangents = tan_from_angles(lens.angles_rad(pixels))
+def _slopes(lens: Intrinsics, tangents: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (n, 2, p) derivatives of the pixels of fixed directions, tangents (n, 2), by the lens."""
     points = np.column_stack([tangents, np.ones(len(tangents))])
     zero = np.zeros(3)
     _, slopes = cv2.projectPoints(points, zero, zero, lens.matrix, np.array(lens.distortion))

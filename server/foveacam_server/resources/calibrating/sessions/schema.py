@@ -55,7 +55,11 @@ class WideSampleDocument(ResponseModel):
 
 
 class WideFitDocument(ResponseModel):
-    """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image."""
+    """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image.
+
+    `known_fraction`: share of the image whose pixels have a direction; where the lens model folds back, none
+    can be clicked.
+    """
 
     model: str
     rms_px: float
@@ -67,6 +71,7 @@ class WideFitDocument(ResponseModel):
     cy_px: float
     distortion: list[float]
     accuracy_deg: float | None
+    known_fraction: float = 1.0
 
 
 class LensParameterDocument(ResponseModel):

@@ -228,6 +228,7 @@ def describe_fit(fit: WideFit) -> WideFitDocument:
         cy_px=round(lens.cy_px, 3),
         distortion=list(lens.distortion),
         accuracy_deg=round(math.degrees(fit.accuracy.sigma_rad), 6),
+        known_fraction=round(fit.accuracy.known_fraction, 4),
     )
 
 

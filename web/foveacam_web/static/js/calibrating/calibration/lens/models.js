@@ -14,6 +14,7 @@ const NAMES = Object.freeze(
 const ROWS = [
   ["RMS", ({ rms_px }) => pixels(rms_px)],
   ["Pixel ↔ angle", ({ accuracy_deg }) => (accuracy_deg === null ? MISSING : `± ${number(accuracy_deg, 4)}°`)],
+  ["Image with directions", ({ known_fraction }) => `${number(100 * (known_fraction ?? 1), 0)} %`],
   ["Field of view", ({ fov_x_deg, fov_y_deg }) => `${number(fov_x_deg, 2)}° × ${number(fov_y_deg, 2)}°`],
   ["Focal length", ({ fx_px, fy_px }) => `${number(fx_px, 1)}, ${number(fy_px, 1)} px`],
   ["Principal point", ({ cx_px, cy_px }) => `${number(cx_px, 1)}, ${number(cy_px, 1)} px`],
