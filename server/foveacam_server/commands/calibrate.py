@@ -307,7 +307,6 @@ def _run_with_board(
 ) -> None:
     """Run a step on a board, in the session or a new one: with the rig, or on image files."""
     from foveacam_server.commands.calibrate_runs import SessionChoice, run_in_session, run_on_images
-    from foveacam_server.resources.calibrating.sessions.wide_step import ImageFolder
 
     chosen = SessionChoice(session=session, label=label, begin=True)
     if images is None:
@@ -315,7 +314,7 @@ def _run_with_board(
         return
     if run.options.board is None:
         raise InvalidInput("--images: say which board they show, such as --board 9x6 --square-mm 25")
-    run_on_images(rig_options, ImageFolder(folder=images, pattern=pattern), run.options, chosen)
+    run_on_images(rig_options, images, run.options, chosen, pattern=pattern)
 
 
 def _board(

@@ -4,12 +4,15 @@ import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from foveacam_hardware.contract import FoveaError, InvalidInput
+from foveacam_pipeline.calibrate.wide.wide_images import LeftOutImage
 from foveacam_server.commands.calibration_data import DataDirectory, open_data
 from foveacam_server.commands.options import RigOptions
 from foveacam_server.commands.rig import RigChoice, open_enabled_rig
@@ -80,21 +83,37 @@ def run_fit_in_session(
 
 
 def run_on_images(
-    rig_options: RigOptions, images: ImageFolder, options: WideOptions | LensOptions, chosen: SessionChoice
+    rig_options: RigOptions,
+    images: Path,
+    options: WideOptions | LensOptions,
+    chosen: SessionChoice,
+    *,
+    pattern: str,
 ) -> None:
-    """Measure the lens of a camera from image files and print the session; runs beside a server."""
+    """Measure the lens of a camera from image files and print the session; runs beside a server.
+
+    Files that are left out are listed on stderr, each with the reason.
+    """
     console = Console(stderr=True)
-    if not images.folder.is_dir():
-        raise InvalidInput(f"--images {images.folder}: there is no such folder; give a folder of images")
+    if not images.is_dir():
+        raise InvalidInput(f"--images {images}: there is no such folder; give a folder of images")
+    folder = ImageFolder(folder=images, pattern=pattern, left_out=partial(_print_left_out, console))
     with open_data(RigChoice.of(rig_options), lock=False) as data:
         known = None if chosen.session is None else find_session(data, chosen.session)
         with (
             session_for_step(known, data, chosen, console=console) as session,
             progress_bar(console, silent=rig_options.as_json) as bar,
         ):
-            measure_on_images(session, images, options, watch=bar)
+            measure_on_images(session, folder, options, watch=bar)
             bar.finish()
         print_session(session, data, fitted=bar.fitted_ids, as_json=rig_options.as_json)
+
+
+def _print_left_out(console: Console, images: Sequence[LeftOutImage]) -> None:
+    if images:
+        console.print(f"Left out: {len(images)} of the images", highlight=False)
+    for image in images:
+        console.print(f"  {image.name}: {image.reason}", markup=False, highlight=False)
 
 
 def run_drift(rig_options: RigOptions, *, distance_m: float | None, apply: bool) -> None:

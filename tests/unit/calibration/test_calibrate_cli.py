@@ -5,13 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
-from tests.support.scenes.board_scenes import DivisionLens, Pose, board_picture
+from tests.support.scenes.board_scenes import DivisionLens, Pose, board_picture, write_board_pictures
 from tests.support.scenes.settle_report import REPORT
 
 from foveacam_pipeline.calibrate.records.records import CalibrationStore
 from foveacam_pipeline.calibrate.settle.settle_report import save_settle
-from foveacam_pipeline.calibrate.wide.boards import Charuco
+from foveacam_pipeline.calibrate.wide.boards import Charuco, Checkerboard
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server import cli
@@ -207,13 +208,28 @@ def test_lens_of_a_fovea_is_found_in_images_and_informs(
     for number, turn in enumerate(turns):
         picture = board_picture(board, Pose(place_m=(0.0, 0.0, 2.6), turn_rad=turn), lens=lens, noise=1.0)
         cv2.imwrite(str(folder / f"left{number}.png"), picture)
+    cv2.imwrite(str(folder / "wall.png"), np.full((540, 720), 80, dtype=np.uint8))
     shown = ["--board", "4x3", "--square-mm", "20", "--marker-mm", "15"]
 
     assert run(monkeypatch, "lens", "--camera", "left", "--images", str(folder), *shown, "--json") == 0
-    (found,) = json.loads(capsys.readouterr().out)["lenses"]
+    printed = capsys.readouterr()
+    (found,) = json.loads(printed.out)["lenses"]
+    assert "Left out: 1 of the images\n  wall.png: nothing like a board" in printed.err
     focal = found["fit"]["parameters"][0]
     assert abs(focal["value"] - 14_380.0) < 3.0 * focal["sigma"] < 0.03 * 14_380.0
     assert [sample["corners"] for sample in found["samples"]] == [12] * len(turns)
 
     assert run(monkeypatch, "lens", "--camera", "middle", "--images", str(folder), *shown) == 2
     assert "'middle'" in capsys.readouterr().err
+
+
+def test_a_lens_of_other_pictures_than_the_rigs_does_not_reach_the_mirrors(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    board, folder = Checkerboard(columns=9, rows=6, square_m=0.025), tmp_path / "views"
+    folder.mkdir()
+    write_board_pictures(folder, board, name="webcam", seed=1)
+    assert run(monkeypatch, "wide", "--images", str(folder), "--board", "9x6", "--square-mm", "25") == 0
+    capsys.readouterr()
+    assert run(monkeypatch, "mirrors", "--nodes", "3x3") != 0
+    assert "images of 640 x 480 px, the wide camera of the rig takes 1440 x 1080" in capsys.readouterr().err

@@ -1,6 +1,12 @@
-"""Views of a board from a directory of images, as of a camera that was recorded elsewhere or earlier."""
+"""Views of a board from a directory of images, as of a camera that was recorded elsewhere or earlier.
+
+Pictures are decoded as they were exposed: a note in the file that a viewer should turn them is ignored, since
+it would exchange the lens's axes, and of 16 bits those that the camera filled are used.
+"""
 
 import logging
+from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -15,8 +21,25 @@ from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSample
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm")
 _EXPLAINED = 3
+_BITS = 8
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOutImage:
+    """A file whose view was not used, and why, in words."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FolderViews:
+    """The views of a board in a folder of images, and the files left out, in the order of their names."""
+
+    samples: WideSamples
+    left_out: tuple[LeftOutImage, ...]
 
 
 def samples_from_images(
@@ -26,59 +49,95 @@ def samples_from_images(
     pattern: str = "*",
     watch: ProcedureWatcher | None = None,
     role: Role = Role.WIDE,
-) -> WideSamples:
+) -> FolderViews:
     """Return the views of a board in the images of a folder whose names match `pattern`, sorted by name.
 
-    Raise InvalidInput for a folder without images, an unreadable file, images of different sizes, and where
-    the board is in none of them; each is named. Images without the board are left out.
+    Left out, with the reason: files that cannot be read, images of another size than most, and those without
+    the board. Hidden files are not looked at. Raise InvalidInput for a folder without images, and where the
+    board is in none of them.
     """
     watcher = watch or SilentWatcher()
     paths = _paths(folder, pattern)
-    samples, without = WideSamples(board, role=role), []
-    first_size: tuple[str, int, int] | None = None
+    found: list[WideSample | LeftOutImage] = []
     for done, path in enumerate(paths):
         raise_if_cancelled(watcher, doing=f"reading images of {folder}")
         watcher.progress(done, total=len(paths), note=path.name)
-        gray = _read(path)
-        height, width = gray.shape
-        first_size = first_size or (path.name, width, height)
-        if (width, height) != first_size[1:]:
-            raise InvalidInput(
-                f"{path.name} is {width} x {height} px, {first_size[0]} {first_size[1]} x {first_size[2]}; "
-                "give images of one camera, uncropped, or choose some by a pattern"
-            )
-        view = detect_board(gray, board, effort="thorough")
-        if view is None:
-            without.append(path)
-            logger.info("%s: no %s found", path.name, board)
-            continue
-        samples.add(WideSample(view=view, thumbnail_jpeg=thumbnail(gray, view), source=path.name))
+        found.append(_sample(path, board))
+    samples, left_out = _of_one_size(found, board, role)
+    for one in left_out:
+        logger.info("%s: %s", one.name, one.reason)
     watcher.progress(len(paths), total=len(paths), note=f"{len(samples)} views")
     if not len(samples):
-        raise InvalidInput(_none_found(folder, board, without))
-    return samples
+        first = "; ".join(f"{one.name}: {one.reason}" for one in left_out[:_EXPLAINED])
+        raise InvalidInput(f"{folder}: no {board} was found in any of {len(left_out)} images; {first}")
+    return FolderViews(samples=samples, left_out=tuple(left_out))
+
+
+def eight_bits(image: NDArray[np.generic]) -> NDArray[np.uint8]:
+    """Return an image, (h, w) or (h, w, c) of unsigned integers, in 8 bits.
+
+    Cameras of 10 or 12 bits fill the low bits of 16: the largest value tells how many are significant.
+    """
+    if image.dtype == np.uint8:
+        return np.asarray(image, dtype=np.uint8)
+    significant = int(image.max(initial=0)).bit_length()
+    return np.asarray(image >> max(0, significant - _BITS), dtype=np.uint8)
+
+
+def _sample(path: Path, board: Board) -> WideSample | LeftOutImage:
+    """Return the view of the board in an image, or why there is none."""
+    image = _read(path)
+    if image is None:
+        return LeftOutImage(name=path.name, reason="it cannot be read as an image of 8 or 16 bits")
+    view = detect_board(image, board, effort="thorough")
+    if view is None:
+        return LeftOutImage(name=path.name, reason=explain_absence(image, board))
+    return WideSample(view=view, thumbnail_jpeg=thumbnail(image, view), source=path.name)
+
+
+def _of_one_size(
+    found: list[WideSample | LeftOutImage], board: Board, role: Role
+) -> tuple[WideSamples, list[LeftOutImage]]:
+    """Return the views in images of the most frequent size, and all others as left out."""
+    sizes = Counter((one.view.width, one.view.height) for one in found if isinstance(one, WideSample))
+    usual = max(sizes, key=lambda size: sizes[size], default=(0, 0))
+    samples, left_out = WideSamples(board, role=role), []
+    for one in found:
+        if isinstance(one, LeftOutImage):
+            left_out.append(one)
+        elif (one.view.width, one.view.height) == usual:
+            samples.add(one)
+        else:
+            size = f"{one.view.width} x {one.view.height} px, most are {usual[0]} x {usual[1]}"
+            left_out.append(LeftOutImage(name=one.source, reason=f"{size}: of another camera, or cropped"))
+    return samples, left_out
 
 
 def _paths(folder: Path, pattern: str) -> list[Path]:
     if not folder.is_dir():
         raise InvalidInput(f"{folder}: there is no such folder; give a folder of images")
-    paths = sorted(p for p in folder.glob(pattern) if p.suffix.lower() in SUFFIXES and p.is_file())
+    try:
+        matching = sorted(folder.glob(pattern))
+    except (ValueError, NotImplementedError) as error:
+        raise InvalidInput(
+            f"images by the pattern {pattern!r}: {str(error).rstrip('.')}; give one for names in the folder, "
+            "such as 'left*', or leave it out for all"
+        ) from error
+    shown = [path for path in matching if not path.name.startswith(".")]
+    paths = [path for path in shown if path.suffix.lower() in SUFFIXES and path.is_file()]
     if not paths:
         kinds = ", ".join(suffix[1:] for suffix in SUFFIXES)
         raise InvalidInput(f"{folder}: no image matches {pattern!r} there; files of {kinds} are read")
     return paths
 
 
-def _read(path: Path) -> NDArray[np.uint8]:
+def _read(path: Path) -> NDArray[np.uint8] | None:
+    """Return the grey picture of a file, (h, w) uint8, as exposed; None if it cannot be read."""
     content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    image = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE) if len(content) else None
-    if image is None:
-        raise InvalidInput(
-            f"{path}: this file of {len(content)} bytes cannot be read as an image; repair or remove it"
-        )
-    return np.asarray(image, dtype=np.uint8)
-
-
-def _none_found(folder: Path, board: Board, without: list[Path]) -> str:
-    reasons = [f"{path.name}: {explain_absence(_read(path), board)}" for path in without[:_EXPLAINED]]
-    return f"{folder}: no {board} was found in any of {len(without)} images; {'; '.join(reasons)}"
+    image = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if len(content) else None
+    if image is None or image.dtype not in (np.uint8, np.uint16):
+        return None
+    narrow = eight_bits(image)
+    if narrow.ndim == 2:
+        return narrow
+    return np.asarray(cv2.cvtColor(narrow[..., :3], cv2.COLOR_BGR2GRAY), dtype=np.uint8)

@@ -65,11 +65,12 @@ def measure_lens_images(
     """Find the board in the image files and fit the lens."""
     watch.stage(STEP)
     board = chosen_board(options.board, None, usual=BOARD)
-    samples = samples_from_images(
+    found = samples_from_images(
         images.folder, board, pattern=images.pattern, watch=watch, role=Role(options.camera)
     )
-    samples.save(session.folder)
-    _conclude(session, samples, watch=watch)
+    images.left_out(found.left_out)
+    found.samples.save(session.folder)
+    _conclude(session, found.samples, watch=watch)
 
 
 def remove_lens_sample(session: CalibrationSession, role: Role, sample_id: str) -> None:

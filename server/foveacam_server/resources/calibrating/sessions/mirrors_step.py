@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Role, Station
+from foveacam_hardware.contract import Frame, InvalidInput, Role, Station
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.sweep.sweep import SweepPose, sweep_filename
 from foveacam_pipeline.calibrate.sweep.sweep_file import load_sweep, read_new_poses
@@ -54,6 +54,7 @@ def measure_mirrors(
         with environment.use(f"the sweep at {station.name}", binning=None) as rig:
             if rig.pan_tilt is None:
                 raise no_pan_tilt("sweep the mirrors")
+            _check_lens_is_of(wide, rig.head.wide())
             run_sweep(
                 rig.head,
                 rig.pan_tilt,
@@ -68,6 +69,19 @@ def measure_mirrors(
     swept = swept_stations(session, environment)
     if not has_returned([load_sweep(session.folder / sweep_filename(station)) for station in swept]):
         measure_nodes_again(session, swept[0], wide, environment=environment, watch=watch, settings=settings)
+
+
+def _check_lens_is_of(lens: Intrinsics, frame: Frame) -> None:
+    """Raise InvalidInput where a lens was fitted to images of another size than the wide camera takes."""
+    height, width = (frame.binning * side for side in frame.image.shape[:2])
+    if (width, height) != (lens.width, lens.height):
+        raise InvalidInput(
+            f"the lens of this session was fitted to images of {lens.width} x {lens.height} px, the wide "
+            f"camera of the rig takes {width} x {height}",
+            asked="a sweep of the mirrors",
+            found=f"a lens for {lens.width} x {lens.height} px",
+            remedy="measure the wide camera of this rig first, or give images that it took",
+        )
 
 
 def is_swept(path: Path, options: MirrorsOptions, station: Station, *, retry: bool) -> bool:

@@ -1,6 +1,7 @@
 """Stage 1 of a calibration session: views of a board from the rig or from image files, and the lens fit."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,7 @@ from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, board_from
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
 from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide
-from foveacam_pipeline.calibrate.wide.wide_images import samples_from_images
+from foveacam_pipeline.calibrate.wide.wide_images import LeftOutImage, samples_from_images
 from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, residuals_picture
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples
@@ -38,10 +39,14 @@ STEP = "wide"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageFolder:
-    """Image files to use instead of the rig; `pattern`: glob of their names."""
+    """Image files to use instead of the rig; `pattern`: glob of their names.
+
+    `left_out`: called with the files that are not used, before the fit.
+    """
 
     folder: Path
     pattern: str = "*"
+    left_out: Callable[[Sequence[LeftOutImage]], None]
 
 
 def measure_wide(
@@ -81,12 +86,13 @@ def measure_wide_images(
 ) -> None:
     """Find the board in the image files and fit the lens."""
     watch.stage(STEP)
-    samples = samples_from_images(
+    found = samples_from_images(
         images.folder, chosen_board(options.board, None), pattern=images.pattern, watch=watch
     )
-    samples.save(session.folder)
-    _conclude(session, samples, options, watch=watch)
-    session.finish_steps(FinishedSteps(wide=FinishedWide(views=len(samples))))
+    images.left_out(found.left_out)
+    found.samples.save(session.folder)
+    _conclude(session, found.samples, options, watch=watch)
+    session.finish_steps(FinishedSteps(wide=FinishedWide(views=len(found.samples))))
 
 
 def _conclude(
