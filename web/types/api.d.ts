@@ -192,24 +192,43 @@ export interface components {
              */
             kind: "blank";
         };
-        /** @description The calibration board of stage 1: inner corners, sides in mm. */
+        /** @description The calibration board of stage 1: inner corners, sides in mm, and how a ChArUco board is drawn. */
         BoardDocument: {
             columns: number;
+            /**
+             * @default 4X4_50
+             * @enum {string}
+             */
+            dictionary: "4X4_50" | "4X4_100" | "4X4_250" | "4X4_1000" | "5X5_50" | "5X5_100" | "5X5_250" | "5X5_1000" | "6X6_50" | "6X6_100" | "6X6_250" | "6X6_1000" | "7X7_50" | "7X7_100" | "7X7_250" | "7X7_1000";
             /** @enum {string} */
             kind: "charuco" | "checkerboard";
+            /** @default false */
+            legacy_pattern: boolean;
             marker_mm: number | null;
             rows: number;
             square_mm: number;
         };
-        /** @description The calibration board: inner corners, side of a square, side of a marker (ChArUco). */
+        /**
+         * @description The calibration board: inner corners, side of a square.
+         *
+         *     Of a ChArUco board also the side of a marker, the markers' dictionary, and whether it is drawn as OpenCV
+         *     did before 4.6 (`legacy_pattern`: an even number of squares downwards begins with a white one).
+         */
         BoardOption: {
             /** @default 9 */
             columns?: number;
+            /**
+             * @default 4X4_50
+             * @enum {string}
+             */
+            dictionary?: "4X4_50" | "4X4_100" | "4X4_250" | "4X4_1000" | "5X5_50" | "5X5_100" | "5X5_250" | "5X5_1000" | "6X6_50" | "6X6_100" | "6X6_250" | "6X6_1000" | "7X7_50" | "7X7_100" | "7X7_250" | "7X7_1000";
             /**
              * @default charuco
              * @enum {string}
              */
             kind?: "charuco" | "checkerboard";
+            /** @default false */
+            legacy_pattern?: boolean;
             marker_mm?: number | null;
             /** @default 6 */
             rows?: number;

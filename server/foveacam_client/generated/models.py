@@ -197,26 +197,68 @@ class BlankPattern(Document):
 
 
 class BoardDocument(Document):
-    """The calibration board of stage 1: inner corners, sides in mm."""
+    """The calibration board of stage 1: inner corners, sides in mm, and how a ChArUco board is drawn."""
 
     model_config = ConfigDict(
         extra="forbid",
     )
     columns: int
+    dictionary: Literal[
+        "4X4_50",
+        "4X4_100",
+        "4X4_250",
+        "4X4_1000",
+        "5X5_50",
+        "5X5_100",
+        "5X5_250",
+        "5X5_1000",
+        "6X6_50",
+        "6X6_100",
+        "6X6_250",
+        "6X6_1000",
+        "7X7_50",
+        "7X7_100",
+        "7X7_250",
+        "7X7_1000",
+    ] = "4X4_50"
     kind: Literal["charuco", "checkerboard"]
+    legacy_pattern: bool = False
     marker_mm: float | None
     rows: int
     square_mm: float
 
 
 class BoardOption(Document):
-    """The calibration board: inner corners, side of a square, side of a marker (ChArUco)."""
+    """The calibration board: inner corners, side of a square.
+
+    Of a ChArUco board also the side of a marker, the markers' dictionary, and whether it is drawn as OpenCV
+    did before 4.6 (`legacy_pattern`: an even number of squares downwards begins with a white one).
+    """
 
     model_config = ConfigDict(
         extra="forbid",
     )
     columns: Annotated[int, Field(ge=3, le=40)] = 9
+    dictionary: Literal[
+        "4X4_50",
+        "4X4_100",
+        "4X4_250",
+        "4X4_1000",
+        "5X5_50",
+        "5X5_100",
+        "5X5_250",
+        "5X5_1000",
+        "6X6_50",
+        "6X6_100",
+        "6X6_250",
+        "6X6_1000",
+        "7X7_50",
+        "7X7_100",
+        "7X7_250",
+        "7X7_1000",
+    ] = "4X4_50"
     kind: Literal["charuco", "checkerboard"] = "charuco"
+    legacy_pattern: bool = False
     marker_mm: Annotated[float | None, Field(gt=0.0, le=1000.0)] = None
     rows: Annotated[int, Field(ge=3, le=40)] = 6
     square_mm: Annotated[float, Field(gt=0.0, le=1000.0)]

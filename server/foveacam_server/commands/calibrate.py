@@ -36,6 +36,12 @@ ROOM = "calibration"
 BoardOption = Annotated[str | None, typer.Option(help="inner corners of the board, such as 9x6")]
 SquareOption = Annotated[float | None, typer.Option(help="side of a square of the board, mm")]
 MarkerOption = Annotated[float | None, typer.Option(help="side of a marker, mm: a ChArUco board")]
+DictionaryOption = Annotated[
+    str | None, typer.Option(help="of the markers, as the board was printed: 4X4_50, 6X6_250 ...")
+]
+LegacyOption = Annotated[
+    bool, typer.Option("--legacy-pattern", help="a ChArUco board as OpenCV drew it before 4.6")
+]
 ImagesOption = Annotated[Path | None, typer.Option(help="folder of images to use instead of the rig")]
 PatternOption = Annotated[str, typer.Option(help="which images of the folder, such as 'left*'")]
 ModelOption = Annotated[str | None, typer.Option(help="lens model: five or rational")]
@@ -56,6 +62,8 @@ def wide(
     board: BoardOption = None,
     square_mm: SquareOption = None,
     marker_mm: MarkerOption = None,
+    dictionary: DictionaryOption = None,
+    legacy_pattern: LegacyOption = False,
     views: ViewsOption = None,
     model: ModelOption = None,
     session: SessionOption = None,
@@ -66,7 +74,7 @@ def wide(
         of_step.WideOptions,
         {
             "station": station,
-            "board": _board(board, square_mm, marker_mm),
+            "board": _board(board, square_mm, marker_mm, dictionary, legacy_pattern=legacy_pattern),
             "views": views,
             "model": model,
         },
@@ -87,12 +95,15 @@ def lens(
     board: BoardOption = None,
     square_mm: SquareOption = None,
     marker_mm: MarkerOption = None,
+    dictionary: DictionaryOption = None,
+    legacy_pattern: LegacyOption = False,
     views: ViewsOption = None,
     session: SessionOption = None,
     label: LabelOption = None,
 ) -> None:
     """Measure the lens of any camera with a board; a fovea's is for information, no other step uses it."""
-    shown = {"station": station, "board": _board(board, square_mm, marker_mm), "views": views}
+    described = _board(board, square_mm, marker_mm, dictionary, legacy_pattern=legacy_pattern)
+    shown = {"station": station, "board": described, "views": views}
     if camera is Role.WIDE:
         wide_options = validated(of_step.WideOptions, shown)
         run: of_step.WideRun | of_step.LensRun = of_step.WideRun(step="wide", options=wide_options)
@@ -318,14 +329,20 @@ def _run_with_board(
 
 
 def _board(
-    corners: str | None, square_mm: float | None, marker_mm: float | None
+    corners: str | None,
+    square_mm: float | None,
+    marker_mm: float | None,
+    dictionary: str | None,
+    *,
+    legacy_pattern: bool,
 ) -> Mapping[str, str | float | None] | None:
     """Return the options of a board, not validated yet."""
     size = parse_pair(corners, option="--board", example="9x6")
-    if size is None and square_mm is None and marker_mm is None:
+    markers = {"marker_mm": marker_mm, "dictionary": dictionary, "legacy_pattern": legacy_pattern or None}
+    given = {name: value for name, value in markers.items() if value is not None}
+    if size is None and square_mm is None and not given:
         return None
     if size is None or square_mm is None:
         raise InvalidInput("a board needs --board and --square-mm, such as --board 9x6 --square-mm 25")
-    kind = "checkerboard" if marker_mm is None else "charuco"
-    sides_mm = {"square_mm": square_mm, "marker_mm": marker_mm}
-    return {"kind": kind, "columns": size[0], "rows": size[1], **sides_mm}
+    kind = "charuco" if given else "checkerboard"
+    return {"kind": kind, "columns": size[0], "rows": size[1], "square_mm": square_mm, **given}

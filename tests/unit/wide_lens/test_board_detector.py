@@ -87,3 +87,24 @@ def test_an_empty_wall_shows_no_board() -> None:
 def test_a_colour_image_is_refused() -> None:
     with pytest.raises(InvalidInput, match="grey image"):
         detect_board(np.zeros((10, 10, 3), dtype=np.uint8), CHARUCO)
+
+
+NAMED = [
+    (
+        Charuco(dictionary="6X6_250"),
+        CHARUCO,
+        "dictionary 6X6_50 were found, placed as on a ChArUco board of 9 x 6",
+    ),
+    (Charuco(rows=7, legacy_pattern=True), Charuco(rows=7), r"9 x 7 inner corners (4X4_50, legacy pattern)"),
+    (Charuco(columns=6, rows=9), CHARUCO, "placed as on a ChArUco board of 6 x 9"),
+]
+
+
+@pytest.mark.parametrize(("printed", "described", "words"), NAMED)
+def test_a_charuco_board_of_another_kind_is_found_when_described_and_named_otherwise(
+    printed: Charuco, described: Charuco, words: str
+) -> None:
+    picture = board_picture(printed, TILTED, lens=SMALL)
+    assert detect_board(picture, printed) is not None
+    assert detect_board(picture, described) is None
+    assert words in explain_absence(picture, described)

@@ -189,6 +189,11 @@ def test_views_that_cannot_tell_the_lens_are_refused_with_the_remedy(poses: list
         fit_wide(board_samples(BOARD, poses))
 
 
+def test_good_views_with_noisy_corners_are_not_called_alike() -> None:
+    with pytest.raises(InvalidInput, match=r"their corners scatter by \d\.\d\d px: take sharper"):
+        fit_wide(board_samples(BOARD, many_poses(16, np.random.default_rng(1)), noise_px=5.0))
+
+
 def test_views_of_something_that_is_no_flat_board_are_refused() -> None:
     rng, samples = np.random.default_rng(2), WideSamples(BOARD)
     for sample in board_samples(BOARD, many_poses(10, rng)):

@@ -18,6 +18,7 @@ from foveacam_pipeline.calibrate.wide.board_pattern import (
     mapped,
     starts_at_black,
 )
+from foveacam_pipeline.calibrate.wide.board_recognition import alternatives, seen_markers
 from foveacam_pipeline.calibrate.wide.boards import MIN_CORNERS, Board, Charuco, Checkerboard
 from foveacam_pipeline.calibrate.wide.corner_model import fit_crossings
 
@@ -115,12 +116,9 @@ def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exa
 def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
     """Return a sentence on what the image shows instead of `board`; slow, for error messages."""
     if isinstance(board, Charuco):
-        markers = _charuco_detector(board).detectBoard(gray)[3]
-        if markers is not None and len(markers) >= _MIN_MARKERS:
-            return (
-                f"{len(markers)} of its markers were found, but not placed as on a {board}: "
-                "check columns, rows and dictionary"
-            )
+        words = _markers_seen(gray, board)
+        if words is not None:
+            return words
     seen = _lattice_seen(gray)
     if seen is None:
         return "nothing like a board was found: show it whole, flat, evenly lit, with a white margin"
@@ -129,6 +127,18 @@ def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
     if set(seen) == {board.columns, board.rows}:
         return "something like it was found, but not every corner: show the whole board with a white margin"
     return f"a board of {seen[0]} x {seen[1]} inner corners was found: check columns and rows"
+
+
+def _markers_seen(gray: NDArray[np.uint8], board: Charuco) -> str | None:
+    """Return a sentence on the markers in an image, and the board that they are of; None without markers."""
+    seen = seen_markers(gray)
+    if seen is None:
+        return None
+    markers = f"{len(seen.ids)} markers of the dictionary {seen.dictionary} were found"
+    for other in alternatives(board, seen):
+        if _coarse_charuco(gray, other) is not None:
+            return f"{markers}, placed as on a {other} ({other.drawn}): describe that board"
+    return f"{markers}, but not placed as on a {board}: check columns and rows"
 
 
 def _coarse_checkerboard(

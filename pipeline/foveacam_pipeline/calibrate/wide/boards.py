@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import cv2
 import numpy as np
@@ -12,14 +12,26 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
 
-DICTIONARIES = {
-    "4X4_50": cv2.aruco.DICT_4X4_50,
-    "4X4_100": cv2.aruco.DICT_4X4_100,
-    "4X4_250": cv2.aruco.DICT_4X4_250,
-    "5X5_50": cv2.aruco.DICT_5X5_50,
-    "5X5_100": cv2.aruco.DICT_5X5_100,
-    "6X6_250": cv2.aruco.DICT_6X6_250,
-}
+DictionaryName: TypeAlias = Literal[
+    "4X4_50",
+    "4X4_100",
+    "4X4_250",
+    "4X4_1000",
+    "5X5_50",
+    "5X5_100",
+    "5X5_250",
+    "5X5_1000",
+    "6X6_50",
+    "6X6_100",
+    "6X6_250",
+    "6X6_1000",
+    "7X7_50",
+    "7X7_100",
+    "7X7_250",
+    "7X7_1000",
+]
+DICTIONARIES = {name: getattr(cv2.aruco, f"DICT_{name}") for name in get_args(DictionaryName)}
+"""OpenCV's dictionaries of square markers. A larger one of the same cells begins with the smaller one."""
 MIN_CORNERS = 3
 """Minimum inner corners along either side; with fewer no detector works."""
 
@@ -61,7 +73,8 @@ class Charuco:
     """A checkerboard with an ArUco marker in each white square, which identifies parts of it.
 
     `columns`, `rows` count the inner corners, as for a checkerboard. Drawn as OpenCV draws it since 4.6:
-    the first square is black, markers are numbered row by row.
+    the first square is black, markers are numbered row by row. `legacy_pattern`: drawn as before, where an
+    even number of squares downwards begins with a white one.
     """
 
     columns: int = 9
@@ -69,6 +82,7 @@ class Charuco:
     square_m: float = 0.036
     marker_m: float = 0.027
     dictionary: str = "4X4_50"
+    legacy_pattern: bool = False
 
     def __post_init__(self) -> None:
         _check_lattice(self.columns, self.rows, self.square_m)
@@ -110,7 +124,15 @@ class Charuco:
     def printed(self) -> cv2.aruco.CharucoBoard:
         """Return the board as OpenCV's object."""
         words = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
-        return cv2.aruco.CharucoBoard((self.columns + 1, self.rows + 1), self.square_m, self.marker_m, words)
+        size = (self.columns + 1, self.rows + 1)
+        board = cv2.aruco.CharucoBoard(size, self.square_m, self.marker_m, words)
+        board.setLegacyPattern(self.legacy_pattern)
+        return board
+
+    @property
+    def drawn(self) -> str:
+        """How the markers are drawn, in words."""
+        return f"{self.dictionary}, legacy pattern" if self.legacy_pattern else self.dictionary
 
     def __str__(self) -> str:
         return f"ChArUco board of {self.columns} x {self.rows} inner corners"
@@ -127,6 +149,7 @@ def board_from(
     square_m: float,
     marker_m: float | None = None,
     dictionary: str = "4X4_50",
+    legacy_pattern: bool = False,
 ) -> Board:
     """Return the board of plain values, as from a request, a file or a command line."""
     if kind == "checkerboard":
@@ -134,7 +157,12 @@ def board_from(
     if kind == "charuco":
         marker_m = 0.75 * square_m if marker_m is None else marker_m
         return Charuco(
-            columns=columns, rows=rows, square_m=square_m, marker_m=marker_m, dictionary=dictionary
+            columns=columns,
+            rows=rows,
+            square_m=square_m,
+            marker_m=marker_m,
+            dictionary=dictionary,
+            legacy_pattern=legacy_pattern,
         )
     raise InvalidInput(f"board: kind {kind!r} is not known; use 'checkerboard' or 'charuco'")
 

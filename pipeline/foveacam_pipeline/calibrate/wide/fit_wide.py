@@ -43,6 +43,8 @@ _MAX_FOCAL_SIGMA = 0.005
 """Maximum relative standard error of the focal length; beyond it the views are refused."""
 _MAX_CORNER_NOISE = 0.005
 """Maximum noise of a corner, over the image's width; beyond it no lens fits the views."""
+_USUAL_NOISE = 1e-4
+"""Noise of a corner in sharp and evenly lit pictures, over the image's width."""
 _MIN_TILT_DEG = 10.0
 _MIN_COVERAGE = 0.25
 """Minimum covered share of the image; below it the views are refused."""
@@ -131,8 +133,9 @@ def choose_model(samples: WideSamples) -> WideChoice:
         f"{why}: {left_out['rational']:.3f} px against {left_out['five']:.3f} px on views left out, "
         f"standard error {sigma['rational']:.2g} px against {sigma['five']:.2g} px where both have directions"
     )
-    recommended, other = ("rational", "five") if better else ("five", "rational")
-    return WideChoice(recommended=fits[recommended], other=fits[other], left_out_px=left_out, reason=reason)
+    five, rational = fits["five"], fits["rational"]
+    recommended, other = (rational, five) if better else (five, rational)
+    return WideChoice(recommended=recommended, other=other, left_out_px=left_out, reason=reason)
 
 
 def _is_rational_better(left_out: dict[LensModel, float], sigma: dict[LensModel, float]) -> tuple[bool, str]:
@@ -238,6 +241,11 @@ def _check_lens(samples: WideSamples, bundle: LensBundle, accuracy: LensAccuracy
         why = f"the board was tilted by {most:.0f}° at most: tilt it by 20 to 40° to all sides"
     elif covered <= _MIN_COVERAGE:
         why = f"they cover {100 * covered:.0f} % of the image: show the board in every corner, and nearer"
+    elif unsure * _USUAL_NOISE * samples.size[0] < _MAX_FOCAL_SIGMA * bundle.sigma_px:
+        why = (
+            f"their corners scatter by {bundle.sigma_px:.2f} px: take sharper and brighter pictures, of a "
+            "flat board at rest, or more of them"
+        )
     else:
         why = "they are too alike: take more, nearer and farther, tilted to all sides"
     raise InvalidInput(

@@ -8,6 +8,7 @@ import logging
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -73,7 +74,7 @@ def samples_from_images(
     return FolderViews(samples=samples, left_out=tuple(left_out))
 
 
-def eight_bits(image: NDArray[np.generic]) -> NDArray[np.uint8]:
+def eight_bits(image: NDArray[np.unsignedinteger[Any]]) -> NDArray[np.uint8]:
     """Return an image, (h, w) or (h, w, c) of unsigned integers, in 8 bits.
 
     Cameras of 10 or 12 bits fill the low bits of 16: the largest value tells how many are significant.
@@ -137,7 +138,7 @@ def _read(path: Path) -> NDArray[np.uint8] | None:
     image = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if len(content) else None
     if image is None or image.dtype not in (np.uint8, np.uint16):
         return None
-    narrow = eight_bits(image)
+    narrow = eight_bits(image.astype(image.dtype, copy=False))
     if narrow.ndim == 2:
         return narrow
     return np.asarray(cv2.cvtColor(narrow[..., :3], cv2.COLOR_BGR2GRAY), dtype=np.uint8)

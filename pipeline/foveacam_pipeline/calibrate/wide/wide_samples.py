@@ -180,6 +180,7 @@ class _Board(_Strict):
     square_m: float
     marker_m: float | None = None
     dictionary: str | None = None
+    legacy_pattern: bool = False
 
     def build(self) -> Board:
         sizes = {"columns": self.columns, "rows": self.rows}
@@ -190,6 +191,7 @@ class _Board(_Strict):
             square_m=self.square_m,
             marker_m=self.marker_m or 0.0,
             dictionary=self.dictionary or "",
+            legacy_pattern=self.legacy_pattern,
         )
 
 
@@ -240,5 +242,5 @@ def _fields(board: Board) -> dict[str, Plain]:
 
 
 def _sizes(board: Board) -> str:
-    marker = f", markers {board.marker_m * 1e3:g} mm" if isinstance(board, Charuco) else ""
+    marker = f", markers {board.marker_m * 1e3:g} mm of {board.drawn}" if isinstance(board, Charuco) else ""
     return f"squares {board.square_m * 1e3:g} mm{marker}"

@@ -4,6 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from foveacam_pipeline.calibrate.wide.boards import DictionaryName
+
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 LensModel = Literal["five", "rational"]
@@ -16,13 +18,19 @@ class _Options(BaseModel):
 
 
 class BoardOption(_Options):
-    """The calibration board: inner corners, side of a square, side of a marker (ChArUco)."""
+    """The calibration board: inner corners, side of a square.
+
+    Of a ChArUco board also the side of a marker, the markers' dictionary, and whether it is drawn as OpenCV
+    did before 4.6 (`legacy_pattern`: an even number of squares downwards begins with a white one).
+    """
 
     kind: Literal["charuco", "checkerboard"] = "charuco"
     columns: Annotated[int, Field(ge=3, le=40)] = 9
     rows: Annotated[int, Field(ge=3, le=40)] = 6
     square_mm: Annotated[float, Field(gt=0.0, le=1000.0)]
     marker_mm: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    dictionary: DictionaryName = "4X4_50"
+    legacy_pattern: bool = False
 
 
 class WideOptions(_Options):

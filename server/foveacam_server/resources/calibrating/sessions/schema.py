@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field
 
 from foveacam_hardware.contract import Role
+from foveacam_pipeline.calibrate.wide.boards import DictionaryName
 from foveacam_server.foundation.quantities import Label
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -32,13 +33,15 @@ class CombineRequest(RequestModel):
 
 
 class BoardDocument(ResponseModel):
-    """The calibration board of stage 1: inner corners, sides in mm."""
+    """The calibration board of stage 1: inner corners, sides in mm, and how a ChArUco board is drawn."""
 
     kind: Literal["charuco", "checkerboard"]
     columns: int
     rows: int
     square_mm: float
     marker_mm: float | None
+    dictionary: DictionaryName = "4X4_50"
+    legacy_pattern: bool = False
 
 
 class WideSampleDocument(ResponseModel):

@@ -118,6 +118,8 @@ def chosen_board(
         rows=given.rows,
         square_m=given.square_mm / 1e3,
         marker_m=None if given.marker_mm is None else given.marker_mm / 1e3,
+        dictionary=given.dictionary,
+        legacy_pattern=given.legacy_pattern,
     )
 
 
@@ -240,10 +242,19 @@ def describe_fit(fit: WideFit) -> WideFitDocument:
 
 def describe_board(board: Board) -> BoardDocument:
     """Return the document of a board."""
-    return BoardDocument(
-        kind="charuco" if isinstance(board, Charuco) else "checkerboard",
+    lattice = BoardDocument(
+        kind="checkerboard",
         columns=board.columns,
         rows=board.rows,
         square_mm=round(1e3 * board.square_m, 4),
-        marker_mm=round(1e3 * board.marker_m, 4) if isinstance(board, Charuco) else None,
+        marker_mm=None,
     )
+    if not isinstance(board, Charuco):
+        return lattice
+    markers = {
+        "kind": "charuco",
+        "marker_mm": round(1e3 * board.marker_m, 4),
+        "dictionary": board.dictionary,
+        "legacy_pattern": board.legacy_pattern,
+    }
+    return lattice.model_copy(update=markers)

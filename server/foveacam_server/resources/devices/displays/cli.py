@@ -39,7 +39,7 @@ def charuco(
         float | None, typer.Option(help="side of a marker, mm; usually three quarters of a square")
     ] = None,
     dictionary: Annotated[
-        str, typer.Option(help="of the markers; `foveacam calibrate` reads 4X4_50")
+        str, typer.Option(help="of the markers; `foveacam calibrate` takes the same")
     ] = "4X4_50",
     paper: PaperOption = "A4",
     margin_mm: MarginOption = 8.0,

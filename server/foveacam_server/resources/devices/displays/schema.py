@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
+from foveacam_pipeline.calibrate.wide.boards import DictionaryName
 from foveacam_server.foundation.quantities import Label
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
@@ -14,7 +15,6 @@ PixelsPerMm = Annotated[float, Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
 MarkerId = Annotated[int, Field(ge=0, le=49)]
 MarginMm = Annotated[float, Field(ge=4.0, le=40.0, allow_inf_nan=False)]
 PaperName = Literal["A4", "A3", "Letter"]
-DictionaryName = Literal["4X4_50", "4X4_100", "4X4_250", "5X5_50", "5X5_100", "6X6_250"]
 DisplayId = Annotated[str, Field(pattern=r"^[0-9a-f]{8,32}$")]
 
 

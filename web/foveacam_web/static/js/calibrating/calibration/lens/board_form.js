@@ -1,11 +1,19 @@
 // The fields that name a calibration board: kind, inner corners, sides.
 
-import { allHold, choiceField, numberField } from "../../../elements/parts.js";
+import { allHold, choiceField, numberField, tickField } from "../../../elements/parts.js";
 
 /**
  * @import { BoardDocument } from "#api"
  * @typedef {{elements: HTMLElement[], holds: () => boolean, value: () => BoardDocument | null, put: (board: BoardDocument | null) => void}} BoardForm
  */
+
+const CELLS = [4, 5, 6, 7];
+const COUNTS = [50, 100, 250, 1000];
+/** @type {BoardDocument["dictionary"]} */
+const USUAL = "4X4_50";
+const DICTIONARIES = /** @type {BoardDocument["dictionary"][]} */ (
+  CELLS.flatMap((cells) => COUNTS.map((count) => `${cells}X${cells}_${count}`))
+);
 
 /** Build the fields; `value` is null while they are empty, when the server's choice is used. @returns {BoardForm} */
 export function boardForm() {
@@ -21,12 +29,25 @@ export function boardForm() {
   const rows = numberField("Rows", { min: 3, max: 40 });
   const square = numberField("Square", { min: 0.5, max: 500, step: "any", unit: "mm" });
   const marker = numberField("Marker", { min: 0.3, max: 500, step: "any", unit: "mm" });
-  const offer = () => (marker.element.hidden = kind.value() !== "charuco");
+  const dictionary = choiceField(
+    "Dictionary",
+    DICTIONARIES.map((name) => [name, name]),
+  );
+  const legacy = tickField("Drawn by OpenCV before 4.6", false);
+  const offer = () => {
+    for (const { element } of [marker, dictionary, legacy]) element.hidden = kind.value() !== "charuco";
+  };
   let known = "";
   return {
-    elements: [kind, columns, rows, square, marker].map(({ element }) => element),
+    elements: [kind, columns, rows, square, marker, dictionary, legacy].map(({ element }) => element),
     holds: () => allHold(columns, rows, square, marker),
-    value: () => boardOf(kind.value(), columns.value(), rows.value(), square.value(), marker.value()),
+    value: () => {
+      const lattice = latticeOf(columns.value(), rows.value(), square.value());
+      if (lattice === null || kind.value() === "checkerboard") return lattice;
+      const name = /** @type {BoardDocument["dictionary"]} */ (dictionary.value());
+      const markers = { marker_mm: marker.value(), dictionary: name, legacy_pattern: legacy.value() };
+      return { ...lattice, kind: "charuco", ...markers };
+    },
     put: (board) => {
       const now = JSON.stringify(board);
       if (now === known) return; // what somebody is typing stays
@@ -36,27 +57,22 @@ export function boardForm() {
       rows.put(board?.rows ?? null);
       square.put(board?.square_mm ?? null);
       marker.put(board?.marker_mm ?? null);
+      dictionary.put(board?.dictionary ?? USUAL);
+      legacy.put(board?.legacy_pattern ?? false);
       offer();
     },
   };
 }
 
 /**
- * Return the board that the options name; null when the fields are empty and the session's own is used.
- * @param {string} kind
+ * Return the plain board that the fields name; null when they are empty and the session's own is used.
  * @param {number | null} columns
  * @param {number | null} rows
  * @param {number | null} square_mm
- * @param {number | null} marker_mm
  * @returns {BoardDocument | null}
  */
-function boardOf(kind, columns, rows, square_mm, marker_mm) {
+function latticeOf(columns, rows, square_mm) {
   if (columns === null || rows === null || square_mm === null) return null;
-  return {
-    kind: kind === "checkerboard" ? "checkerboard" : "charuco",
-    columns,
-    rows,
-    square_mm,
-    marker_mm: kind === "charuco" ? marker_mm : null,
-  };
+  const markers = { marker_mm: null, dictionary: USUAL, legacy_pattern: false };
+  return { kind: "checkerboard", columns, rows, square_mm, ...markers };
 }
