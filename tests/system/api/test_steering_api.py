@@ -151,11 +151,9 @@ def test_a_gaze_has_direction_distance_and_vertical_shift(api_server: Running) -
 
     def gazes() -> bool:  # the mirrors take a few moments to arrive, so a single reading would be a race
         left, right = (api_server.get("/mirrors").json()[eye] for eye in ("left", "right"))
-        return (
-            left["ax_deg"] - right["ax_deg"] == pytest.approx(5.7, abs=0.3)
-            and left["ay_deg"] - right["ay_deg"] == pytest.approx(0.5, abs=0.02)
-            and left["ax_deg"] > 4.0
-        )
+        verged = left["ax_deg"] - right["ax_deg"] == pytest.approx(5.7, abs=0.3)
+        shifted = left["ay_deg"] - right["ay_deg"] == pytest.approx(0.5, abs=0.02)
+        return bool(verged and shifted and left["ax_deg"] > 4.0)
 
     with hand(api_server) as ada:
         ada.hold(gazes, gaze=gaze)

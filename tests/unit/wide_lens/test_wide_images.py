@@ -103,9 +103,9 @@ def test_pictures_are_measured_as_exposed_whatever_their_tag_says(tmp_path: Path
     encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 98])[1].tobytes()
     (tmp_path / "plain.jpg").write_bytes(encoded)
     (tmp_path / "tagged.jpg").write_bytes(_tagged(encoded, orientation))
-    assert cv2.imread(str(tmp_path / "tagged.jpg")).shape[:2] == (
-        (540, 720) if orientation == 3 else (720, 540)
-    )
+    turned = cv2.imread(str(tmp_path / "tagged.jpg"))
+    assert turned is not None
+    assert turned.shape[:2] == ((540, 720) if orientation == 3 else (720, 540))
     found = samples_from_images(tmp_path, BOARD)
     assert found.left_out == ()
     (sample,) = found.samples  # both are one and the same view
