@@ -145,7 +145,7 @@ class FallbackEstimator:
         )
         stated = not depth.open and depth.stated is not None
         if unconfirmed and (not stated or plausible(unconfirmed[0].match, depth.inferred)):
-            return self._one_eyed(unconfirmed, motion, depth.inferred)
+            return self._one_eyed(unconfirmed, motion, depth.inferred, confirming=False)
         if depth.open or not depth.inferred:
             return self._bounded(depth.samples, motion, ended)
         verged = self._closed_in(depth, loop, ended)
@@ -260,18 +260,24 @@ class FallbackEstimator:
         )
 
     def _one_eyed(
-        self, sighted: list[EyeSighting], motion: TargetMotion, near: tuple[InferredDepth, ...]
+        self,
+        sighted: list[EyeSighting],
+        motion: TargetMotion,
+        near: tuple[InferredDepth, ...],
+        *,
+        confirming: bool = True,
     ) -> Answer:
         """Return the answer of one fovea and the wide camera; the weighted mean of two that agree.
 
         `near`: depths around the target. If they disagree with an eye, it may show the edge of something
-        nearer.
+        nearer. `confirming`: whether they were known before the eye's depth; what looks find that are made
+        where the eye sees the target may repeat its fault.
         """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
         depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
-        sure = all(confirmed(*depth, near) for depth in depths)
+        sure = confirming and all(confirmed(*depth, near) for depth in depths)
         if len(sighted) == 2 and not both:
             alternatives = self._rivals(sighted, motion)
         else:

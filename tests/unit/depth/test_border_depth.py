@@ -17,6 +17,7 @@ from foveacam_pipeline.verge.matching.row_spectra import LookRows
 from foveacam_pipeline.verge.matching.survey import ReducedEye, ReducedLook
 from foveacam_pipeline.verge.matching.wide_patch import survey_f_px
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.surroundings import border_depth
 from foveacam_pipeline.verge.surroundings.border_depth import RIM_PX, BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.surroundings.fine_edges import FineEdges
 from foveacam_pipeline.verge.values import VergePhase
@@ -26,7 +27,7 @@ F_PX = survey_f_px(WIDE)
 BASELINE_M = CALIBRATION.baseline_m
 EDGE_TX = 0.004
 PLACE = np.array([EDGE_TX, 0.0])
-NEAR_PER_M, FAR_PER_M, FARTHER_PER_M = 0.4, 0.15, 0.03
+NEAR_PER_M, FAR_PER_M = 0.4, 0.15
 GRID_PER_M = np.arange(0.0, 0.8, 0.5 / (0.5 * BASELINE_M * F_PX))
 CELL_TAN = 2.0 / F_PX
 BLANK = 150.0
@@ -60,12 +61,19 @@ def _framed_board(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float
     return np.where((across < EDGE_TX) | (across > EDGE_TX + FRAME_TAN), BLANK, 60.0 + 0.0 * ty)
 
 
-def _book_before_wall(
-    tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float, *, wall_per_m: float = FAR_PER_M
-) -> NDArray[np.float64]:
+def _book_before_wall(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float) -> NDArray[np.float64]:
     """A far wall with texture, and a near book with another one to the right of the edge."""
     book = 255.0 - _texture(tx - shift * NEAR_PER_M, ty + FRAME_TAN)
-    return np.where(tx - shift * NEAR_PER_M < EDGE_TX, _texture(tx - shift * wall_per_m, ty), book)
+    return np.where(tx - shift * NEAR_PER_M < EDGE_TX, _texture(tx - shift * FAR_PER_M, ty), book)
+
+
+def _soft_wall_behind_book(
+    tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float, *, wall_per_m: float
+) -> NDArray[np.float64]:
+    """A wall with blurred texture, and a book that is nearer by a tenth to the right of the edge."""
+    across = tx - shift * 1.1 * wall_per_m
+    wall = cv2.GaussianBlur(_texture(tx - shift * wall_per_m, ty), (0, 0), 1.0)
+    return np.where(across < EDGE_TX, wall, 255.0 - _texture(across, ty + FRAME_TAN))
 
 
 def _book_before_fence(tx: NDArray[np.float64], ty: NDArray[np.float64], shift: float) -> NDArray[np.float64]:
@@ -140,16 +148,28 @@ def test_the_outer_edge_of_a_frame_is_not_taken_for_the_inner_one() -> None:
     assert found.inverse_z_per_m == pytest.approx(FAR_PER_M, abs=3.0 * found.sigma_per_m)
 
 
-@pytest.mark.parametrize("wall_per_m", [FAR_PER_M, FARTHER_PER_M])
-def test_a_target_beside_something_nearer_is_told_by_its_own_side_alone(wall_per_m: float) -> None:
-    scene = partial(_book_before_wall, wall_per_m=wall_per_m)
-    place = _place(scene, rim_px=0)
-    place.add(_look(scene, at_per_m=wall_per_m))
+def test_a_target_beside_something_nearer_is_told_by_its_own_side_alone() -> None:
+    place = _place(_book_before_wall, rim_px=0)
+    place.add(_look(_book_before_wall, at_per_m=FAR_PER_M))
     sure = place.sure_of_each()
     assert Role.LEFT in sure  # the book hides that side from neither eye, and is not compared
     for inverse_z, sigma in sure.values():
-        assert inverse_z == pytest.approx(wall_per_m, abs=3.0 * sigma)
+        assert inverse_z == pytest.approx(FAR_PER_M, abs=3.0 * sigma)
         assert sigma < 0.05 * NEAR_PER_M
+
+
+@pytest.mark.parametrize(
+    ("wall_per_m", "most_px", "told"), [(0.6, 7.0, True), (0.6, 4.0, False), (0.03, 7.0, False)]
+)
+def test_an_own_side_is_told_only_where_it_is_distinct(
+    monkeypatch: pytest.MonkeyPatch, wall_per_m: float, *, most_px: float, told: bool
+) -> None:
+    """Its depths within the lead spread by 5.5 px: 1.5 % of 1/Z near, 30 % far."""
+    monkeypatch.setattr(border_depth, "MOST_SPREAD_PX", most_px)
+    scene = partial(_soft_wall_behind_book, wall_per_m=wall_per_m)
+    place = _place(scene, rim_px=0)
+    place.add(_look(scene, at_per_m=wall_per_m))
+    assert bool(place.sure_of_each()) is told
 
 
 def test_an_own_side_that_looks_alike_at_many_depths_tells_nothing_by_one_eye() -> None:

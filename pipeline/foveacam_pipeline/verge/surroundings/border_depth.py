@@ -43,9 +43,9 @@ GUARD_PX = 5.0
 """Depths closer to each other than this count as one, survey px."""
 SURE_SCORE, SURE_LEAD = 0.9, 0.12
 """Least correlation of one fovea by itself, and the lead that rules other depths out."""
-MOST_SPREAD_PX = 10.0
-"""Largest spread of the remaining depths at which one fovea suffices, survey px: a share of 1/Z would leave
-out far ones and let near ones pass."""
+MOST_SPREAD, MOST_SPREAD_PX = 0.06, 7.0
+"""Largest spread of the remaining depths at which one fovea suffices, relative to 1/Z and in survey px: a
+share alone lets what is near pass that looks alike at many depths."""
 LEAST_WEIGHTED = 0.1
 """Least share of a patch's pixels that must count for one fovea to suffice."""
 COUNTING_WEIGHT = 0.3
@@ -158,7 +158,8 @@ class BorderPlace:
             alike = self._grid[scores > scores[best] - SURE_LEAD]
             spread = float(alike.max() - alike.min())
             spread_px = spread * self._f_px * self._half_baseline_m
-            if scores[best] >= SURE_SCORE and spread_px <= MOST_SPREAD_PX:
+            distinct = spread <= MOST_SPREAD * self._grid[best] and spread_px <= MOST_SPREAD_PX
+            if scores[best] >= SURE_SCORE and distinct:
                 near = self._about(best)
                 sigma = max(self.sigma_per_m, spread / math.sqrt(12.0))
                 found[role] = _top(self._grid[near], scores[near]), sigma
