@@ -12,12 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.calibrate.wide.board_pattern import (
-    extends_beyond,
-    has_markers,
-    mapped,
-    starts_at_black,
-)
+from foveacam_pipeline.calibrate.wide.board_map import BoardMap, fit_board_map
+from foveacam_pipeline.calibrate.wide.board_pattern import extends_beyond, has_markers, starts_at_black
 from foveacam_pipeline.calibrate.wide.board_recognition import alternatives, seen_markers
 from foveacam_pipeline.calibrate.wide.boards import MIN_CORNERS, Board, Charuco, Checkerboard
 from foveacam_pipeline.calibrate.wide.corner_model import fit_crossings
@@ -37,8 +33,8 @@ _BLEED_PX = 1.5
 _MAX_MISFIT = 0.25
 """Maximum rms difference of a corner from two crossing edges, over the contrast."""
 _MAX_OFFSET = 0.35
-"""Maximum distance of a corner from its pinhole projection, in squares: lens distortion shifts it by less, a
-confusion of corners by more."""
+"""Maximum distance of a corner from a smooth map of the board, in squares: a confusion of corners moves it by
+more."""
 _MIN_MARKERS = 4
 
 
@@ -86,14 +82,14 @@ def detect_board(gray: NDArray[np.uint8], board: Board, *, effort: Effort = "exa
     if found is None:
         return None
     coarse_px, ids = found
-    plane = _image_from_board(coarse_px, ids, board)
-    if plane is None:
+    on_image = _image_from_board(coarse_px, ids, board)
+    if on_image is None:
         return None
     if isinstance(board, Checkerboard) and (
-        extends_beyond(gray, board, plane) or has_markers(gray, board, plane)
+        extends_beyond(gray, board, on_image) or has_markers(gray, board, on_image)
     ):
         return None
-    edges_px = _edges(board, ids, plane)
+    edges_px = _edges(board, ids, on_image)
     clear_px = _clear_px(board, edges_px)
     corners_px, valid = _refine_quickly(gray, coarse_px, clear_px)
     if effort != "live":
@@ -119,6 +115,8 @@ def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
         words = _markers_seen(gray, board)
         if words is not None:
             return words
+    elif _has_scattered_corners(gray, board):
+        return "its corners were found, but not on one smooth grid: show it flat and whole"
     seen = _lattice_seen(gray)
     if seen is None:
         return "nothing like a board was found: show it whole, flat, evenly lit, with a white margin"
@@ -139,6 +137,11 @@ def _markers_seen(gray: NDArray[np.uint8], board: Charuco) -> str | None:
         if _coarse_charuco(gray, other) is not None:
             return f"{markers}, placed as on a {other} ({other.drawn}): describe that board"
     return f"{markers}, but not placed as on a {board}: check columns and rows"
+
+
+def _has_scattered_corners(gray: NDArray[np.uint8], board: Checkerboard) -> bool:
+    found = _coarse_checkerboard(gray, board, thorough=True)
+    return found is not None and _image_from_board(*found, board) is None
 
 
 def _coarse_checkerboard(
@@ -188,22 +191,20 @@ def _fixes_a_pose(ids: NDArray[np.int64], board: Board) -> bool:
 
 def _image_from_board(
     corners_px: NDArray[np.float64], ids: NDArray[np.int64], board: Board
-) -> NDArray[np.float64] | None:
-    """Return the homography from the board, in squares, to px; None when no flat board fits the corners."""
+) -> BoardMap | None:
+    """Return the map from the board, in squares, to px; None when no smooth one fits the corners."""
     places = board.places_m()[ids] / board.square_m
-    plane = np.asarray(cv2.findHomography(places, corners_px)[0], dtype=np.float64)
-    if plane.shape != (3, 3):  # OpenCV found none
+    found = fit_board_map(places, corners_px)
+    if found is None:
         return None
-    expected = mapped(places, plane)
-    pitch_px = float(np.sqrt(abs(np.linalg.det(plane[:2, :2])))) / max(abs(float(plane[2, 2])), 1e-12)
-    off = np.linalg.norm(expected - corners_px, axis=1)
-    return plane if off.max() < _MAX_OFFSET * pitch_px else None
+    off_px = np.linalg.norm(found.pixels(places) - corners_px, axis=1)
+    return found if off_px.max() < _MAX_OFFSET * found.pitch_px else None
 
 
-def _edges(board: Board, ids: NDArray[np.int64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
+def _edges(board: Board, ids: NDArray[np.int64], on_image: BoardMap) -> NDArray[np.float64]:
     """Return the (n, 2, 2) vectors, px, of one square along the rows and the columns at each corner."""
     places = board.places_m()[ids] / board.square_m
-    steps = [mapped(places + half, plane) - mapped(places - half, plane) for half in 0.5 * np.eye(2)]
+    steps = [on_image.pixels(places + half) - on_image.pixels(places - half) for half in 0.5 * np.eye(2)]
     return np.stack(steps, axis=1)
 
 

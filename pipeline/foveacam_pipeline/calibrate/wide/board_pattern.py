@@ -1,18 +1,16 @@
 """Checks of the print around detected corners: a whole plain checkerboard, or something else."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from foveacam_pipeline.calibrate.wide.board_map import BoardMap
 from foveacam_pipeline.calibrate.wide.boards import MIN_CORNERS, Checkerboard
 
 _MIN_PRINT_CONTRAST = 0.4
 """Minimum contrast within a square, over the board's, of a print in it."""
 
 
-def extends_beyond(
-    gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDArray[np.float64]
-) -> bool:
+def extends_beyond(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: BoardMap) -> bool:
     """Return whether the pattern continues beyond the board's rim, as in a part of a larger board."""
     x, y = np.arange(board.columns), np.arange(board.rows)
     rims = (
@@ -31,12 +29,12 @@ def extends_beyond(
     return False
 
 
-def has_markers(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: NDArray[np.float64]) -> bool:
+def has_markers(gray: NDArray[np.uint8], board: Checkerboard, image_from_board: BoardMap) -> bool:
     """Return whether the bright squares contain a print, as on a ChArUco board."""
     squares = np.argwhere(np.ones((board.columns - 1, board.rows - 1))) + 0.5
     around = np.stack(np.meshgrid([-0.2, 0.0, 0.2], [-0.2, 0.0, 0.2]), axis=-1).reshape(-1, 2)
     points = (squares[:, None, :] + around).reshape(-1, 2)
-    values = _gray_at(gray, mapped(points, image_from_board)).reshape(-1, len(around))
+    values = _gray_at(gray, image_from_board.pixels(points)).reshape(-1, len(around))
     first = np.floor(squares).sum(axis=1) % 2 == 0
     spread = np.nanmax(values, axis=1) - np.nanmin(values, axis=1)
     contrast = float(np.nanmax(values) - np.nanmin(values))
@@ -54,13 +52,8 @@ def starts_at_black(gray: NDArray[np.uint8], corners_px: NDArray[np.float64], bo
     return bool(inside < beside)  # the square after the first corner has the colour of the one before
 
 
-def mapped(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 2) points mapped by a homography."""
-    return np.asarray(cv2.perspectiveTransform(points[:, None, :], plane), dtype=np.float64)[:, 0, :]
-
-
 def _crossing_strength(
-    gray: NDArray[np.uint8], places: NDArray[np.int64], plane: NDArray[np.float64]
+    gray: NDArray[np.uint8], places: NDArray[np.int64], image_from_board: BoardMap
 ) -> NDArray[np.float64]:
     """Return the contrast of four squares that meet at points (n, 2), in squares; NaN outside the image.
 
@@ -68,7 +61,7 @@ def _crossing_strength(
     """
     around = np.array([[0.3, 0.3], [-0.3, -0.3], [0.3, -0.3], [-0.3, 0.3]])
     points = (places[:, None, :] + around).reshape(-1, 2)
-    a, b, c, d = _gray_at(gray, mapped(points, plane)).reshape(-1, 4).T
+    a, b, c, d = _gray_at(gray, image_from_board.pixels(points)).reshape(-1, 4).T
     cross = (a + b - c - d) / 2.0
     unlike = np.maximum(np.abs(a - b), np.abs(c - d))
     sign = np.where(places.sum(axis=1) % 2 == 0, 1.0, -1.0) * np.sign(cross)
