@@ -177,6 +177,13 @@ def test_a_picture_becomes_a_map_by_its_scale(http: httpx.Client) -> None:
     assert again["obstacle_m2"] == pytest.approx(200.0, rel=0.02)
 
 
+def test_what_a_picture_leaves_transparent_is_free(http: httpx.Client) -> None:
+    image = np.zeros((100, 200, 4), np.uint8)  # black all over, as drawing programs store transparency
+    image[60:80, 20:60, 3] = 255
+    found = post(http, "/map", kind="picture", picture_base64=png(image), m_per_px=0.5)
+    assert (found["obstacles"], found["obstacle_m2"]) == (1, pytest.approx(20.0 * 10.0))
+
+
 def test_metres_a_unit_are_those_of_the_request(http: httpx.Client) -> None:
     document = collection(feature("", "Polygon", [SQUARE]), feature("target", "Point", [30.0, 22.0]))
     found = post(http, "/map", kind="geojson", document=document, m_per_unit=0.5)

@@ -1,28 +1,22 @@
 """Views of a board from a directory of images, as of a camera that was recorded elsewhere or earlier.
 
-Pictures are decoded as they were exposed: a note in the file that a viewer should turn them is ignored, since
-it would exchange the lens's axes, and of 16 bits those that the camera filled are used.
+Pictures are decoded as they were exposed, and of 16 bits those that the camera filled are used.
 """
 
 import logging
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher, SilentWatcher, raise_if_cancelled
 from foveacam_pipeline.calibrate.wide.board_detector import detect_board, explain_absence
 from foveacam_pipeline.calibrate.wide.boards import Board
 from foveacam_pipeline.calibrate.wide.wide_samples import WideSample, WideSamples, thumbnail
+from foveacam_pipeline.storage.pictures import gray_as_exposed
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm")
 _EXPLAINED = 3
-_BITS = 8
 
 logger = logging.getLogger(__name__)
 
@@ -74,20 +68,9 @@ def samples_from_images(
     return FolderViews(samples=samples, left_out=tuple(left_out))
 
 
-def eight_bits(image: NDArray[np.unsignedinteger[Any]]) -> NDArray[np.uint8]:
-    """Return an image, (h, w) or (h, w, c) of unsigned integers, in 8 bits.
-
-    Cameras of 10 or 12 bits fill the low bits of 16: the largest value tells how many are significant.
-    """
-    if image.dtype == np.uint8:
-        return np.asarray(image, dtype=np.uint8)
-    significant = int(image.max(initial=0)).bit_length()
-    return np.asarray(image >> max(0, significant - _BITS), dtype=np.uint8)
-
-
 def _sample(path: Path, board: Board) -> WideSample | LeftOutImage:
     """Return the view of the board in an image, or why there is none."""
-    image = _read(path)
+    image = gray_as_exposed(path.read_bytes())
     if image is None:
         return LeftOutImage(name=path.name, reason="it cannot be read as an image of 8 or 16 bits")
     view = detect_board(image, board, effort="thorough")
@@ -130,15 +113,3 @@ def _paths(folder: Path, pattern: str) -> list[Path]:
         kinds = ", ".join(suffix[1:] for suffix in SUFFIXES)
         raise InvalidInput(f"{folder}: no image matches {pattern!r} there; files of {kinds} are read")
     return paths
-
-
-def _read(path: Path) -> NDArray[np.uint8] | None:
-    """Return the grey picture of a file, (h, w) uint8, as exposed; None if it cannot be read."""
-    content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    image = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if len(content) else None
-    if image is None or image.dtype not in (np.uint8, np.uint16):
-        return None
-    narrow = eight_bits(image.astype(image.dtype, copy=False))
-    if narrow.ndim == 2:
-        return narrow
-    return np.asarray(cv2.cvtColor(narrow[..., :3], cv2.COLOR_BGR2GRAY), dtype=np.uint8)

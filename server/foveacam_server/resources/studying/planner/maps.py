@@ -7,14 +7,13 @@ import struct
 import time
 from collections.abc import Iterator, Mapping, Sequence
 
-import cv2
-import numpy as np
 import shapely
 from shapely.errors import GEOSException
 from shapely.geometry import mapping
 from shapely.geometry.base import BaseGeometry
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.storage.pictures import gray_over_white
 from foveacam_pipeline.study.visibility.map_files import geojson_of, map_from_geojson, map_from_picture
 from foveacam_pipeline.study.visibility.maps import FieldMap, PlanPoint, RandomMap
 from foveacam_pipeline.study.visibility.regions import annulus, feasible_regions, region_areas
@@ -100,12 +99,10 @@ def field_of_picture(content_base64: str, *, m_per_px: float | None) -> FieldMap
             f"a picture of {width} x {height} px was given; {MOST_PIXELS:,} px are the most: scale it down",
             asked=f"a map of {width} x {height} px",
         )
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
+    image = gray_over_white(content)
     if image is None:
         raise InvalidInput("the picture cannot be unpacked: it may be cut short; save it again as PNG")
-    return _checked(
-        map_from_picture(np.asarray(image, np.uint8), m_per_px=m_per_px, most_corners=MOST_PIXEL_CORNERS)
-    )
+    return _checked(map_from_picture(image, m_per_px=m_per_px, most_corners=MOST_PIXEL_CORNERS))
 
 
 def describe_map(field: FieldMap) -> MapDocument:
