@@ -3,14 +3,14 @@
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from cv2.typing import MatLike
 
 from foveacam_pipeline.storage.pictures import eight_bits, gray_as_exposed, gray_over_white
 
 RAMP = np.linspace(0, 255, 48 * 64).reshape(48, 64).astype(np.uint8)
 
 
-def _png(image: NDArray[np.integer]) -> bytes:
+def _png(image: MatLike) -> bytes:
     return cv2.imencode(".png", image)[1].tobytes()
 
 
