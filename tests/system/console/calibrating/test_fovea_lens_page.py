@@ -66,3 +66,30 @@ def test_too_few_views_say_so(stub: StubServer, open_wizard: OpenWizard) -> None
     stub.session = documents.empty_session() | {"lenses": [few]}
     page = open_wizard("wide", fresh=True).page
     expect(panel(page)).to_contain_text("2 views of the board, at least 3 are needed")
+
+
+def test_the_board_is_described_as_it_was_printed(stub: StubServer, open_wizard: OpenWizard) -> None:
+    stub.session = documents.empty_session()
+    page = open_wizard("wide", fresh=True).page
+    options = page.get_by_role("region", name="Views of the board")
+    options.get_by_text("Board and options").click()
+    for label, value in (("Columns", "7"), ("Rows", "4"), ("Square", "30"), ("Marker", "22")):
+        options.get_by_label(label).fill(value)
+    options.get_by_label("Dictionary").select_option("6X6_250")
+    options.get_by_label("Drawn by OpenCV before 4.6").check()
+    page.set_viewport_size(PHONE)
+    expect_to_fit(page)
+    with page.expect_response(lambda response: response.url.endswith("/runs")):
+        options.get_by_role("button", name="Take views").click()
+    (posted,) = stub.posted_bodies(f"{URL}/runs")
+    assert posted["options"]["board"] == {
+        "kind": "charuco",
+        "columns": 7,
+        "rows": 4,
+        "square_mm": 30,
+        "marker_mm": 22,
+        "dictionary": "6X6_250",
+        "legacy_pattern": True,
+    }
+    options.get_by_label("Board", exact=True).select_option("Checkerboard")
+    expect(options.get_by_label("Dictionary")).to_be_hidden()
