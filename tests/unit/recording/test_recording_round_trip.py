@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
+from mcap.writer import Writer
 from tests.support.scenes.recordings import BEGIN_NS, PERIOD_NS, SESSION, STREAMS, picture, pose, raw, record
 
 from foveacam_hardware.contract import DeviceInfo, Frame, InvalidInput, MirrorVolts, Role
@@ -231,6 +232,20 @@ def test_what_is_no_recording_is_refused_or_empty(tmp_path: Path, content: bytes
         return
     with pytest.raises(InvalidInput, match=r"a\.fcap"):
         Recording(path)
+
+
+def test_an_mcap_file_of_other_programs_is_refused_with_its_topics(tmp_path: Path) -> None:
+    path = tmp_path / "robot.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema_id = writer.register_schema(name="std_msgs/String", encoding="jsonschema", data=b"{}")
+        channel_id = writer.register_channel(schema_id=schema_id, topic="/chatter", message_encoding="json")
+        writer.add_message(channel_id=channel_id, log_time=5, data=b"{}", publish_time=5)
+        writer.finish()  # type: ignore[no-untyped-call]  # the library states no types
+    with pytest.raises(InvalidInput, match=r"robot\.mcap: an MCAP file without a stream") as refused:
+        Recording(path)
+    assert refused.value.found == "topics of other programs: /chatter"
 
 
 def test_a_stream_and_a_frame_that_there_are_not_are_named(tmp_path: Path) -> None:

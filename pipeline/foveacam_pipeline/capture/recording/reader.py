@@ -42,6 +42,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.storage.archive import RECORD, SparseCopy, read_record
 
 LAST_NS = (1 << 63) - 1
+TOPICS_NAMED = 5
 NEAR = 3
 """Number of messages before and after a frame in which its telemetry is searched first."""
 
@@ -69,9 +70,22 @@ class Recording:
             self._index = read_index(self._data, self._file, what=f"recording {self.path}", fetch=self._fetch)
             self._order = self._in_order(self._index)
             self.streams = self._streams()
+            self._check_is_of_a_rig()
         except BaseException:
             self.close()
             raise
+
+    def _check_is_of_a_rig(self) -> None:
+        """Raise InvalidInput for an MCAP file of other programs, which has no stream of a camera."""
+        if not self.topics or self.streams or TELEMETRY in self.topics:
+            return
+        named = ", ".join(self.topics[:TOPICS_NAMED])
+        raise InvalidInput(
+            f"recording {self.path}: an MCAP file without a stream of a rig's cameras",
+            asked=f"a recording in {self.path}",
+            found=f"topics of other programs: {named}",
+            remedy="give a recording of this program or of the authors' application (.fcap)",
+        )
 
     # Description ------------------------------------------------------------------------------------------
 

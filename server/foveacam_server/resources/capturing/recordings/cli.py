@@ -48,7 +48,11 @@ def record(
         float | None, typer.Option(help="where both eyes meet; usually infinity", min=0.5)
     ] = None,
     compress: Annotated[
-        bool, typer.Option("--compress", help="each frame by zlib; it may not keep up at the full rate")
+        bool,
+        typer.Option(
+            "--compress",
+            help="each frame by zlib; may not keep up at the full rate; the authors' reader cannot read it",
+        ),
     ] = False,
     packed: Annotated[
         bool, typer.Option("--packed", help="grey of twelve bits in three bytes for two pixels")
