@@ -9,6 +9,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.networks.external_weights import external_files
 
 LARGEST_CARD_BYTES = 65_536
 LARGEST_SIDE_PX = 8192
@@ -16,6 +17,7 @@ SHIPPED = Path(__file__).parent / "shipped"
 SHIPPED_NAME = "foveal"
 """Name that selects the network that ships."""
 SidePx = Annotated[int, Field(ge=8, le=LARGEST_SIDE_PX)]
+Digest = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 TensorName = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 Scaling = Literal["0..255", "0..1", "-1..1", "imagenet"]
 """Scaling of pixel values for the network; `imagenet`: normalised by ImageNet's mean and deviation."""
@@ -57,6 +59,13 @@ class NetworkOutput(_CardPart):
     """sigma = factor * (standard deviation / px) ** power, px; 68.3 % of the kept errors are below it."""
 
 
+class WeightsFile(_CardPart):
+    """A file beside the graph in which it keeps weights (the format's external data)."""
+
+    file: Annotated[str, StringConstraints(pattern=r"^[^/\\]{1,200}$")]
+    sha256: Digest
+
+
 class NetworkCard(_CardPart):
     """Content of a card's file."""
 
@@ -64,7 +73,8 @@ class NetworkCard(_CardPart):
     version: Literal[1]
     name: Annotated[str, StringConstraints(pattern=r"^[a-z0-9][a-z0-9_-]{0,39}$")]
     file: Annotated[str, StringConstraints(pattern=r"^[^/\\]{1,120}\.onnx$")]
-    sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+    sha256: Digest
+    weights: Annotated[tuple[WeightsFile, ...], Field(strict=False, max_length=64)] = ()
     licence: Annotated[str, StringConstraints(min_length=1, max_length=200)]
     research_only: bool = False
     both_ways: bool = False
@@ -75,7 +85,7 @@ class NetworkCard(_CardPart):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StereoNetwork:
-    """A network on disk: its card, and the card's path, in the folder of its graph."""
+    """A network on disk: its card, and the card's path, in the folder of its graph and weights."""
 
     card: NetworkCard
     path: Path
@@ -94,6 +104,12 @@ class StereoNetwork:
     def graph(self) -> Path:
         """Path of the ONNX file, beside the card."""
         return self.folder / self.card.file
+
+    @property
+    def files(self) -> dict[Path, str]:
+        """The SHA-256 that the graph and each file of weights must have, by path."""
+        others = {self.folder / one.file: one.sha256 for one in self.card.weights}
+        return {self.graph: self.card.sha256, **others}
 
 
 def load_network(path: Path) -> StereoNetwork:
@@ -134,23 +150,35 @@ def find_network(text: str) -> StereoNetwork:
 
 
 def check_digest(network: StereoNetwork) -> None:
-    """Raise InvalidInput when the graph is missing or is not the file that the card was written for."""
+    """Raise InvalidInput when graph or weights are missing, unlisted, or not those of the card."""
+    for path, digest in network.files.items():
+        _check_file(network.name, path, digest)
+    unlisted = sorted({*external_files(network.graph)} - {one.file for one in network.card.weights})
+    if unlisted:
+        raise InvalidInput(
+            f"{network.name}: its graph keeps weights in {', '.join(unlisted)}, which its card does not list",
+            asked=network.name,
+            found=", ".join(unlisted),
+            remedy="list each under `weights` in the card, with its SHA-256, beside the graph",
+        )
+
+
+def _check_file(name: str, path: Path, digest: str) -> None:
     try:
-        with network.graph.open("rb") as file:
+        with path.open("rb") as file:
             found = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise InvalidInput(
-            f"{network.name}: its graph {network.graph}: {error.strerror}",
-            asked=str(network.graph),
+            f"{name}: its file {path}: {error.strerror}",
+            asked=str(path),
             found=error.strerror,
             remedy="put it beside the card",
         ) from error
-    card = network.card
-    if found != card.sha256:
+    if found != digest:
         raise InvalidInput(
-            f"{card.name}: the SHA-256 of {card.file} is {found}, its card says {card.sha256}: it is another "
-            "file, or was damaged",
-            asked=card.sha256,
+            f"{name}: the SHA-256 of {path.name} is {found}, its card says {digest}: it is another file, or "
+            "was damaged",
+            asked=digest,
             found=found,
             remedy="get the right file, or correct the card when you trust this one",
         )
@@ -180,6 +208,7 @@ version: 1
 name: my-network            # small letters, digits, - and _: how the backend is chosen
 file: my-network.onnx       # beside this card
 sha256: "0000000000000000000000000000000000000000000000000000000000000000"  # sha256sum my-network.onnx
+weights: []                 # files beside it that hold weights: - {file: my-network.onnx.data, sha256: "…"}
 licence: MIT                # shown wherever the network is chosen
 research_only: false        # true: whoever chooses it must confirm that the use is research
 both_ways: false            # true: run on the mirrored pair too and averaged: twice the time

@@ -1,5 +1,6 @@
 """Networks of anybody as depth backends: cards, what is wrong with one, and disparities with their errors."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -8,6 +9,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+import onnx
 import pytest
 from tests.support.scenes.network_graphs import constant, matcher, quarter_size, write_card
 
@@ -16,10 +18,12 @@ from foveacam_pipeline.networks import session
 from foveacam_pipeline.networks.card import NetworkInputs, example_card, load_network
 from foveacam_pipeline.networks.check import NetworkCheck, check_network
 from foveacam_pipeline.networks.estimator import NetworkEstimator
+from foveacam_pipeline.networks.external_weights import external_files
 from foveacam_pipeline.networks.feeding import padded_size, shifted_left, tiles, to_tensor
 from foveacam_pipeline.networks.known_pair import known_pair
 from foveacam_pipeline.networks.session import NetworkFault
 from foveacam_pipeline.stereo.match import match
+from foveacam_server.resources.looking.depth_backends.networks import NetworkFolder
 
 pytestmark = pytest.mark.slow
 
@@ -69,6 +73,28 @@ def test_ports_and_layouts_that_do_not_fit_are_named(tmp_path: Path) -> None:
     assert "the graph has left, right" in checked(graph, inputs={"left": "image1"}).findings[-1].found
     assert "the graph has disp" in checked(graph, output={"name": "flow"}).findings[-1].found
     assert "tensor of 1 x 256 x 384 x 3" in checked(graph, inputs={"layout": "NHWC"}).findings[-1].found
+
+
+def test_weights_beside_the_graph_are_listed_hashed_and_copied(tmp_path: Path) -> None:
+    graph = matcher(tmp_path / "a.onnx")
+    model = onnx.load(str(graph))
+    for tensor in model.graph.initializer:
+        if tensor.data_type == onnx.TensorProto.FLOAT:
+            onnx.external_data_helper.set_external_data(tensor, location="a.onnx.data")
+    onnx.save(model, str(graph))
+    weights = tmp_path / "a.onnx.data"
+    assert external_files(graph) == (weights.name,)
+    with pytest.raises(InvalidInput, match=r"keeps weights in a\.onnx\.data, which its card does not list"):
+        NetworkFolder(tmp_path / "added").add(write_card(graph))
+    listed = [{"file": weights.name, "sha256": hashlib.sha256(weights.read_bytes()).hexdigest()}]
+    card = write_card(graph, weights=listed)
+    assert check_network(load_network(card)).passed
+    added = NetworkFolder(tmp_path / "added").add(card)
+    assert (added.folder / weights.name).read_bytes() == weights.read_bytes()
+    assert check_network(added).passed
+    (added.folder / weights.name).write_bytes(bytes(len(weights.read_bytes())))
+    with pytest.raises(InvalidInput, match=r"SHA-256 of a\.onnx\.data"):
+        NetworkEstimator.open(added)
 
 
 def test_a_file_that_is_not_the_cards_is_refused_before_it_is_loaded(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ class NetworkFolder:
         self._folder = folder
 
     def add(self, card: Path) -> StereoNetwork:
-        """Copy a card and its graph; raise InvalidInput for a name that is taken or reserved."""
+        """Copy a card, its graph and weights; raise InvalidInput for a name that is taken or reserved."""
         network = load_network(card)
         check_digest(network)
         target = self._folder / network.name
@@ -41,7 +41,8 @@ class NetworkFolder:
         with disk_errors(f"the network {network.name}", self._folder):
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir(parents=True)
-            shutil.copyfile(network.graph, partial / network.card.file)
+            for path in network.files:
+                shutil.copyfile(path, partial / path.name)
             shutil.copyfile(card, partial / CARD)
             partial.rename(target)
         return StereoNetwork(card=network.card, path=target / CARD)
