@@ -42,8 +42,8 @@ SEEN_BEHIND = ((565.8, 613.6), (1058.1, 770.2))
 """On the notice, which the left eye cannot see, and on an apple: both foveae match something else there."""
 BEFORE_A_WALL = ((943.3, 604.8), (1053.9, 781.0))
 """On the obelisk and on an apple: at infinity both foveae show the wall behind, and agree on it."""
-BESIDE_A_HEAD = (288.0, 365.3)
-"""On the chessboard, beside the figure's head, which hides it from one eye."""
+BESIDE_AN_EDGE = (600.0, 792.8)
+"""On the back wall, beside the edge of something nearer, which hides it from one eye."""
 ON_LEAVES = (998.5, 453.5)
 """Where the patch also fits a wide pixel and a half aside."""
 OUT_OF_REACH_OF_THE_LEFT = (1082.0, 903.0)
@@ -159,7 +159,7 @@ def test_what_one_eye_alone_shows_beside_an_edge_is_listed_with_what_else_it_may
     monkeypatch.setattr(SurroundingsEstimator, "peek", lambda *_given: (behind,))
     with open_simulated(scene="bench", inline=True) as fresh:
         bin_cameras(fresh, 2)
-        found = judge(fresh, calibration, "bench", np.array(BESIDE_A_HEAD)).fixation
+        found = judge(fresh, calibration, "bench", np.array(BESIDE_AN_EDGE)).fixation
     assert found.basis is Basis.FOVEA_AND_WIDE
     own, other = found.alternatives
     assert own.distance_m == pytest.approx(found.distance_m)

@@ -137,6 +137,10 @@ def estimate(step: int, distance_m: float, sigma_m: float, basis: str) -> dict[s
 def test_distance_is_shown_as_it_becomes_known_and_spoken_once(stub: StubServer, answered: Answered) -> None:
     page = answered(**ONE_EYE).page
     stub.wait_for_listener()
+    stub.answers["/fixations/estimates"] = [
+        estimate(0, 8.0, 0.6, "surroundings")
+    ]  # read after a reconnection
+    stub.answers["/jobs/job-2"] = {"id": "job-2", "state": "running", "result_url": None, "problem": None}
     both = {**ONE_EYE, "basis": "both_foveae", "state": "verged"}
     announcer, number = page.locator("#announcer"), page.locator("[data-role=estimate]")
     stub.send_event("fixation.estimate", estimate(0, 8.0, 0.6, "surroundings"))
