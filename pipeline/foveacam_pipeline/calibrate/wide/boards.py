@@ -4,32 +4,15 @@
 """
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import TypeAlias, get_args
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput
+from foveacam_pipeline.calibrate.wide.dictionary_names import DictionaryName
 
-DictionaryName: TypeAlias = Literal[
-    "4X4_50",
-    "4X4_100",
-    "4X4_250",
-    "4X4_1000",
-    "5X5_50",
-    "5X5_100",
-    "5X5_250",
-    "5X5_1000",
-    "6X6_50",
-    "6X6_100",
-    "6X6_250",
-    "6X6_1000",
-    "7X7_50",
-    "7X7_100",
-    "7X7_250",
-    "7X7_1000",
-]
 DICTIONARIES = {name: getattr(cv2.aruco, f"DICT_{name}") for name in get_args(DictionaryName)}
 """OpenCV's dictionaries of square markers. A larger one of the same cells begins with the smaller one."""
 MIN_CORNERS = 3

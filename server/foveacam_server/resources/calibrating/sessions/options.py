@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from foveacam_pipeline.calibrate.wide.boards import DictionaryName
+from foveacam_pipeline.calibrate.wide.dictionary_names import DictionaryName
 
 Label = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Name = Annotated[str, Field(min_length=1, max_length=60)]

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field
 
 from foveacam_hardware.contract import Role
-from foveacam_pipeline.calibrate.wide.boards import DictionaryName
+from foveacam_pipeline.calibrate.wide.dictionary_names import DictionaryName
 from foveacam_server.foundation.quantities import Label
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 

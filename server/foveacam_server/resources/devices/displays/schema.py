@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from foveacam_pipeline.calibrate.wide.boards import DictionaryName
+from foveacam_pipeline.calibrate.wide.dictionary_names import DictionaryName
 from foveacam_server.foundation.quantities import Label
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
