@@ -230,11 +230,17 @@ def run_server(
     )
     app.state.ending = server.ending
     log = logging.getLogger("uvicorn.error")
-    log.addFilter(lambda _record: _failure(app) is None)  # it would print the traceback
+
+    def is_no_failed_start(_record: logging.LogRecord) -> bool:
+        return _failure(app) is None  # else it would print the traceback
+
+    log.addFilter(is_no_failed_start)
     try:
         server.run(sockets=[door.listener])
     except SystemExit as ended:  # uvicorn's way to report that the application did not start
         raise _failure(app) or ended from None
+    finally:
+        log.removeFilter(is_no_failed_start)
     server.ending.finish()
 
 
