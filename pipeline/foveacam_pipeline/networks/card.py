@@ -62,7 +62,7 @@ class NetworkOutput(_CardPart):
 class WeightsFile(_CardPart):
     """A file beside the graph in which it keeps weights (the format's external data)."""
 
-    file: Annotated[str, StringConstraints(pattern=r"^[^/\\]{1,200}$")]
+    file: Annotated[str, StringConstraints(pattern=r"^[^/\\]{1,120}$")]
     sha256: Digest
 
 
@@ -159,7 +159,7 @@ def check_digest(network: StereoNetwork) -> None:
             f"{network.name}: its graph keeps weights in {', '.join(unlisted)}, which its card does not list",
             asked=network.name,
             found=", ".join(unlisted),
-            remedy="list each under `weights` in the card, with its SHA-256, beside the graph",
+            remedy="put each beside the graph, and list it under `weights` in the card with its SHA-256",
         )
 
 

@@ -11,7 +11,8 @@ _LOCATION = re.compile(rb"\n\x08location\x12([\x01-\x7f])")
 def external_files(graph: Path) -> tuple[str, ...]:
     """Return the names of the files in which a graph keeps weights, sorted; raise OSError.
 
-    The graph is searched for the entries that name them: reading it as a model would need the library `onnx`.
+    The graph is searched for the entries that name them, of up to 127 bytes: reading it as a model would need
+    the library `onnx`.
     """
     if graph.stat().st_size == 0:
         return ()

@@ -270,8 +270,8 @@ class FallbackEstimator:
         """Return the answer of one fovea and the wide camera; the weighted mean of two that agree.
 
         `near`: depths around the target. If they disagree with an eye, it may show the edge of something
-        nearer. `confirming`: whether they were known before the eye's depth; what looks find that are made
-        where the eye sees the target may repeat its fault.
+        nearer. `confirming`: whether they may confirm an eye's depth; those measured by looks that were made
+        because of it may have the same error.
         """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
@@ -425,7 +425,7 @@ class FallbackEstimator:
 
 
 def _same_edge(one: EyeSighting, other: EyeSighting) -> bool:
-    """Return whether a sighting is the edge that another one, or itself, is known to be."""
+    """Return whether a sighting has the depth of one that is known to show an edge, or is that one."""
     return other.at_edge and (one is other or agree(one.match, other.match))
 
 

@@ -83,7 +83,7 @@ def test_the_field_ends_where_the_lens_folds_back() -> None:
 
 def test_a_pixel_without_a_direction_is_refused_by_name() -> None:
     FOLDING.check_pixel(652.0, 500.0)
-    with pytest.raises(OutOfRange, match=r"pixel \(3, 3\) is in no direction"):
+    with pytest.raises(OutOfRange, match=r"pixel \(3, 3\) has no direction"):
         FOLDING.check_pixel(3.0, 3.0)
 
 

@@ -158,7 +158,7 @@ def _store_result(
 ) -> list[WideFit]:
     """Fit both lens models, store the result of stage 1 and its pictures; return the chosen fit, the other.
 
-    `model`: the one to choose; None chooses by the leave-one-out error. Views that are too few or too alike
+    `model`: the one to choose; None chooses by `choose_model`. Views that are too few or too alike
     are stored without a fit.
     """
     try:
