@@ -88,7 +88,8 @@ class Intrinsics:
         if not np.isfinite(self.angles_rad([(x_px, y_px)])).all():
             raise OutOfRange(
                 f"pixel ({x_px:g}, {y_px:g}) has no direction: the calibrated lens model folds back before "
-                "it; choose a pixel nearer to the centre, or calibrate the camera with the board in its corners"
+                "it; choose a pixel nearer to the centre, or calibrate the camera with the board in the "
+                "corners of the image"
             )
 
     def check_rectangle(self, x_px: float, y_px: float, *, width_px: float, height_px: float) -> None:
