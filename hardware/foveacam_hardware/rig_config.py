@@ -21,6 +21,7 @@ from foveacam_hardware.config_errors import ConfigFault, KeysConflict, explain_f
 from foveacam_hardware.contract import Binning, InvalidInput, MarkerPrint
 from foveacam_hardware.pan_tilt_config import GrblPanTiltConfig, OperatorConfig, PanTiltConfig
 from foveacam_hardware.rail_config import GrblRailConfig, RailConfig
+from foveacam_hardware.simulated_assembly import SimulatedAssembly
 from foveacam_hardware.simulated_faults import MirrorDisturbance, SimulatedFaults
 
 FORMAT: Literal["foveacam-rig"] = "foveacam-rig"
@@ -74,6 +75,8 @@ class SimulatedRigConfig(_Table):
     """Faults present from the start."""
     mirror_disturbance: MirrorDisturbance = MirrorDisturbance()
     """Scatter and hysteresis of the mirrors' rest angles."""
+    assembly: SimulatedAssembly = SimulatedAssembly()
+    """Mistakes in its assembly, which an acceptance run must find."""
 
 
 class SerialMirrorsConfig(_Table):

@@ -22,6 +22,7 @@ from foveacam_server.foundation.errors import translate_error
 from foveacam_server.foundation.gc_pause import gc_paused
 from foveacam_server.foundation.settings import checked_settings, given_token
 from foveacam_server.foundation.watching.log_lines import choose_format, configure_logging
+from foveacam_server.resources.calibrating.acceptances.cli import accept
 from foveacam_server.resources.capturing.archive.cli import app as archive_app
 from foveacam_server.resources.capturing.batches.cli import app as batch_app
 from foveacam_server.resources.capturing.captures.cli import capture
@@ -51,6 +52,7 @@ app.add_typer(dataset_app)
 app.add_typer(batch_app)
 app.add_typer(recording_app)
 app.add_typer(archive_app)
+app.command()(accept)
 app.command()(record)
 app.command()(capture)
 app.command()(still)

@@ -26,6 +26,7 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
+from foveacam_hardware.sim.assembly import delivered_image, is_lost
 from foveacam_hardware.sim.cables import TRIGGER_TO_EXPOSURE_US
 from foveacam_hardware.sim.exposures import (
     CameraExposure,
@@ -66,6 +67,8 @@ class SimCamera:
     def __init__(self, world: World, role: Role, *, clock: Clock) -> None:
         self._world = world
         self._role = role
+        self._assembly = world.assembly.camera(role)
+        self._optics = world.assembly.optics_of(role)
         self._clock = clock
         self._lock = threading.RLock()
         self._connected = False
@@ -175,7 +178,9 @@ class SimCamera:
             exposure = self._await_first(deadline_ns)
             with self._lock:
                 first = self._running().oldest(self._clock.now_ns())
-                if first is not None and first.seq == exposure.seq:  # no other reader consumed it meanwhile
+                if first is None or first.seq != exposure.seq:  # another reader consumed it meanwhile
+                    continue
+                if not self._is_lost(exposure):
                     return self._deliver(exposure)
 
     def latest(self, *, max_age_ms: float) -> Frame:
@@ -184,6 +189,8 @@ class SimCamera:
             now_ns = self._clock.now_ns()
             oldest_ns = now_ns - round(max_age_ms * 1e6)
             exposure = self._running().newest(now_ns)
+            if exposure is not None and self._is_lost(exposure):
+                exposure = None
             if exposure is not None and exposure.interval.middle_ns >= oldest_ns:
                 return self._deliver(exposure)
             if exposure is None and self._last is not None and self._last.t_ns >= oldest_ns:
@@ -214,12 +221,24 @@ class SimCamera:
         """Expose on a rising edge of the trigger line; ignored unless the camera waits for one."""
         schedule = self._schedule
         if isinstance(schedule, TriggeredSchedule) and self._waits_for_line:
-            schedule.trigger(t_ns + TRIGGER_TO_EXPOSURE_US * 1000)
+            schedule.trigger(t_ns + (TRIGGER_TO_EXPOSURE_US + self._delay_us) * 1000)
 
     def strobe_us(self) -> int | None:
         """Return the exposure that a trigger now would start, microseconds."""
         waiting = isinstance(self._schedule, TriggeredSchedule) and self._waits_for_line
         return self._settings.exposure_ns // 1000 if waiting else None
+
+    @property
+    def _delay_us(self) -> int:
+        return 0 if self._role is Role.WIDE else self._world.assembly.eye(self._role).exposure_delay_us
+
+    def _is_lost(self, exposure: CameraExposure) -> bool:
+        """Return whether a frame never arrives; then consume it and count it."""
+        if not is_lost(self._assembly, self._role, exposure.seq):
+            return False
+        self._skipped += self._running().consume(exposure)
+        self._missed += 1
+        return True
 
     @property
     def _waits_for_line(self) -> bool:
@@ -282,10 +301,20 @@ class SimCamera:
             return self._last.image
         channels = 3 if exposure.settings.pixel_format is PixelFormat.RGB8 else 1
         radiance = self._world.radiance(
-            self._role, exposure.interval, channels=channels, binning=exposure.settings.binning
+            self._optics, exposure.interval, channels=channels, binning=exposure.settings.binning
         )
         key = (self._world.seed, CAMERA_NUMBER[self._role], exposure.seq)
-        return image_from_radiance(radiance, self._role, exposure.settings, key=key)
+        image = image_from_radiance(
+            radiance, self._optics, exposure.settings, key=key, defocus_px=self._assembly.defocus_px
+        )
+        return delivered_image(
+            image,
+            self._assembly,
+            self._role,
+            bits=12 if exposure.settings.pixel_format is PixelFormat.MONO12 else 8,
+            binning=exposure.settings.binning,
+            seq=exposure.seq,
+        )
 
     def _running(self) -> ExposureSchedule:
         self._require_connected("read")

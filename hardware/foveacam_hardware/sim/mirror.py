@@ -94,6 +94,8 @@ class MirrorPair:
         """Axes that do not move, whatever the drive does."""
         self._new_history = partial(DriveHistory, axes=4, mode=mode, cutoff_hz=cutoff_hz, t_ns=t_ns)
         self._history = self._new_history()
+        self.drive_scale = 1.0
+        """Volts at the electrodes as a share of the commanded ones."""
         self._deviation: RestDeviation | None = None
         self._seed = seed
         self._codes: tuple[int, ...] = (0,) * 8
@@ -159,7 +161,7 @@ class MirrorPair:
         plus_v, minus_v = channels_v[0::2], channels_v[1::2]
         # The two electrodes of an axis pull with the square of their volts: 2 bias v at the nominal bias.
         pull_v = (plus_v**2 - minus_v**2) / (2.0 * NOMINAL_BIAS_V)
-        inputs_v = pull_v if self._rail_on else np.zeros(4)
+        inputs_v = self.drive_scale * pull_v if self._rail_on else np.zeros(4)
         self._history.set_inputs(t_ns, inputs_v)
         if self._deviation is not None:
             dead = np.array([axis in self.dead_axes for axis in MIRROR_AXES]).reshape(2, 2)

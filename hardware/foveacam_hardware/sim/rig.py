@@ -92,7 +92,7 @@ def simulated_rig(config: SimulatedRigConfig, *, clock: Clock | None = None, inl
     if clock is None:
         clock = VirtualClock(VIRTUAL_START_NS) if inline else MonotonicClock()
     scene = AnimatedScene(config.scene)
-    world = World(scene=scene, preset=preset, seed=config.seed, clock=clock)
+    world = World(scene=scene, preset=preset, seed=config.seed, clock=clock, assembly=config.assembly)
     world.faults.set_faults(config.faults)
     world.mirrors.disturb(config.mirror_disturbance)
     with ExitStack() as cleanup:  # a far end that fails to start leaves no thread behind
@@ -157,8 +157,15 @@ def _start_controller(
     world: World, clock: Clock, *, strict: bool, inline: bool
 ) -> tuple[ControllerFarEnd | ControllerProcess, PortLinkFactory]:
     """Start the controller's far end; return it and the factory of links to it."""
+    flaws = world.assembly
+    # a strobe follows its exposure, which the camera's own settings may delay
+    left_us, right_us = (eye.exposure_delay_us + eye.strobe_delay_us for eye in (flaws.left, flaws.right))
+    delays_us = (left_us, right_us)
     if not inline:
-        process = ControllerProcess(world, strict=strict)
+        process = ControllerProcess(
+            world, strict=strict, strobe_delay_us=delays_us, clock_ppm=flaws.controller_clock_ppm
+        )
         return process, process.open
     far_end = ControllerFarEnd(clock, world, strict=strict)
+    far_end.be_flawed(strobe_delay_us=delays_us, clock_ppm=flaws.controller_clock_ppm)
     return far_end, lambda: LoopbackLink(far_end, clock)

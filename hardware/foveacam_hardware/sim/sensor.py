@@ -117,18 +117,23 @@ def _require(role: Role, name: str, value: float, low: float, high: float, unit:
 
 
 def image_from_radiance(
-    radiance: NDArray[np.float32], role: Role, settings: CameraSettings, *, key: tuple[int, int, int]
+    radiance: NDArray[np.float32],
+    role: Role,
+    settings: CameraSettings,
+    *,
+    key: tuple[int, int, int],
+    defocus_px: float = 0.0,
 ) -> Image:
     """Return the image of mean radiance (h, w[, 3]), of the settings' binning.
 
-    `key` (seed, camera, frame) alone decides the noise.
+    `key` (seed, camera, frame) alone decides the noise. `defocus_px`: sigma of a blur besides the lens's.
     """
     exposure = SensorExposure(
         exposure_s=settings.exposure_ns * 1e-9,
         reference_s=REFERENCE_S,
         gain=10.0 ** (settings.gain_db / 20.0),
         bits=12 if settings.pixel_format is PixelFormat.MONO12 else 8,
-        psf_sigma_px=PSF_SIGMA_PX[role],
+        psf_sigma_px=math.hypot(PSF_SIGMA_PX[role], defocus_px),
         binning=settings.binning,
     )
     image = expose(radiance, exposure, key)

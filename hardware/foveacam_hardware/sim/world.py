@@ -7,12 +7,14 @@ machine lowers the frame rate and never changes the physics. Cameras are in `cam
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Binning, Clock, MirrorVolts, Role
 from foveacam_hardware.sim.animated_scene import AnimatedScene
+from foveacam_hardware.sim.assembly import mount_turn_rad, wired_codes
 from foveacam_hardware.sim.cables import CAMERA_ROLES, DacCodes, ShutterPort
 from foveacam_hardware.sim.exposures import ExposureInterval
 from foveacam_hardware.sim.faults import ThermalMountDrift, WorldFaults
@@ -21,6 +23,7 @@ from foveacam_hardware.sim.optics import (
     FOVEA_FOCAL_PX,
     FOVEA_HEIGHT,
     FOVEA_WIDTH,
+    EyeAssembly,
     EyeProjection,
     FoldedEye,
     WideLens,
@@ -31,6 +34,7 @@ from foveacam_hardware.sim.pan_tilt import TurningHistory, TurnSegment
 from foveacam_hardware.sim.presets import RigPreset
 from foveacam_hardware.sim.render.projection import Projection
 from foveacam_hardware.sim.rig_pose import Pedestal
+from foveacam_hardware.simulated_assembly import SimulatedAssembly
 
 EYES = (Role.LEFT, Role.RIGHT)
 TILT_STEP_RAD = 2.0**-22
@@ -55,16 +59,26 @@ MOTION_SAMPLES = 9
 class World:
     """Mirrors, optics, scene and faults; every method may be called from any thread."""
 
-    def __init__(self, *, scene: AnimatedScene, preset: RigPreset, seed: int, clock: Clock) -> None:
+    def __init__(
+        self,
+        *,
+        scene: AnimatedScene,
+        preset: RigPreset,
+        seed: int,
+        clock: Clock,
+        assembly: SimulatedAssembly | None = None,
+    ) -> None:
         self.animated_scene = scene
         self.preset = preset
         self.seed = seed
+        self.assembly = assembly = assembly or SimulatedAssembly()
         self.faults = WorldFaults()
         self.drift = ThermalMountDrift(seed=seed)
         self.lens = WideLens()
         self.t0_ns = clock.now_ns()
-        self.eyes = {role: FoldedEye(built_assembly(role, seed=seed)) for role in EYES}
+        self.eyes = {role: FoldedEye(_moved(built_assembly(role, seed=seed), assembly)) for role in EYES}
         self.mirrors = MirrorPair(mode=preset.mode, cutoff_hz=preset.low_pass_hz, t_ns=self.t0_ns, seed=seed)
+        self.mirrors.drive_scale = assembly.drive_scale
         self.pedestal = Pedestal(seed=seed)
         self._motor_motion = TurningHistory()
         self.manual_motion = TurningHistory()
@@ -85,7 +99,7 @@ class World:
         self.on_codes(t_ns, codes)
         with self._mirror_lock:
             self.mirrors.dead_axes = self.faults.dead_axes
-            self.mirrors.set_codes(t_ns, codes)
+            self.mirrors.set_codes(t_ns, wired_codes(codes, self.assembly))
 
     def set_rail(self, t_ns: int, *, on: bool) -> None:
         """Switch the mirrors' high voltage."""
@@ -95,7 +109,7 @@ class World:
     def set_low_pass(self, t_ns: int, cutoff_hz: int) -> None:
         """Set the cut-off of the drive filters; 0 stops their clock."""
         with self._mirror_lock:
-            self.mirrors.set_low_pass(t_ns, cutoff_hz)
+            self.mirrors.set_low_pass(t_ns, round(cutoff_hz * self.assembly.filter_scale))
 
     def trigger(self, t_ns: int, *, pulse_us: int, cameras: int) -> None:
         """Pass a rising edge to every camera in the mask, for a pulse of any length above 0."""
@@ -212,8 +226,14 @@ class World:
     def _eye_view(self, role: Role, tilt_rad: tuple[float, float], t_ns: int) -> EyeProjection:
         turn_rad = np.array(self.faults.drift_step_rad.get(role, (0.0, 0.0, 0.0)))
         turn_rad[:2] += self.drift.turn_rad(role, self.scene_s(t_ns))
+        turn_rad += mount_turn_rad(self.assembly.eye(role), role, t_ns - self.t0_ns)
         mount_rad = np.round(turn_rad / MOUNT_STEP_RAD) * MOUNT_STEP_RAD
         return self.eyes[role].view(*tilt_rad, mount_turn_rad=mount_rad)
+
+
+def _moved(eye: EyeAssembly, assembly: SimulatedAssembly) -> EyeAssembly:
+    x_m, y_m, z_m = eye.pivot_m
+    return replace(eye, pivot_m=(x_m * assembly.baseline_scale, y_m, z_m))
 
 
 def _rounded(tilts_rad: NDArray[np.float64]) -> NDArray[np.float64]:

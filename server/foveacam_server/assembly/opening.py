@@ -27,6 +27,7 @@ from foveacam_server.foundation.computing.compute_queue import ComputeQueue
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
+from foveacam_server.resources.calibrating.acceptances.service import Acceptances
 from foveacam_server.resources.calibrating.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrating.drift_checks.service import DriftChecks
 from foveacam_server.resources.calibrating.sessions.descriptions import SessionReader
@@ -58,6 +59,7 @@ class CalibrationServices:
 
     sessions: CalibrationSessionService
     drift: DriftChecks
+    acceptances: Acceptances
     records: CalibrationRecords
     trigger_tests: TriggerTests
 
@@ -113,6 +115,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         records=groups.calibration.records,
         sessions=groups.calibration.sessions,
         drift=groups.calibration.drift,
+        acceptances=groups.calibration.acceptances,
         displays=_pattern_displays(foundation),
         overlay=displays.overlay,
         jobs=shared.jobs,
@@ -193,6 +196,7 @@ def _open_calibration(shared: SharedServices) -> CalibrationServices:
     return CalibrationServices(
         sessions=CalibrationSessionService(sessions, tools),
         drift=drift,
+        acceptances=Acceptances(shared.knowledge.folder / "acceptances", tools),
         records=records,
         trigger_tests=_trigger_tests(shared),
     )

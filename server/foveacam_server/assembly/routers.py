@@ -41,6 +41,7 @@ MODULES = (
     "looking.depth_backends.routes",
     "devices.displays.routes",
     "calibrating.drift_checks.routes",
+    "calibrating.acceptances.routes",
     "devices.settle_time.routes",
     "studying.planner.routes",
     "capturing.archive.routes",

@@ -16,6 +16,7 @@ from foveacam_server.foundation.lease import Lease
 from foveacam_server.foundation.named_documents import NamedDocuments
 from foveacam_server.foundation.settings import Settings
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibrating.acceptances.service import Acceptances
 from foveacam_server.resources.calibrating.calibrations.records import CalibrationRecords
 from foveacam_server.resources.calibrating.calibrations.service import CalibrationService
 from foveacam_server.resources.calibrating.drift_checks.service import DriftChecks
@@ -99,6 +100,7 @@ class Services:
     records: CalibrationRecords
     sessions: CalibrationSessionService
     drift: DriftChecks
+    acceptances: Acceptances
     displays: PatternDisplayService
     overlay: GazeOverlay
     jobs: JobRunner

@@ -76,7 +76,7 @@ def open_enabled_rig(choice: RigChoice, times: SettleTimes, *, console: Console)
     if isinstance(config, SimulatedRigConfig):
         check_simulation(config)
         compile_renderer(console)
-    with _rig_of(config, real_time=choice.real_time) as rig:
+    with rig_of(config, real_time=choice.real_time) as rig:
         if rig.problems:
             problems = "; ".join(f"{problem.device}: {problem.detail}" for problem in rig.problems)
             raise NotConnected(f"every device of the rig is needed: {problems}")
@@ -87,7 +87,8 @@ def open_enabled_rig(choice: RigChoice, times: SettleTimes, *, console: Console)
         yield rig
 
 
-def _rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) -> Rig:
+def rig_of(config: SimulatedRigConfig | SerialRigConfig, *, real_time: bool) -> Rig:
+    """Return the rig of a configuration, not connected; a simulated one runs in virtual time by default."""
     if isinstance(config, SerialRigConfig) or real_time:
         return open_rig(config, guarded=True)
     from foveacam_hardware.sim.rig import simulated_rig

@@ -5,8 +5,9 @@ the field (faults 1 to 3 of the protocol page), so that tests show that a driver
 """
 
 from collections import deque
+from collections.abc import Sequence
 
-from foveacam_hardware.contract import Clock
+from foveacam_hardware.contract import Clock, Role
 from foveacam_hardware.sim.agenda import Agenda
 from foveacam_hardware.sim.cables import Cables
 from foveacam_hardware.sim.far_ends.controller_firmware import ControllerFirmware
@@ -68,6 +69,13 @@ class ControllerFarEnd:
     @strict.setter
     def strict(self, strict: bool) -> None:
         self.firmware.frames.strict = strict
+
+    def be_flawed(self, *, strobe_delay_us: Sequence[int], clock_ppm: float) -> None:
+        """Set the delays of the (left, right) strobes and how much faster its clock runs."""
+        self.firmware.frames.strobe_delay_us = dict(
+            zip((Role.LEFT, Role.RIGHT), strobe_delay_us, strict=True)
+        )
+        self.firmware.clock_ppm = clock_ppm
 
     @property
     def busy(self) -> bool:

@@ -5,10 +5,11 @@ reports the rise of the first one and the mean of the targets at the start and t
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.agenda import Agenda, PlannedAction
 from foveacam_hardware.sim.cables import (
     CAMERA_CENTRE,
@@ -142,6 +143,8 @@ class FrameQueue:
         self._line_stuck = False
         self.strict = False
         self.centre_strobe_cable = False
+        self.strobe_delay_us: Mapping[Role, int] = {}
+        """Delay of a camera's strobe against its exposure, by a fault of its cable or settings."""
 
     def pending(self, stream: int) -> bool:
         """Return whether a frame of this stream is active or queued."""
@@ -205,7 +208,8 @@ class FrameQueue:
         for bit, role in CAMERA_ROLES.items():
             exposure_us = self._cables.strobe_us(role) if frame.cameras & bit else None
             if exposure_us is not None:
-                start_ns = t_ns + TRIGGER_TO_EXPOSURE_US * 1000
+                delay_us = TRIGGER_TO_EXPOSURE_US + self.strobe_delay_us.get(role, 0)
+                start_ns = t_ns + delay_us * 1000
                 self._plan(frame, start_ns, self._rise)
                 self._plan(frame, start_ns + exposure_us * 1000, self._fall)
 

@@ -80,12 +80,17 @@ def main(arguments: list[str] | None = None) -> int:
         "--strict", action="store_true", help="have the faults of the controllers in the field"
     )
     options.add_argument("--version", default="2.1.0", help="firmware version to answer with")
+    options.add_argument(
+        "--strobe-delay-us", nargs=2, type=int, default=(0, 0), help="of the left and the right camera"
+    )
+    options.add_argument("--clock-ppm", type=float, default=0.0, help="how much faster its clock runs")
     given = options.parse_args(arguments)
     major, minor, patch = (int(part) for part in given.version.split("."))
     with inherited_socket(given) as link:
         channel, clock = SideChannel(link), MonotonicClock()
         cables = _CableSender(channel)
         far_end = ControllerFarEnd(clock, cables, strict=given.strict, version=(major, minor, patch))
+        far_end.be_flawed(strobe_delay_us=given.strobe_delay_us, clock_ppm=given.clock_ppm)
         host = FarEndServer(far_end, channel, PtyPort(given.port), clock=clock, inbox=cables.commands)
         host.run(lambda message: execute_command(far_end, message))
     return 0

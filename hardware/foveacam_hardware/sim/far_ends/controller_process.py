@@ -20,9 +20,16 @@ class ControllerProcess:
     """
 
     def __init__(
-        self, cables: Cables, *, strict: bool = False, version: tuple[int, int, int] = (2, 1, 0)
+        self,
+        cables: Cables,
+        *,
+        strict: bool = False,
+        version: tuple[int, int, int] = (2, 1, 0),
+        strobe_delay_us: tuple[int, int] = (0, 0),
+        clock_ppm: float = 0.0,
     ) -> None:
         options = ["--version", ".".join(map(str, version)), *(["--strict"] if strict else [])]
+        options += ["--strobe-delay-us", *map(str, strobe_delay_us), "--clock-ppm", str(clock_ppm)]
         self._process = FarEndProcess(MODULE, "controller", _CableReceiver(cables), options=lambda: options)
         self._process.wait_until_ready()
         self.port = self._process.port

@@ -11,7 +11,11 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.reports.page import fill_template
 from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
 from foveacam_server.resources.calibrating.report.table2 import table2
-from foveacam_server.resources.calibrating.sessions.schema import ModelScoreDocument, SessionDocument
+from foveacam_server.resources.calibrating.sessions.schema import (
+    ModelScoreDocument,
+    SessionDocument,
+    SettleAxisDocument,
+)
 
 _DISTANCES_M = (2.0, 5.0, 10.0, 15.0, 20.0)
 _BARS_WIDTH = 330.0
@@ -38,7 +42,7 @@ def report_html(
         pictures=pictures or {},
         drift=sorted(drift, key=lambda check: check.created_utc),
         tiles=_tiles(calibration, session),
-        table2=_table2(calibration, session),
+        table2=table2_rows(calibration, _settled_axes(session)),
         field=_field_deg(calibration),
         bars=[] if fit is None else list(_bars(fit.models)),
         depth_rows=[_depth_row(calibration, distance_m) for distance_m in _DISTANCES_M],
@@ -63,9 +67,13 @@ def _tiles(calibration: Calibration, session: SessionDocument | None) -> list[tu
     return tiles
 
 
-def _table2(calibration: Calibration, session: SessionDocument | None) -> list[tuple[str, ...]]:
-    """Return the rows of Table 2, each group named once."""
-    rows = table2(calibration, session)
+def _settled_axes(session: SessionDocument | None) -> Sequence[SettleAxisDocument]:
+    return session.settle.axes if session is not None and session.settle is not None else ()
+
+
+def table2_rows(calibration: Calibration, axes: Sequence[SettleAxisDocument]) -> list[tuple[str, ...]]:
+    """Return the rows of Table 2 as text, each group named once; `axes`: as of `table2`."""
+    rows = table2(calibration, axes)
     above = ["", *(row.group for row in rows)]
     return [
         (

@@ -12,7 +12,7 @@ from foveacam_pipeline.geometry.plane_window import homography_apply
 from foveacam_pipeline.models.calibration import Calibration, EyeCalibration
 from foveacam_pipeline.models.mirror import DAC_STEP_V
 from foveacam_pipeline.models.resolution import ahead_rad, px_per_deg
-from foveacam_server.resources.calibrating.sessions.schema import SessionDocument, SettleAxisDocument
+from foveacam_server.resources.calibrating.sessions.schema import SettleAxisDocument
 
 _GRID = 9
 
@@ -38,10 +38,10 @@ class _EyeOptics:
     step_px: tuple[float, float]
 
 
-def table2(calibration: Calibration, session: SessionDocument | None) -> tuple[Specification, ...]:
-    """Return the rows of Table 2 for a rig."""
+def table2(calibration: Calibration, axes: Sequence[SettleAxisDocument]) -> tuple[Specification, ...]:
+    """Return the rows of Table 2 for a rig; `axes`: how its mirrors settle, empty where not measured."""
     eyes = [_optics(calibration, role) for role in (Role.LEFT, Role.RIGHT)]
-    return (*_fields(calibration, eyes), *_steering(eyes), *_actuation(eyes, session))
+    return (*_fields(calibration, eyes), *_steering(eyes), *_actuation(eyes, axes))
 
 
 def _fields(calibration: Calibration, eyes: list[_EyeOptics]) -> list[Specification]:
@@ -110,8 +110,7 @@ def _steering(eyes: list[_EyeOptics]) -> list[Specification]:
     ]
 
 
-def _actuation(eyes: list[_EyeOptics], session: SessionDocument | None) -> list[Specification]:
-    axes = session.settle.axes if session is not None and session.settle is not None else ()
+def _actuation(eyes: list[_EyeOptics], axes: Sequence[SettleAxisDocument]) -> list[Specification]:
     step_x, step_y = _mean([eye.step_px for eye in eyes])
     settle = _worst(axes, "settle_1pct_ms")
     to_one_px = _worst(axes, "settle_ms")

@@ -48,7 +48,9 @@ def measure_settle(
     if options.apply:
         environment.wait_after_moves(settle_time_of(report, settle_us, session_id=session.id))
     save_settle(report, session.folder / SETTLE_REPORT)
-    session.write(SETTLE, SettleDocument(axes=[_axis(axis) for axis in report.axes], settle_us=settle_us))
+    session.write(
+        SETTLE, SettleDocument(axes=[settled_axis(axis) for axis in report.axes], settle_us=settle_us)
+    )
     draw_pictures(session, {"settle": partial(settle_picture, report)})
     return report
 
@@ -60,7 +62,8 @@ def _known_lens(session: CalibrationSession) -> Intrinsics | None:
         return None
 
 
-def _axis(axis: AxisSettle) -> SettleAxisDocument:
+def settled_axis(axis: AxisSettle) -> SettleAxisDocument:
+    """Describe how one axis settles."""
     resonance = axis.resonance
     return SettleAxisDocument(
         eye=eye_of(axis.role),

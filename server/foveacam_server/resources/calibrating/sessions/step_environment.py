@@ -168,7 +168,7 @@ def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironmen
 
     @contextmanager
     def use(what: str, *, binning: Binning | None = 1) -> Iterator[ExclusiveRig]:
-        with _binned_cameras(rig, binning or rig.working_binning):
+        with binned_cameras(rig, binning or rig.working_binning):
             yield ExclusiveRig(head=rig.head, pan_tilt=rig.pan_tilt)
 
     return StepEnvironment(
@@ -186,7 +186,7 @@ def environment_of(rig: Rig, times: SettleTimes | None = None) -> StepEnvironmen
 
 
 @contextmanager
-def _binned_cameras(rig: Rig, binning: Binning) -> Iterator[None]:
+def binned_cameras(rig: Rig, binning: Binning) -> Iterator[None]:
     """Bin the frames of all cameras, and restore their binning afterwards."""
     cameras = [rig.camera(role) for role in Role]
     before = [camera.settings.binning for camera in cameras]

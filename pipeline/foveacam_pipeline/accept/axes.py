@@ -1,0 +1,210 @@
+"""Check of the mirrors' axes: small steps of each, and the motion of both pictures that they cause."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from foveacam_hardware.contract import MirrorVolts, Role, StereoVolts
+from foveacam_pipeline.accept.limits import AcceptanceLimits
+from foveacam_pipeline.accept.rig_under_test import (
+    EYES,
+    RigUnderTest,
+    both,
+    frame_of,
+    marker_px,
+    own_marker,
+)
+from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.models.calibration import Calibration
+
+TITLE = "Mirrors: each axis and its direction"
+GAINS_TITLE = "Mirrors: gain of each axis"
+LIGHT_TITLE = "Light in the foveae"
+STEP_V = 8.0
+"""Half a degree: the marker stays in view."""
+CORNER_V = (14.0, 9.0)
+NOMINAL_GAIN_DEG_PER_V = (0.060, 0.052)
+FOCAL_PX = 28_760.0
+"""Of a fovea without a calibration (Table 2: 2.86 deg over 1440 px)."""
+STUCK_SHARE = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisResponse:
+    """Motion of both gazes, deg per volt (4, 4): rows left x, left y, right x, right y; columns alike."""
+
+    gains_deg_per_v: NDArray[np.float64]
+
+    def block(self, moved: Role, driven: Role) -> NDArray[np.float64]:
+        """Return the gains (2, 2) of one eye's gaze by one mirror's volts, deg/V."""
+        rows, columns = _slice(moved), _slice(driven)
+        return self.gains_deg_per_v[rows, columns]
+
+
+@dataclass(slots=True)
+class LightSamples:
+    """Levels of the white paper in each fovea: in its middle, and towards its corners."""
+
+    middle: dict[Role, float] = field(default_factory=dict)
+    corners: dict[Role, list[float]] = field(default_factory=dict)
+
+
+def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[CheckResult, AxisResponse]:
+    """Return the result of stepping all four axes, one at a time, and how the gazes followed."""
+    response = _measured_response(rig, calibration)
+    return judged("axes", TITLE, findings=_findings(response)), response
+
+
+def check_gains(
+    response: AxisResponse, limits: AcceptanceLimits, calibration: Calibration | None
+) -> CheckResult:
+    """Return the gains of the axes against the calibrated ones, or the nominal ones without a calibration."""
+    allowed = limits.gain_rel_nominal if calibration is None else limits.gain_rel
+    figures, off = [], {}
+    for role in EYES:
+        ratios = np.diag(response.block(role, role)) / _expected_deg_per_v(calibration, role)
+        figures += [
+            Measured(
+                name=f"{role} {name}: gain against the expected one",
+                value=round(float(ratio), 4),
+                unit="",
+                low=1.0 - allowed,
+                high=1.0 + allowed,
+            )
+            for name, ratio in zip("xy", ratios, strict=True)
+        ]
+        if float(np.abs(ratios - 1.0).max()) > allowed:
+            off[str(role)] = f"{role} {ratios[0]:.3f} (x) and {ratios[1]:.3f} (y)"
+    findings = []
+    if off:
+        source = "nominal" if calibration is None else "calibrated"
+        detail = f"gain of the mirrors against the {source} one: {'; '.join(off.values())}"
+        findings = [Finding(fault=Fault.WEAK_DRIVE, subject=" and ".join(off), detail=detail)]
+    return judged("gains", GAINS_TITLE, figures=figures, findings=findings)
+
+
+def check_light(rig: RigUnderTest, limits: AcceptanceLimits) -> CheckResult:
+    """Return the brightness of both foveae against each other, and towards their corners."""
+    samples = LightSamples()
+    for x, y in ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+        drive = (x * CORNER_V[0], y * CORNER_V[1])
+        sighting = rig.look(both(drive, drive))
+        for role in EYES:
+            level = own_marker(frame_of(sighting, role), rig.layout).white_level
+            if x == 0.0:
+                samples.middle[role] = level
+            else:
+                samples.corners.setdefault(role, []).append(level)
+    return _judged_light(samples, limits)
+
+
+def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResult:
+    levels, findings, figures = samples.middle, [], []
+    brightest = max(levels.values())
+    for role, level in levels.items():
+        share = Measured(
+            name=f"{role}: brightness against the brighter eye",
+            value=round(level / brightest, 3),
+            unit="",
+            low=limits.eyes_brightness_ratio,
+        )
+        figures.append(share)
+        if not share.is_within:
+            detail = (
+                f"white paper is {level:.0f} in the {role} fovea and {brightest:.0f} in the other, of 255"
+            )
+            findings.append(Finding(fault=Fault.DARK_EYE, subject=str(role), detail=detail))
+    for role, corners in samples.corners.items():
+        lost = 1.0 - float(np.mean(corners)) / levels[role]
+        figure = Measured(
+            name=f"{role}: light lost towards the corners", value=round(lost, 3), unit="", high=limits.falloff
+        )
+        figures.append(figure)
+        if not figure.is_within:
+            detail = f"the {role} fovea loses {100 * lost:.0f} % of its light halfway to its corners"
+            findings.append(Finding(fault=Fault.VIGNETTING, subject=str(role), detail=detail))
+    return judged("light", LIGHT_TITLE, figures=figures, findings=findings)
+
+
+def _measured_response(rig: RigUnderTest, calibration: Calibration | None) -> AxisResponse:
+    focal_px = FOCAL_PX if calibration is None else calibration.fovea_f_px
+    columns = []
+    for axis in range(4):
+        after, before = (_places_px(rig, _one_axis(axis, sign * STEP_V)) for sign in (1.0, -1.0))
+        columns.append(np.rad2deg(-(after - before) / (2.0 * STEP_V * focal_px)))
+    return AxisResponse(gains_deg_per_v=np.column_stack(columns))
+
+
+def _places_px(rig: RigUnderTest, volts: StereoVolts) -> NDArray[np.float64]:
+    """Return the places (4,) of each eye's marker: left x, left y, right x, right y, px."""
+    sighting = rig.look(volts)
+    return np.concatenate([marker_px(rig, sighting, role) for role in EYES])
+
+
+def _one_axis(axis: int, volts_v: float) -> StereoVolts:
+    drive = [0.0] * 4
+    drive[axis] = volts_v
+    return both((drive[0], drive[1]), (drive[2], drive[3]))
+
+
+def _findings(response: AxisResponse) -> list[Finding]:
+    own = sum(float(np.nansum(np.abs(response.block(role, role)))) for role in EYES)
+    other = sum(float(np.nansum(np.abs(response.block(role, _other(role))))) for role in EYES)
+    if other > own:
+        detail = "volts for the left mirror move the right picture, and the other way round"
+        return [Finding(fault=Fault.EXCHANGED_MIRRORS, subject="left and right", detail=detail)]
+    return [found for role in EYES for found in _structural(response.block(role, role), role)]
+
+
+def _structural(gains: NDArray[np.float64], role: Role) -> list[Finding]:
+    """Return what is wrong with the axes of one mirror, of its gains (2, 2), deg/V."""
+    nominal = np.array(NOMINAL_GAIN_DEG_PER_V)
+    moved = np.linalg.norm(gains, axis=0)
+    found = [
+        Finding(
+            fault=Fault.STUCK_AXIS,
+            subject=f"{role} {name}",
+            detail=f"{STEP_V:g} V on the {role} mirror's {name} axis move its picture by "
+            f"{100.0 * moved[axis] / nominal[axis]:.0f} % of what they should",
+        )
+        for axis, name in enumerate("xy")
+        if not moved[axis] > STUCK_SHARE * nominal[axis]
+    ]
+    if found:
+        return found
+    if abs(gains[1, 0]) > abs(gains[0, 0]) and abs(gains[0, 1]) > abs(gains[1, 1]):
+        detail = f"volts for x of the {role} mirror move its picture along y, and the other way round"
+        return [Finding(fault=Fault.EXCHANGED_AXES, subject=str(role), detail=detail)]
+    return [
+        Finding(
+            fault=Fault.REVERSED_AXIS,
+            subject=f"{role} {name}",
+            detail=f"volts on the {role} mirror's {name} axis turn its gaze the wrong way",
+        )
+        for axis, name in enumerate("xy")
+        if gains[axis, axis] < 0.0
+    ]
+
+
+def _expected_deg_per_v(calibration: Calibration | None, role: Role) -> NDArray[np.float64]:
+    if calibration is None:
+        return np.array(NOMINAL_GAIN_DEG_PER_V)
+    mirror = calibration.eye(role).mirror
+    slopes = []
+    for axis in range(2):
+        step = STEP_V * np.eye(2)[axis]
+        after, before = (
+            np.array(mirror.angles_rad(MirrorVolts(x_v=float(sign * step[0]), y_v=float(sign * step[1]))))
+            for sign in (1.0, -1.0)
+        )
+        slopes.append((after - before)[axis] / (2.0 * STEP_V))
+    return np.asarray(np.rad2deg(np.array(slopes)), dtype=np.float64)
+
+
+def _other(role: Role) -> Role:
+    return Role.RIGHT if role is Role.LEFT else Role.LEFT
+
+
+def _slice(role: Role) -> slice:
+    return slice(0, 2) if role is Role.LEFT else slice(2, 4)

@@ -1,0 +1,357 @@
+"""The acceptance run: all checks in an order in which each can trust what the ones before it have shown.
+
+A check whose ground a named fault has taken away is not made: what it would show follows from that fault.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from foveacam_hardware.contract import Binning, Cancelled, Clock, FoveaError, Role, Sighting, Station, Stopped
+from foveacam_pipeline.accept import (
+    axes,
+    drawings,
+    frames,
+    geometry,
+    pictures,
+    repeatability,
+    sensors,
+    stopping,
+    timing,
+    triggers,
+)
+from foveacam_pipeline.accept.axes import AxisResponse
+from foveacam_pipeline.accept.limits import AcceptanceLimits
+from foveacam_pipeline.accept.repeatability import RestPlaces
+from foveacam_pipeline.accept.rig_under_test import RigUnderTest
+from foveacam_pipeline.accept.triggers import LineState
+from foveacam_pipeline.accept.values import (
+    Acceptance,
+    CheckResult,
+    Fault,
+    Finding,
+    Measured,
+    judged,
+    not_done,
+)
+from foveacam_pipeline.calibrate.settle.settle_report import settle_picture
+from foveacam_pipeline.calibrate.settle.settle_values import SettleReport
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
+from foveacam_pipeline.capture.run.access import RigAccess
+from foveacam_pipeline.models.calibration import Calibration
+
+T = TypeVar("T")
+
+DEVICES_TITLE = "Devices: all there"
+CLOCK_TITLE = "Clock of the mirrors' controller"
+LINES = frozenset({Fault.MISSING_DEVICE, Fault.NO_TRIGGER, Fault.NO_STROBE})
+PICTURES = LINES | {Fault.FROZEN_PICTURE}
+MARKERS = PICTURES | {
+    Fault.MARKER_NOT_SEEN,
+    Fault.EXCHANGED_CAMERAS,
+    Fault.MIRRORED_PICTURE,
+    Fault.ROTATED_PICTURE,
+}
+STILL = MARKERS | {Fault.LOOSE_MOUNT}
+AXES = STILL | {Fault.EXCHANGED_MIRRORS, Fault.EXCHANGED_AXES, Fault.REVERSED_AXIS, Fault.STUCK_AXIS}
+RETURNING = AXES | {Fault.SCATTER, Fault.HYSTERESIS}
+EXACT = RETURNING | {Fault.MOUNT_DRIFT, Fault.WEAK_DRIVE}
+LOOKS = {
+    "triggers": 6,
+    "pictures": 2,
+    "focus": 0,
+    "rest": 11,
+    "axes": 8,
+    "light": 5,
+    "sensors": 12,
+    "frames": 0,
+    "returns": 43,
+    "gains": 0,
+    "timing": 190,
+    "geometry": 6,
+    "stop": 3,
+    "clock": 0,
+}
+"""Looks of each check, for the time left; those of the frames are an option."""
+
+
+class RigUse(Protocol):
+    """Reserves the rig for some checks."""
+
+    def __call__(self, binning: Binning | None) -> AbstractContextManager[RigAccess]:
+        """Reserve it until the context ends; `binning`: of its frames, None for the rig's working binning."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AcceptanceOptions:
+    """How much is measured. `looks`: without a pause; `wide_s`: of the wide camera at full rate."""
+
+    looks: int = 300
+    wide_s: float = 60.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AcceptanceEnvironment:
+    """The rig under test, what is known of it, and how to turn it to its markers.
+
+    `problems`: device and reason for each device that is not there. `stations`: those with markers, the
+    farthest first; `turn` brings the rig before one.
+    """
+
+    rig_id: str
+    clock: Clock
+    layout: MarkerLayout
+    stations: Sequence[Station]
+    problems: Sequence[tuple[str, str]]
+    calibration: Calibration | None
+    use: RigUse
+    turn: Callable[[RigAccess, Station], None]
+
+
+def run_acceptance(
+    environment: AcceptanceEnvironment,
+    *,
+    begun_utc: str,
+    watch: ProcedureWatcher,
+    options: AcceptanceOptions,
+    limits: AcceptanceLimits | None = None,
+) -> Acceptance:
+    """Run all checks; a run that is cancelled or stopped returns the checks that were made until then."""
+    run = _Run(
+        environment, begun_utc=begun_utc, watch=watch, options=options, limits=limits or AcceptanceLimits()
+    )
+    begun_ns = environment.clock.now_ns()
+    complete = True
+    try:
+        run.run_all()
+    except (Cancelled, Stopped):
+        complete = False
+    return Acceptance(
+        rig_id=environment.rig_id,
+        calibration_id=None if environment.calibration is None else environment.calibration.id,
+        begun_utc=begun_utc,
+        duration_s=(environment.clock.now_ns() - begun_ns) / 1e9,
+        complete=complete,
+        checks=tuple(run.checks),
+        pictures=run.pictures,
+        settling=run.settling,
+    )
+
+
+class _Run:
+    """One run: its results so far, and what later checks need of earlier ones."""
+
+    def __init__(
+        self,
+        environment: AcceptanceEnvironment,
+        *,
+        begun_utc: str,
+        watch: ProcedureWatcher,
+        options: AcceptanceOptions,
+        limits: AcceptanceLimits,
+    ) -> None:
+        self._environment = environment
+        self._begun_utc = begun_utc
+        self._watch = watch
+        self._options = options
+        self._limits = limits
+        self.checks: list[CheckResult] = []
+        self.pictures: dict[str, bytes] = {}
+        self.settling: SettleReport | None = None
+        self._lines: dict[Role, LineState] = {}
+        self._home: Sighting | None = None
+        self._rest: RestPlaces | None = None
+        self._response: AxisResponse | None = None
+        self._looks = LOOKS | {"frames": options.looks}
+        self._doing = ""
+        self._done = self._done_before = 0
+
+    def run_all(self) -> None:
+        """Make every check."""
+        self._check("devices", DEVICES_TITLE, frozenset(), self._devices)
+        with_markers = bool(self._environment.stations)
+        with self._environment.use(None) as access:
+            rig = self._rig(access)
+            self._check(
+                "triggers", triggers.TITLE, frozenset({Fault.MISSING_DEVICE}), lambda: self._triggers(rig)
+            )
+            if with_markers and not self._blocking(LINES):
+                self._environment.turn(access, self._environment.stations[0])
+            self._before_sensors(rig)
+        with self._environment.use(1) as access:
+            rig = self._rig(access)
+            self._check("sensors", sensors.TITLE, PICTURES, lambda: self._sensors(rig))
+        with self._environment.use(None) as access:
+            self._after_sensors(self._rig(access), access)
+
+    def _before_sensors(self, rig: RigUnderTest) -> None:
+        self._check("pictures", pictures.TITLE, LINES, lambda: self._pictures(rig))
+        self._check("focus", pictures.FOCUS_TITLE, MARKERS, lambda: self._focus(rig))
+        self._check("rest", repeatability.REST_TITLE, MARKERS, lambda: self._rest_check(rig))
+        self._check("axes", axes.TITLE, STILL, lambda: self._axes(rig))
+        self._check("light", axes.LIGHT_TITLE, AXES, lambda: axes.check_light(rig, self._limits))
+
+    def _after_sensors(self, rig: RigUnderTest, access: RigAccess) -> None:
+        self._check("frames", frames.TITLE, PICTURES, lambda: self._frames(rig))
+        self._check("returns", repeatability.RETURN_TITLE, AXES, lambda: self._returns(rig))
+        self._check("gains", axes.GAINS_TITLE, RETURNING, self._gains)
+        self._check("timing", timing.TITLE, RETURNING, lambda: self._timing(rig))
+        self._check("geometry", geometry.TITLE, EXACT, lambda: self._geometry(rig, access))
+        self._check("stop", stopping.TITLE, AXES, lambda: stopping.check_stop(rig, self._limits))
+        self._check("clock", CLOCK_TITLE, frozenset({Fault.MISSING_DEVICE}), lambda: self._clock(rig))
+
+    def _rig(self, access: RigAccess) -> RigUnderTest:
+        return RigUnderTest(access, self._environment.layout, self._watch, begun=self._count_look)
+
+    def _count_look(self) -> None:
+        self._done = min(self._done + 1, self._done_before + self._looks[self._doing])
+        self._report()
+
+    def _report(self) -> None:
+        self._watch.progress(self._done, total=sum(self._looks.values()), note=self._doing)
+
+    def _blocking(self, faults: frozenset[Fault]) -> list[Finding]:
+        return [found for check in self.checks for found in check.findings if found.fault in faults]
+
+    def _check(
+        self, name: str, title: str, blocked_by: frozenset[Fault], work: Callable[[], CheckResult]
+    ) -> None:
+        """Make one check, unless a fault that was named makes it meaningless."""
+        self._doing = name
+        self._report()
+        blocking = self._blocking(blocked_by)
+        if blocking:
+            result = not_done(name, title, f"not made, because {blocking[0].detail}")
+        else:
+            try:
+                result = work()
+            except (Cancelled, Stopped):
+                raise
+            except FoveaError as error:
+                result = not_done(name, title, str(error))
+        self.checks.append(result)
+        self._done = self._done_before = self._done_before + self._looks.get(name, 0)
+        self._report()
+
+    def _devices(self) -> CheckResult:
+        findings = [
+            Finding(fault=Fault.MISSING_DEVICE, subject=device, detail=f"{device}: {why}")
+            for device, why in self._environment.problems
+        ]
+        return judged("devices", DEVICES_TITLE, findings=findings)
+
+    def _triggers(self, rig: RigUnderTest) -> CheckResult:
+        result, self._lines = triggers.check_triggers(rig, self._limits)
+        return result
+
+    def _pictures(self, rig: RigUnderTest) -> CheckResult:
+        if not self._environment.stations:
+            return not_done("pictures", pictures.TITLE, "the rig file names no station with markers; add one")
+        result, self._home = pictures.check_pictures(rig)
+        self.pictures["pictures"] = drawings.draw_pictures(self._home, self._environment.layout)
+        return result
+
+    def _focus(self, rig: RigUnderTest) -> CheckResult:
+        home = _known(self._home, "a look at the markers")
+        return pictures.check_focus(home, rig.layout, self._limits)
+
+    def _rest_check(self, rig: RigUnderTest) -> CheckResult:
+        _known(self._home, "a look at the markers")
+        self._rest = repeatability.rest_places(rig)
+        return repeatability.check_rest(self._rest, self._limits)
+
+    def _axes(self, rig: RigUnderTest) -> CheckResult:
+        _known(self._home, "a look at the markers")
+        result, self._response = axes.check_axes(rig, self._environment.calibration)
+        return result
+
+    def _gains(self) -> CheckResult:
+        response = _known(self._response, "the motion of the axes")
+        return axes.check_gains(response, self._limits, self._environment.calibration)
+
+    def _sensors(self, rig: RigUnderTest) -> CheckResult:
+        result, taken = sensors.check_sensors(rig, self._limits)
+        self.pictures["noise"] = drawings.draw_noise(taken)
+        return result
+
+    def _frames(self, rig: RigUnderTest) -> CheckResult:
+        return frames.check_frames(rig, self._limits, looks=self._options.looks, wide_s=self._options.wide_s)
+
+    def _returns(self, rig: RigUnderTest) -> CheckResult:
+        before = _known(self._rest, "the pictures at rest")
+        returns = repeatability.measured_returns(rig)
+        after = repeatability.rest_places(rig)
+        self.pictures["returns"] = drawings.draw_returns(returns)
+        return repeatability.check_returns(returns, before, after, self._limits)
+
+    def _timing(self, rig: RigUnderTest) -> CheckResult:
+        result, report = timing.check_timing(
+            rig,
+            self._limits,
+            lines=self._lines,
+            rig_id=self._environment.rig_id,
+            begun_utc=self._begun_utc,
+            watch=_Counted(self._watch, self._count_look),
+        )
+        self.settling = report
+        self.pictures["timing"] = settle_picture(report)
+        return result
+
+    def _geometry(self, rig: RigUnderTest, access: RigAccess) -> CheckResult:
+        calibration = self._environment.calibration
+        if calibration is None:
+            return not_done(
+                "geometry", geometry.TITLE, "no calibration is in force; run foveacam calibrate all"
+            )
+        stations = self._environment.stations
+        try:
+            result, measures = geometry.check_geometry(
+                rig,
+                self._limits,
+                calibration,
+                stations=stations,
+                turn=lambda station: self._environment.turn(access, station),
+            )
+        finally:
+            self._environment.turn(access, stations[0])  # the stop is checked there
+        self.pictures["distances"] = drawings.draw_distances(measures)
+        return result
+
+    def _clock(self, rig: RigUnderTest) -> CheckResult:
+        drift_ppm = rig.on_device(lambda devices: devices.mirrors.telemetry).clock_drift_ppm
+        if drift_ppm is None:
+            return not_done("clock", CLOCK_TITLE, "the controller's clock was not followed for long enough")
+        figure = Measured(
+            name="controller's clock against the host's",
+            value=round(drift_ppm, 1),
+            unit="ppm",
+            low=-self._limits.clock_ppm,
+            high=self._limits.clock_ppm,
+        )
+        detail = f"the controller's clock runs {drift_ppm:+.0f} ppm against the host's"
+        found = Finding(fault=Fault.CONTROLLER_CLOCK, subject="", detail=detail)
+        findings = () if figure.is_within else (found,)
+        return judged("clock", CLOCK_TITLE, figures=[figure], findings=findings)
+
+
+class _Counted:
+    """A watcher of a procedure within the run: its steps count as looks."""
+
+    def __init__(self, watch: ProcedureWatcher, count: Callable[[], None]) -> None:
+        self._watch = watch
+        self._count = count
+        self.show = watch.show
+        self.cancelled = watch.cancelled
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Count one step."""
+        self._count()
+
+
+def _known(value: T | None, what: str) -> T:
+    if value is None:
+        raise FoveaError(f"{what} could not be measured before", remedy="see the checks above")
+    return value

@@ -1,0 +1,49 @@
+"""Check of the stop: from the call to mirrors at rest, as the controller and the pictures show it."""
+
+import numpy as np
+
+from foveacam_hardware.contract import PARKED, FoveaError, LookOptions
+from foveacam_pipeline.accept.limits import AcceptanceLimits
+from foveacam_pipeline.accept.rig_under_test import EYES, REST_US, RigUnderTest, both, marker_px
+from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.capture.run.access import CaptureRig
+
+TITLE = "Stop: from the call to mirrors at rest"
+AWAY_V = 50.0
+CONFIRMED_S = 1.0
+
+
+def check_stop(rig: RigUnderTest, limits: AcceptanceLimits) -> CheckResult:
+    """Return how soon parked mirrors are confirmed, and whether the pictures show them at rest."""
+    home = rig.look()
+    rig.look(both((AWAY_V, AWAY_V), (AWAY_V, AWAY_V)))
+    began_ns = rig.clock.now_ns()
+    fault = rig.on_device(_parked)
+    took_ms = (rig.clock.now_ns() - began_ns) / 1e6
+    findings = []
+    if fault is not None:
+        findings.append(Finding(fault=Fault.NOT_PARKED, subject="", detail=f"the controller: {fault}"))
+    rig.wait(1e-6 * REST_US)
+    after = rig.look(PARKED, options=LookOptions(settle_us=0))
+    off_px = max(
+        float(np.linalg.norm(marker_px(rig, after, role) - marker_px(rig, home, role))) for role in EYES
+    )
+    figures = [
+        Measured(name="stop confirmed", value=round(took_ms, 2), unit="ms", high=limits.park_ms),
+        Measured(name="pictures off rest", value=round(off_px, 2), unit="px", high=limits.parked_px),
+    ]
+    findings += [
+        Finding(fault=Fault.NOT_PARKED, subject="", detail=f"{each.name}: {each.value:g} {each.unit}")
+        for each in figures
+        if not each.is_within and not findings
+    ]
+    return judged("stop", TITLE, figures=figures, findings=findings)
+
+
+def _parked(rig: CaptureRig) -> str | None:
+    """Park and wait for the confirmation; return why it did not come, None when it did."""
+    try:
+        rig.mirrors.park_confirmed(within_s=CONFIRMED_S)
+    except FoveaError as error:
+        return str(error)
+    return None

@@ -1,0 +1,108 @@
+"""The rig under test of an acceptance run: one that a command owns, or the server's through its thread."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from typing import Protocol
+
+from foveacam_hardware.contract import Binning, Clock, MarkerPrint, PanTilt, Station, StationTarget
+from foveacam_hardware.rig import Rig
+from foveacam_pipeline.accept.run import AcceptanceEnvironment
+from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
+from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
+from foveacam_pipeline.capture.run.access import RigAccess
+from foveacam_pipeline.models.calibration import Calibration
+from foveacam_server.resources.calibrating.sessions.step_environment import binned_cameras
+from foveacam_server.resources.calibrating.sessions.turning import turn_to_station
+from foveacam_server.rig.access import ThreadAccess
+from foveacam_server.rig.exclusive_pan_tilt import exclusive_pan_tilt
+from foveacam_server.rig.hardware import HardwareThread
+
+
+class AccessOf(Protocol):
+    """Makes the access of a procedure to a rig that its thread owns."""
+
+    def __call__(self, rig: Rig) -> RigAccess:
+        """Return the access."""
+        ...
+
+
+def environment_of_rig(
+    rig: Rig, calibration: Calibration | None, *, access_of: AccessOf, watch: ProcedureWatcher
+) -> AcceptanceEnvironment:
+    """Return the environment of a rig that the caller's thread owns, opened as far as it answers."""
+
+    @contextmanager
+    def use(binning: Binning | None) -> Iterator[RigAccess]:
+        with binned_cameras(rig, binning or rig.working_binning):
+            yield access_of(rig)
+
+    def turn(access: RigAccess, station: Station) -> None:
+        _turn(rig.pan_tilt, station, access, calibration, watch)
+
+    return AcceptanceEnvironment(
+        rig_id=rig.rig_id,
+        clock=rig.clock,
+        layout=layout_of(rig.markers),
+        stations=marker_stations(rig.stations),
+        problems=[(problem.device, problem.detail) for problem in rig.problems],
+        calibration=calibration,
+        use=use,
+        turn=turn,
+    )
+
+
+def environment_of_server(
+    hardware: HardwareThread,
+    calibration: Calibration | None,
+    *,
+    holder: str,
+    clock: Clock,
+    watch: ProcedureWatcher,
+) -> AcceptanceEnvironment:
+    """Return the environment of the server's rig, reserved part by part."""
+    status = hardware.status
+
+    @contextmanager
+    def use(binning: Binning | None) -> Iterator[RigAccess]:
+        with hardware.session(holder, cancelled=watch.cancelled, binning=binning) as head:
+            yield ThreadAccess(hardware, head, clock=clock)
+
+    def turn(access: RigAccess, station: Station) -> None:
+        pan_tilt = exclusive_pan_tilt(hardware, cancelled=watch.cancelled)
+        _turn(pan_tilt, station, access, calibration, watch)
+
+    return AcceptanceEnvironment(
+        rig_id=status.rig_id or "",
+        clock=clock,
+        layout=layout_of(status.markers),
+        stations=marker_stations(status.stations),
+        problems=[(problem.device, problem.detail) for problem in status.problems],
+        calibration=calibration,
+        use=use,
+        turn=turn,
+    )
+
+
+def marker_stations(stations: Sequence[Station]) -> tuple[Station, ...]:
+    """Return the stations with markers, the farthest first."""
+    found = [station for station in stations if station.target is StationTarget.MARKERS]
+    return tuple(sorted(found, key=lambda station: -(station.distance_m or 0.0)))
+
+
+def layout_of(markers: MarkerPrint) -> MarkerLayout:
+    """Return the layout of a rig's printed markers."""
+    return MarkerLayout(**asdict(markers))
+
+
+def _turn(
+    pan_tilt: PanTilt | None,
+    station: Station,
+    access: RigAccess,
+    calibration: Calibration | None,
+    watch: ProcedureWatcher,
+) -> None:
+    """Turn the rig before a station; a rig without a pan-tilt stands before its only one."""
+    if pan_tilt is not None:
+        wide = None if calibration is None else calibration.wide
+        turn_to_station(pan_tilt, station, clock=access.clock, watch=watch, head=access.head, wide=wide)
