@@ -7,6 +7,50 @@ export type paths = Record<string, never>;
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** @description Result of one check. `note`: why it was not made; `picture`: name of its picture, or null. */
+        AcceptanceCheckDocument: {
+            figures: components["schemas"]["AcceptanceFigureDocument"][];
+            findings: components["schemas"]["AcceptanceFindingDocument"][];
+            name: string;
+            note: string;
+            picture: string | null;
+            title: string;
+            verdict: components["schemas"]["Verdict"];
+        };
+        /** @description A whole acceptance run, or the part that was made before it was cancelled. */
+        AcceptanceDocument: {
+            accepted: boolean;
+            calibration_id: string | null;
+            checks: components["schemas"]["AcceptanceCheckDocument"][];
+            complete: boolean;
+            created_utc: string;
+            duration_s: number;
+            id: string;
+            rig_id: string;
+        };
+        /** @description A figure and its limits; null: there is none. */
+        AcceptanceFigureDocument: {
+            high: number | null;
+            low: number | null;
+            name: string;
+            unit: string;
+            value: number;
+            within: boolean;
+        };
+        /** @description A fault that was named. `subject`: what has it; empty for the whole rig. */
+        AcceptanceFindingDocument: {
+            detail: string;
+            fault: components["schemas"]["Fault"];
+            remedy: string;
+            subject: string;
+        };
+        /** @description Request of an acceptance run: how many looks without a pause, and how long the wide camera's rate. */
+        AcceptanceRequest: {
+            /** @default 300 */
+            looks?: number;
+            /** @default 60 */
+            wide_s?: number;
+        };
         /** @description A finding of the doctor about the draft; `field`: the field that it concerns. */
         AdviceDocument: {
             field: string;
@@ -978,6 +1022,11 @@ export interface components {
             x_v: number;
             y_v: number;
         };
+        /**
+         * @description Causes that a run can name.
+         * @enum {string}
+         */
+        Fault: "missing_device" | "no_trigger" | "no_strobe" | "late_strobe" | "late_exposure" | "frozen_picture" | "marker_not_seen" | "exchanged_cameras" | "mirrored_picture" | "rotated_picture" | "defocus" | "exchanged_mirrors" | "exchanged_axes" | "reversed_axis" | "stuck_axis" | "weak_drive" | "pixel_format" | "black_level" | "noise" | "hot_pixels" | "dark_eye" | "vignetting" | "lost_frames" | "frame_rate" | "slow_filter" | "controller_clock" | "loose_mount" | "mount_drift" | "hysteresis" | "scatter" | "moved_eye" | "baseline" | "printed_scale" | "taped_distance" | "not_parked";
         /**
          * @description A fault or warning with its count; `name`: which of the scope, such as a device or a kind of job.
          *
@@ -3541,6 +3590,11 @@ export interface components {
         UserSessionList: {
             sessions: components["schemas"]["UserSessionDocument"][];
         };
+        /**
+         * @description Result of one check.
+         * @enum {string}
+         */
+        Verdict: "passed" | "failed" | "not_done";
         /** @description The distance at which both eyes meet, from the rig's origin. */
         Verging: {
             distance_m?: number | "infinity" | null;
@@ -3686,6 +3740,11 @@ export interface components {
     headers: never;
     pathItems: never;
 }
+export type AcceptanceCheckDocument = components['schemas']['AcceptanceCheckDocument'];
+export type AcceptanceDocument = components['schemas']['AcceptanceDocument'];
+export type AcceptanceFigureDocument = components['schemas']['AcceptanceFigureDocument'];
+export type AcceptanceFindingDocument = components['schemas']['AcceptanceFindingDocument'];
+export type AcceptanceRequest = components['schemas']['AcceptanceRequest'];
 export type AdviceDocument = components['schemas']['AdviceDocument'];
 export type AllOptions = components['schemas']['AllOptions'];
 export type AllRun = components['schemas']['AllRun'];
@@ -3778,6 +3837,7 @@ export type EyeDocument = components['schemas']['EyeDocument'];
 export type EyeTestDocument = components['schemas']['EyeTestDocument'];
 export type EyeViewDocument = components['schemas']['EyeViewDocument'];
 export type EyeVolts = components['schemas']['EyeVolts'];
+export type Fault = components['schemas']['Fault'];
 export type FaultDocument = components['schemas']['FaultDocument'];
 export type FaultsDismissed = components['schemas']['FaultsDismissed'];
 export type FieldScoreDocument = components['schemas']['FieldScoreDocument'];
@@ -4006,6 +4066,7 @@ export type UserRemoved = components['schemas']['UserRemoved'];
 export type UserRequest = components['schemas']['UserRequest'];
 export type UserSessionDocument = components['schemas']['UserSessionDocument'];
 export type UserSessionList = components['schemas']['UserSessionList'];
+export type Verdict = components['schemas']['Verdict'];
 export type Verging = components['schemas']['Verging'];
 export type ViewDocument = components['schemas']['ViewDocument'];
 export type ViewFlowDocument = components['schemas']['ViewFlowDocument'];

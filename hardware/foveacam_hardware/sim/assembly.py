@@ -63,7 +63,11 @@ def delivered_image(
     if assembly == type(assembly)():
         return image
     grey = 2 ** (bits - 8)
-    found = image.astype(np.float32) * _shading(assembly, image.shape[0], image.shape[1], image.ndim)
+    height, width = image.shape[:2]
+    shares = _shading(
+        height, width, assembly.transmission, assembly.vignetting, mosaic=assembly.bayer_as_grey
+    )
+    found = image.astype(np.float32) * (shares if image.ndim == 2 else shares[:, :, None])
     if assembly.noise > 0.0:
         rng = np.random.default_rng([seq, _number(role), 0x2015])
         noise = rng.standard_normal(image.shape, dtype=np.float32)
@@ -85,14 +89,15 @@ def _oriented(image: Image, assembly: CameraAssembly) -> Image:
 
 
 @lru_cache(maxsize=8)
-def _shading(assembly: CameraAssembly, height: int, width: int, axes: int) -> NDArray[np.float32]:
-    """Return the share of the light that each pixel receives, (h, w) or (h, w, 1)."""
+def _shading(
+    height: int, width: int, transmission: float, vignetting: float, *, mosaic: bool
+) -> NDArray[np.float32]:
+    """Return the share of the light that each pixel receives, (h, w)."""
     y, x = np.mgrid[-1.0 : 1.0 : height * 1j, -1.0 : 1.0 : width * 1j]
-    shares = assembly.transmission * (1.0 - assembly.vignetting * (x**2 + y**2) / 2.0)
-    if assembly.bayer_as_grey:
+    shares = transmission * (1.0 - vignetting * (x**2 + y**2) / 2.0)
+    if mosaic:
         shares *= np.tile(BAYER_GAINS, (height // 2 + 1, width // 2 + 1))[:height, :width]
-    narrow = np.asarray(shares, dtype=np.float32)
-    return narrow if axes == 2 else narrow[:, :, None]
+    return np.asarray(shares, dtype=np.float32)
 
 
 @lru_cache(maxsize=4)

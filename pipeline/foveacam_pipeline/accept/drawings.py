@@ -102,7 +102,6 @@ def draw_distances(measures: Sequence[StationMeasure]) -> bytes:
 
 
 def _png(figure: "Figure") -> bytes:
-    figure.tight_layout()
     content = io.BytesIO()
     figure.savefig(content, format="png")
     return content.getvalue()

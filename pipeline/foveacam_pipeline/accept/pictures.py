@@ -137,7 +137,7 @@ def _turned(seen: dict[Role, SeenPicture]) -> list[Finding]:
             found.append(Finding(fault=Fault.MIRRORED_PICTURE, subject=str(role), detail=detail))
         if picture.turn_quarters:
             turned_deg = 90 * picture.turn_quarters
-            detail = f"the {role} picture is rotated by {turned_deg} degrees: its marker stands so"
+            detail = f"the {role} picture is rotated by {turned_deg} degrees against its marker"
             found.append(Finding(fault=Fault.ROTATED_PICTURE, subject=str(role), detail=detail))
     return found
 

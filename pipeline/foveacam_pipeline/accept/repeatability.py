@@ -1,5 +1,6 @@
 """Check of how well the mirrors return: at rest, from four sides, and over the run."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,6 +84,12 @@ def measured_returns(rig: RigUnderTest) -> Returns:
     return Returns(sides=kept, places_deg=settled)
 
 
+def return_spread_deg(returns: Returns) -> float:
+    """Return how far two returns may differ: by scatter, four standard deviations, and by hysteresis, deg."""
+    by_chance = SIGMAS * math.sqrt(2.0) * _scatter_deg(returns)
+    return by_chance + 2.0 * float(np.abs(_hysteresis_deg(returns)).max())
+
+
 def check_returns(
     returns: Returns, before: RestPlaces, after: RestPlaces, limits: AcceptanceLimits
 ) -> CheckResult:
@@ -106,7 +113,7 @@ def check_returns(
     if largest > limits.hysteresis_deg and largest > SIGMAS * noise_deg:
         detail = f"the gazes rest up to {largest:.4f}° to either side, by the side from which they came"
         findings.append(Finding(fault=Fault.HYSTERESIS, subject="", detail=detail))
-    _add_drift(before, after, limits, figures, findings)
+    _add_drift(before, after, limits, figures, findings, spread_deg=return_spread_deg(returns))
     return judged("returns", RETURN_TITLE, figures=figures, findings=findings, picture="returns")
 
 
@@ -116,6 +123,8 @@ def _add_drift(
     limits: AcceptanceLimits,
     figures: list[Measured],
     findings: list[Finding],
+    *,
+    spread_deg: float,
 ) -> None:
     minutes = float(after.t_s.mean() - before.t_s.mean()) / SECONDS_PER_MIN
     moved = (after.places_deg.mean(axis=0) - before.places_deg.mean(axis=0)) / minutes
@@ -125,7 +134,7 @@ def _add_drift(
             name=f"{role}: drift", value=round(per_min, 5), unit="°/min", high=limits.drift_deg_per_min
         )
         figures.append(figure)
-        if not figure.is_within:
+        if not figure.is_within and per_min * minutes > spread_deg:
             detail = f"the {role} gaze moves by {per_min:.4f}° a minute under the same volts"
             findings.append(Finding(fault=Fault.MOUNT_DRIFT, subject=str(role), detail=detail))
 

@@ -3,6 +3,7 @@
 A check whose ground a named fault has taken away is not made: what it would show follows from that fault.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -58,6 +59,24 @@ STILL = MARKERS | {Fault.LOOSE_MOUNT}
 AXES = STILL | {Fault.EXCHANGED_MIRRORS, Fault.EXCHANGED_AXES, Fault.REVERSED_AXIS, Fault.STUCK_AXIS}
 RETURNING = AXES | {Fault.SCATTER, Fault.HYSTERESIS}
 EXACT = RETURNING | {Fault.MOUNT_DRIFT, Fault.WEAK_DRIVE}
+TITLES = {
+    "devices": DEVICES_TITLE,
+    "triggers": triggers.TITLE,
+    "pictures": pictures.TITLE,
+    "focus": pictures.FOCUS_TITLE,
+    "rest": repeatability.REST_TITLE,
+    "axes": axes.TITLE,
+    "light": axes.LIGHT_TITLE,
+    "sensors": sensors.TITLE,
+    "frames": frames.TITLE,
+    "returns": repeatability.RETURN_TITLE,
+    "gains": axes.GAINS_TITLE,
+    "timing": timing.TITLE,
+    "geometry": geometry.TITLE,
+    "stop": stopping.TITLE,
+    "clock": CLOCK_TITLE,
+}
+"""The checks, in their order."""
 LOOKS = {
     "triggers": 6,
     "pictures": 2,
@@ -165,46 +184,56 @@ class _Run:
         self._home: Sighting | None = None
         self._rest: RestPlaces | None = None
         self._response: AxisResponse | None = None
+        self._spread_deg = 0.0
+        self._unusable = ""
         self._looks = LOOKS | {"frames": options.looks}
         self._doing = ""
         self._done = self._done_before = 0
 
     def run_all(self) -> None:
         """Make every check."""
-        self._check("devices", DEVICES_TITLE, frozenset(), self._devices)
-        with_markers = bool(self._environment.stations)
-        with self._environment.use(None) as access:
-            rig = self._rig(access)
-            self._check(
-                "triggers", triggers.TITLE, frozenset({Fault.MISSING_DEVICE}), lambda: self._triggers(rig)
-            )
-            if with_markers and not self._blocking(LINES):
-                self._environment.turn(access, self._environment.stations[0])
-            self._before_sensors(rig)
-        with self._environment.use(1) as access:
-            rig = self._rig(access)
-            self._check("sensors", sensors.TITLE, PICTURES, lambda: self._sensors(rig))
-        with self._environment.use(None) as access:
-            self._after_sensors(self._rig(access), access)
+        self._check("devices", frozenset(), self._devices)
+        missing = self._blocking(frozenset({Fault.MISSING_DEVICE}))
+        if missing:
+            why = f"not made, because {missing[0].detail}"
+            self.checks += [not_done(name, TITLES[name], why) for name in list(TITLES)[1:]]
+            return
+        self._group(None, self._before_sensors)
+        self._group(1, self._sensor_checks)
+        self._group(None, self._after_sensors)
+        missed = [name for name in TITLES if name not in {check.name for check in self.checks}]
+        self.checks += [not_done(name, TITLES[name], self._unusable) for name in missed]
+
+    def _group(self, binning: Binning | None, work: Callable[[RigUnderTest], None]) -> None:
+        """Make some checks with the rig reserved; one that cannot be reserved leaves them to `run_all`."""
+        try:
+            with self._environment.use(binning) as access:
+                begun = self._count_look
+                work(RigUnderTest(access, self._environment.layout, self._watch, begun=begun))
+        except (Cancelled, Stopped):
+            raise
+        except FoveaError as error:
+            self._unusable = f"not made: {error}"
 
     def _before_sensors(self, rig: RigUnderTest) -> None:
-        self._check("pictures", pictures.TITLE, LINES, lambda: self._pictures(rig))
-        self._check("focus", pictures.FOCUS_TITLE, MARKERS, lambda: self._focus(rig))
-        self._check("rest", repeatability.REST_TITLE, MARKERS, lambda: self._rest_check(rig))
-        self._check("axes", axes.TITLE, STILL, lambda: self._axes(rig))
-        self._check("light", axes.LIGHT_TITLE, AXES, lambda: axes.check_light(rig, self._limits))
+        self._check("triggers", frozenset({Fault.MISSING_DEVICE}), lambda: self._triggers(rig))
+        self._check("pictures", LINES, lambda: self._pictures(rig))
+        self._check("focus", MARKERS, lambda: self._focus(rig))
+        self._check("rest", MARKERS, lambda: self._rest_check(rig))
+        self._check("axes", STILL, lambda: self._axes(rig))
+        self._check("light", AXES, lambda: axes.check_light(rig, self._limits))
 
-    def _after_sensors(self, rig: RigUnderTest, access: RigAccess) -> None:
-        self._check("frames", frames.TITLE, PICTURES, lambda: self._frames(rig))
-        self._check("returns", repeatability.RETURN_TITLE, AXES, lambda: self._returns(rig))
-        self._check("gains", axes.GAINS_TITLE, RETURNING, self._gains)
-        self._check("timing", timing.TITLE, RETURNING, lambda: self._timing(rig))
-        self._check("geometry", geometry.TITLE, EXACT, lambda: self._geometry(rig, access))
-        self._check("stop", stopping.TITLE, AXES, lambda: stopping.check_stop(rig, self._limits))
-        self._check("clock", CLOCK_TITLE, frozenset({Fault.MISSING_DEVICE}), lambda: self._clock(rig))
+    def _sensor_checks(self, rig: RigUnderTest) -> None:
+        self._check("sensors", PICTURES, lambda: self._sensors(rig))
 
-    def _rig(self, access: RigAccess) -> RigUnderTest:
-        return RigUnderTest(access, self._environment.layout, self._watch, begun=self._count_look)
+    def _after_sensors(self, rig: RigUnderTest) -> None:
+        self._check("frames", PICTURES, lambda: self._frames(rig))
+        self._check("returns", AXES, lambda: self._returns(rig))
+        self._check("gains", RETURNING, self._gains)
+        self._check("timing", RETURNING, lambda: self._timing(rig))
+        self._check("geometry", EXACT, lambda: self._geometry(rig))
+        self._check("stop", AXES, lambda: self._stop(rig))
+        self._check("clock", frozenset({Fault.MISSING_DEVICE}), lambda: self._clock(rig))
 
     def _count_look(self) -> None:
         self._done = min(self._done + 1, self._done_before + self._looks[self._doing])
@@ -216,11 +245,9 @@ class _Run:
     def _blocking(self, faults: frozenset[Fault]) -> list[Finding]:
         return [found for check in self.checks for found in check.findings if found.fault in faults]
 
-    def _check(
-        self, name: str, title: str, blocked_by: frozenset[Fault], work: Callable[[], CheckResult]
-    ) -> None:
+    def _check(self, name: str, blocked_by: frozenset[Fault], work: Callable[[], CheckResult]) -> None:
         """Make one check, unless a fault that was named makes it meaningless."""
-        self._doing = name
+        self._doing, title = name, TITLES[name]
         self._report()
         blocking = self._blocking(blocked_by)
         if blocking:
@@ -250,6 +277,7 @@ class _Run:
     def _pictures(self, rig: RigUnderTest) -> CheckResult:
         if not self._environment.stations:
             return not_done("pictures", pictures.TITLE, "the rig file names no station with markers; add one")
+        self._environment.turn(rig.access, self._environment.stations[0])
         result, self._home = pictures.check_pictures(rig)
         self.pictures["pictures"] = drawings.draw_pictures(self._home, self._environment.layout)
         return result
@@ -284,6 +312,7 @@ class _Run:
         before = _known(self._rest, "the pictures at rest")
         returns = repeatability.measured_returns(rig)
         after = repeatability.rest_places(rig)
+        self._spread_deg = repeatability.return_spread_deg(returns)
         self.pictures["returns"] = drawings.draw_returns(returns)
         return repeatability.check_returns(returns, before, after, self._limits)
 
@@ -300,7 +329,7 @@ class _Run:
         self.pictures["timing"] = settle_picture(report)
         return result
 
-    def _geometry(self, rig: RigUnderTest, access: RigAccess) -> CheckResult:
+    def _geometry(self, rig: RigUnderTest) -> CheckResult:
         calibration = self._environment.calibration
         if calibration is None:
             return not_done(
@@ -313,12 +342,17 @@ class _Run:
                 self._limits,
                 calibration,
                 stations=stations,
-                turn=lambda station: self._environment.turn(access, station),
+                turn=lambda station: self._environment.turn(rig.access, station),
             )
         finally:
-            self._environment.turn(access, stations[0])  # the stop is checked there
+            self._environment.turn(rig.access, stations[0])  # the stop is checked there
         self.pictures["distances"] = drawings.draw_distances(measures)
         return result
+
+    def _stop(self, rig: RigUnderTest) -> CheckResult:
+        _known(self._rest, "the pictures at rest")
+        spread_px = math.radians(self._spread_deg) * axes.FOCAL_PX
+        return stopping.check_stop(rig, self._limits, spread_px=spread_px)
 
     def _clock(self, rig: RigUnderTest) -> CheckResult:
         drift_ppm = rig.on_device(lambda devices: devices.mirrors.telemetry).clock_drift_ppm

@@ -11,6 +11,80 @@ from foveacam_client.document import JsonObject
 from foveacam_client.generated import models
 
 
+class AsyncAcceptances:
+    """Operations of `acceptances`."""
+
+    def __init__(self, transport: AsyncTransport) -> None:
+        self._transport = transport
+
+    async def list(self) -> builtins.list[models.AcceptanceDocument]:
+        """All acceptance runs, newest first.
+
+        Return the results of all runs, those that were ended early too.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/acceptances"), builtins.list[models.AcceptanceDocument]
+        )
+
+    async def create(
+        self, body: models.AcceptanceRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.AcceptanceDocument]:
+        """Run the acceptance.
+
+        Queue a run of ten minutes or so; it moves mirrors and pan-tilt, and changes no calibration.
+
+        Needs the right `operate`.
+        """
+        return await self._transport.start(
+            Call("POST", "/api/v1/acceptances", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.AcceptanceDocument,
+        )
+
+    async def get(self, acceptance_id: str) -> models.AcceptanceDocument:
+        """One acceptance run.
+
+        Return the result of one run.
+
+        Needs the right `view`.
+        """
+        return await self._transport.answer(
+            Call("GET", "/api/v1/acceptances/{acceptance_id}", path_values={"acceptance_id": acceptance_id}),
+            models.AcceptanceDocument,
+        )
+
+    def picture(self, acceptance_id: str, name: str) -> AsyncDownload:
+        """Picture of an acceptance run.
+
+        Return a picture of one check.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/acceptances/{acceptance_id}/pictures/{name}.png",
+                path_values={"acceptance_id": acceptance_id, "name": name},
+            )
+        )
+
+    def report(self, acceptance_id: str) -> AsyncDownload:
+        """Report of an acceptance run.
+
+        Return the report: findings, figures with their limits, pictures, Table 2.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/acceptances/{acceptance_id}/report.html",
+                path_values={"acceptance_id": acceptance_id},
+            )
+        )
+
+
 class AsyncArchive:
     """Operations of `archive`."""
 
@@ -4066,6 +4140,7 @@ class AsyncOperations:
     """All operations, by noun."""
 
     def __init__(self, transport: AsyncTransport) -> None:
+        self.acceptances = AsyncAcceptances(transport)
         self.archive = AsyncArchive(transport)
         self.audit = AsyncAudit(transport)
         self.batches = AsyncBatches(transport)

@@ -11,6 +11,30 @@ from typing_extensions import TypeAliasType
 from foveacam_client.document import Document, JsonObject
 
 
+class AcceptanceFigureDocument(Document):
+    """A figure and its limits; null: there is none."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    high: float | None
+    low: float | None
+    name: str
+    unit: str
+    value: float
+    within: bool
+
+
+class AcceptanceRequest(Document):
+    """Request of an acceptance run: how many looks without a pause, and how long the wide camera's rate."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    looks: Annotated[int, Field(ge=20, le=5000)] = 300
+    wide_s: Annotated[float, Field(ge=2.0, le=600.0)] = 60.0
+
+
 class AdviceDocument(Document):
     """A finding of the doctor about the draft; `field`: the field that it concerns."""
 
@@ -966,6 +990,51 @@ class EyeVolts(Document):
     )
     x_v: Annotated[float, Field(ge=-1000.0, le=1000.0)]
     y_v: Annotated[float, Field(ge=-1000.0, le=1000.0)]
+
+
+Fault = TypeAliasType(
+    "Fault",
+    Annotated[
+        Literal[
+            "missing_device",
+            "no_trigger",
+            "no_strobe",
+            "late_strobe",
+            "late_exposure",
+            "frozen_picture",
+            "marker_not_seen",
+            "exchanged_cameras",
+            "mirrored_picture",
+            "rotated_picture",
+            "defocus",
+            "exchanged_mirrors",
+            "exchanged_axes",
+            "reversed_axis",
+            "stuck_axis",
+            "weak_drive",
+            "pixel_format",
+            "black_level",
+            "noise",
+            "hot_pixels",
+            "dark_eye",
+            "vignetting",
+            "lost_frames",
+            "frame_rate",
+            "slow_filter",
+            "controller_clock",
+            "loose_mount",
+            "mount_drift",
+            "hysteresis",
+            "scatter",
+            "moved_eye",
+            "baseline",
+            "printed_scale",
+            "taped_distance",
+            "not_parked",
+        ],
+        Field(description="Causes that a run can name."),
+    ],
+)
 
 
 class FaultDocument(Document):
@@ -3601,6 +3670,15 @@ class UserSessionList(Document):
     sessions: list[UserSessionDocument]
 
 
+Verdict = TypeAliasType(
+    "Verdict",
+    Annotated[
+        Literal["passed", "failed", "not_done"],
+        Field(description="Result of one check."),
+    ],
+)
+
+
 class Verging(Document):
     """The distance at which both eyes meet, from the rig's origin."""
 
@@ -3787,6 +3865,18 @@ class WindowLayoutRequest(Document):
         extra="forbid",
     )
     layout: Annotated[str, Field(max_length=600, min_length=1, pattern="^[a-z_0-9(),-]+$")]
+
+
+class AcceptanceFindingDocument(Document):
+    """A fault that was named. `subject`: what has it; empty for the whole rig."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    detail: str
+    fault: Fault
+    remedy: str
+    subject: str
 
 
 class AllOptions(Document):
@@ -4700,6 +4790,37 @@ class UserCreated(Document):
     )
     invitation: InvitationDocument | None
     user: UserDocument
+
+
+class AcceptanceCheckDocument(Document):
+    """Result of one check. `note`: why it was not made; `picture`: name of its picture, or null."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    figures: list[AcceptanceFigureDocument]
+    findings: list[AcceptanceFindingDocument]
+    name: str
+    note: str
+    picture: str | None
+    title: str
+    verdict: Verdict
+
+
+class AcceptanceDocument(Document):
+    """A whole acceptance run, or the part that was made before it was cancelled."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    accepted: bool
+    calibration_id: str | None
+    checks: list[AcceptanceCheckDocument]
+    complete: bool
+    created_utc: str
+    duration_s: float
+    id: str
+    rig_id: str
 
 
 class CameraDocument(Document):

@@ -11,6 +11,80 @@ from foveacam_client.generated import models
 from foveacam_client.generated.transport import Download, Transport
 
 
+class Acceptances:
+    """Operations of `acceptances`."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def list(self) -> builtins.list[models.AcceptanceDocument]:
+        """All acceptance runs, newest first.
+
+        Return the results of all runs, those that were ended early too.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(
+            Call("GET", "/api/v1/acceptances"), builtins.list[models.AcceptanceDocument]
+        )
+
+    def create(
+        self, body: models.AcceptanceRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.AcceptanceDocument]:
+        """Run the acceptance.
+
+        Queue a run of ten minutes or so; it moves mirrors and pan-tilt, and changes no calibration.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call("POST", "/api/v1/acceptances", body=body, idempotent=True, idempotency_key=idempotency_key),
+            models.AcceptanceDocument,
+        )
+
+    def get(self, acceptance_id: str) -> models.AcceptanceDocument:
+        """One acceptance run.
+
+        Return the result of one run.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(
+            Call("GET", "/api/v1/acceptances/{acceptance_id}", path_values={"acceptance_id": acceptance_id}),
+            models.AcceptanceDocument,
+        )
+
+    def picture(self, acceptance_id: str, name: str) -> Download:
+        """Picture of an acceptance run.
+
+        Return a picture of one check.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/acceptances/{acceptance_id}/pictures/{name}.png",
+                path_values={"acceptance_id": acceptance_id, "name": name},
+            )
+        )
+
+    def report(self, acceptance_id: str) -> Download:
+        """Report of an acceptance run.
+
+        Return the report: findings, figures with their limits, pictures, Table 2.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/acceptances/{acceptance_id}/report.html",
+                path_values={"acceptance_id": acceptance_id},
+            )
+        )
+
+
 class Archive:
     """Operations of `archive`."""
 
@@ -4000,6 +4074,7 @@ class Operations:
     """All operations, by noun."""
 
     def __init__(self, transport: Transport) -> None:
+        self.acceptances = Acceptances(transport)
         self.archive = Archive(transport)
         self.audit = Audit(transport)
         self.batches = Batches(transport)

@@ -20,7 +20,7 @@ def accept(
     ] = 60.0,
     report: Annotated[Path | None, typer.Option(help="also write the HTML report to this file")] = None,
 ) -> None:
-    """Measure whether the rig is what it should be, and name what is wrong: on the first day, after each move.
+    """Measure whether the rig is what it should be and name what is wrong, on its first day and after a move.
 
     The rig turns to its markers and takes ten minutes or so. The result is kept with its calibration.
     Exit status 0: accepted; 1: something is wrong, or could not be measured.

@@ -1,4 +1,4 @@
-"""Runs the command `foveacam accept`: opens the rig as far as it answers, measures, and prints the findings."""
+"""Runs `foveacam accept`: opens the rig as far as it answers, measures, and prints the findings."""
 
 import json
 import sys

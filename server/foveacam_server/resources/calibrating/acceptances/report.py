@@ -7,8 +7,8 @@ from foveacam_pipeline.accept.values import Verdict
 from foveacam_pipeline.reports.page import fill_template
 from foveacam_server.resources.calibrating.acceptances.schema import (
     AcceptanceDocument,
-    CheckDocument,
-    MeasuredDocument,
+    AcceptanceCheckDocument,
+    AcceptanceFigureDocument,
 )
 
 VERDICTS = {Verdict.PASSED: "passed", Verdict.FAILED: "FAILED", Verdict.NOT_DONE: "not made"}
@@ -20,7 +20,7 @@ def report_html(
     pictures: Mapping[str, bytes],
     table2: Sequence[tuple[str, ...]],
 ) -> str:
-    """Return the report of a run; `pictures`: PNG by name; `table2`: its rows, empty without a calibration."""
+    """Return the report; `pictures`: PNG by name; `table2`: its rows, empty without a calibration."""
     return fill_template(
         Path(__file__).with_name("report.html.j2"),
         acceptance=acceptance,
@@ -41,11 +41,11 @@ def _tiles(acceptance: AcceptanceDocument) -> list[tuple[str, str]]:
     ]
 
 
-def _rows(check: CheckDocument) -> list[tuple[str, str, str]]:
+def _rows(check: AcceptanceCheckDocument) -> list[tuple[str, str, str]]:
     return [(f"{each.value:g} {each.unit}".strip(), each.name, _limits(each)) for each in check.figures]
 
 
-def _limits(figure: MeasuredDocument) -> str:
+def _limits(figure: AcceptanceFigureDocument) -> str:
     if figure.low is None and figure.high is None:
         return "no limit"
     if figure.low is None:

@@ -22,7 +22,7 @@ class AcceptanceRequest(RequestModel):
     wide_s: Annotated[float, Field(ge=2.0, le=600.0)] = 60.0
 
 
-class MeasuredDocument(ResponseModel):
+class AcceptanceFigureDocument(ResponseModel):
     """A figure and its limits; null: there is none."""
 
     name: str
@@ -33,7 +33,7 @@ class MeasuredDocument(ResponseModel):
     within: bool
 
     @classmethod
-    def of(cls, found: Measured) -> "MeasuredDocument":
+    def of(cls, found: Measured) -> "AcceptanceFigureDocument":
         """Describe a figure."""
         return cls(
             name=found.name,
@@ -45,7 +45,7 @@ class MeasuredDocument(ResponseModel):
         )
 
 
-class FindingDocument(ResponseModel):
+class AcceptanceFindingDocument(ResponseModel):
     """A fault that was named. `subject`: what has it; empty for the whole rig."""
 
     fault: Fault
@@ -54,31 +54,31 @@ class FindingDocument(ResponseModel):
     remedy: str
 
     @classmethod
-    def of(cls, found: Finding) -> "FindingDocument":
+    def of(cls, found: Finding) -> "AcceptanceFindingDocument":
         """Describe a finding."""
         return cls(fault=found.fault, subject=found.subject, detail=found.detail, remedy=found.remedy)
 
 
-class CheckDocument(ResponseModel):
+class AcceptanceCheckDocument(ResponseModel):
     """Result of one check. `note`: why it was not made; `picture`: name of its picture, or null."""
 
     name: str
     title: str
     verdict: Verdict
-    figures: list[MeasuredDocument]
-    findings: list[FindingDocument]
+    figures: list[AcceptanceFigureDocument]
+    findings: list[AcceptanceFindingDocument]
     note: str
     picture: str | None
 
     @classmethod
-    def of(cls, check: CheckResult, *, drawn: bool) -> "CheckDocument":
+    def of(cls, check: CheckResult, *, drawn: bool) -> "AcceptanceCheckDocument":
         """Describe a check; `drawn`: whether its picture exists."""
         return cls(
             name=check.name,
             title=check.title,
             verdict=check.verdict,
-            figures=[MeasuredDocument.of(figure) for figure in check.figures],
-            findings=[FindingDocument.of(found) for found in check.findings],
+            figures=[AcceptanceFigureDocument.of(figure) for figure in check.figures],
+            findings=[AcceptanceFindingDocument.of(found) for found in check.findings],
             note=check.note,
             picture=check.picture if drawn else None,
         )
@@ -94,7 +94,7 @@ class AcceptanceDocument(ResponseModel):
     duration_s: float
     complete: bool
     accepted: bool
-    checks: list[CheckDocument]
+    checks: list[AcceptanceCheckDocument]
 
     @classmethod
     def of(cls, found: Acceptance, *, acceptance_id: str) -> "AcceptanceDocument":
@@ -107,11 +107,14 @@ class AcceptanceDocument(ResponseModel):
             duration_s=round(found.duration_s, 1),
             complete=found.complete,
             accepted=found.accepted,
-            checks=[CheckDocument.of(check, drawn=check.picture in found.pictures) for check in found.checks],
+            checks=[
+                AcceptanceCheckDocument.of(check, drawn=check.picture in found.pictures)
+                for check in found.checks
+            ],
         )
 
     @property
-    def findings(self) -> list[FindingDocument]:
+    def findings(self) -> list[AcceptanceFindingDocument]:
         """All faults, in the order of the checks."""
         return [found for check in self.checks for found in check.findings]
 
