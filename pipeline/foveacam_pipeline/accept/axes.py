@@ -53,7 +53,7 @@ class LightSamples:
 def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[CheckResult, AxisResponse]:
     """Return the result of stepping all four axes, one at a time, and how the gazes followed."""
     response = _measured_response(rig, calibration)
-    return judged("axes", TITLE, findings=_findings(response)), response
+    return judged("axes", TITLE, findings=findings_of(response)), response
 
 
 def check_gains(
@@ -148,7 +148,8 @@ def _one_axis(axis: int, volts_v: float) -> StereoVolts:
     return both((drive[0], drive[1]), (drive[2], drive[3]))
 
 
-def _findings(response: AxisResponse) -> list[Finding]:
+def findings_of(response: AxisResponse) -> list[Finding]:
+    """Return what is wrong with the axes' wiring."""
     own = sum(float(np.nansum(np.abs(response.block(role, role)))) for role in EYES)
     other = sum(float(np.nansum(np.abs(response.block(role, _other(role))))) for role in EYES)
     if other > own:

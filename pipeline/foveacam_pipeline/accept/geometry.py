@@ -26,6 +26,7 @@ from foveacam_pipeline.stereo.rectify import plane_from_raw
 
 TITLE = "Geometry: distances by tape, by print and by the two gazes"
 POSE_SIGMAS = 4.0
+SIGMAS = 3.0
 LOOKS = 3
 
 
@@ -75,7 +76,7 @@ def check_geometry(
 
 
 def _figures(one: StationMeasure, limits: AcceptanceLimits) -> list[Measured]:
-    allowed = limits.scale_rel * one.z_m + 3.0 * one.stereo_sigma_m
+    allowed = _allowed_m(one, limits)
     found = [
         Measured(
             name=f"{one.name}: distance by the gazes",
@@ -110,7 +111,7 @@ def named(
     if printed:
         return printed
     gross = {one.name: one for one in measures if _worst_px(one) > _allowed_px(one, limits, calibration)}
-    wrong = [one for one in measures if abs(one.stereo_rel) > limits.scale_rel]
+    wrong = [one for one in measures if abs(one.stereo_rel) * one.z_m > _allowed_m(one, limits)]
     if not gross and not wrong:
         return []
     if _is_scale(measures, limits):
@@ -174,6 +175,11 @@ def _moved_eyes(
 
 def _worst_px(one: StationMeasure) -> float:
     return float(np.linalg.norm(one.errors_px, axis=1).max())
+
+
+def _allowed_m(one: StationMeasure, limits: AcceptanceLimits) -> float:
+    """Return by how much the distance by the gazes may differ, m."""
+    return limits.scale_rel * one.z_m + SIGMAS * one.stereo_sigma_m
 
 
 def _allowed_px(one: StationMeasure, limits: AcceptanceLimits, calibration: Calibration) -> float:

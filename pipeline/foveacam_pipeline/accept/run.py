@@ -64,10 +64,10 @@ TITLES = {
     "triggers": triggers.TITLE,
     "pictures": pictures.TITLE,
     "focus": pictures.FOCUS_TITLE,
+    "sensors": sensors.TITLE,
     "rest": repeatability.REST_TITLE,
     "axes": axes.TITLE,
     "light": axes.LIGHT_TITLE,
-    "sensors": sensors.TITLE,
     "frames": frames.TITLE,
     "returns": repeatability.RETURN_TITLE,
     "gains": axes.GAINS_TITLE,
@@ -81,10 +81,10 @@ LOOKS = {
     "triggers": 6,
     "pictures": 2,
     "focus": 0,
+    "sensors": 12,
     "rest": 11,
     "axes": 8,
     "light": 5,
-    "sensors": 12,
     "frames": 0,
     "returns": 43,
     "gains": 0,
@@ -193,14 +193,12 @@ class _Run:
     def run_all(self) -> None:
         """Make every check."""
         self._check("devices", frozenset(), self._devices)
-        missing = self._blocking(frozenset({Fault.MISSING_DEVICE}))
-        if missing:
-            why = f"not made, because {missing[0].detail}"
+        if self._blocking(frozenset({Fault.MISSING_DEVICE})):
+            why = f"waits for: {_short('devices')}"
             self.checks += [not_done(name, TITLES[name], why) for name in list(TITLES)[1:]]
             return
-        self._group(None, self._before_sensors)
-        self._group(1, self._sensor_checks)
-        self._group(None, self._after_sensors)
+        self._group(1, self._still_checks)
+        self._group(None, self._moving_checks)
         missed = [name for name in TITLES if name not in {check.name for check in self.checks}]
         self.checks += [not_done(name, TITLES[name], self._unusable) for name in missed]
 
@@ -213,24 +211,23 @@ class _Run:
         except (Cancelled, Stopped):
             raise
         except FoveaError as error:
-            self._unusable = f"not made: {error}"
+            self._unusable = str(error)
 
-    def _before_sensors(self, rig: RigUnderTest) -> None:
+    def _still_checks(self, rig: RigUnderTest) -> None:
+        """Make the checks of single pictures, which have every pixel."""
         self._check("triggers", frozenset({Fault.MISSING_DEVICE}), lambda: self._triggers(rig))
         self._check("pictures", LINES, lambda: self._pictures(rig))
         self._check("focus", MARKERS, lambda: self._focus(rig))
+        self._check("sensors", PICTURES, lambda: self._sensors(rig))
+
+    def _moving_checks(self, rig: RigUnderTest) -> None:
         self._check("rest", MARKERS, lambda: self._rest_check(rig))
         self._check("axes", STILL, lambda: self._axes(rig))
         self._check("light", AXES, lambda: axes.check_light(rig, self._limits))
-
-    def _sensor_checks(self, rig: RigUnderTest) -> None:
-        self._check("sensors", PICTURES, lambda: self._sensors(rig))
-
-    def _after_sensors(self, rig: RigUnderTest) -> None:
         self._check("frames", PICTURES, lambda: self._frames(rig))
         self._check("returns", AXES, lambda: self._returns(rig))
         self._check("gains", RETURNING, self._gains)
-        self._check("timing", RETURNING, lambda: self._timing(rig))
+        self._check("timing", RETURNING | {Fault.LOST_FRAMES}, lambda: self._timing(rig))
         self._check("geometry", EXACT, lambda: self._geometry(rig))
         self._check("stop", AXES, lambda: self._stop(rig))
         self._check("clock", frozenset({Fault.MISSING_DEVICE}), lambda: self._clock(rig))
@@ -242,8 +239,9 @@ class _Run:
     def _report(self) -> None:
         self._watch.progress(self._done, total=sum(self._looks.values()), note=self._doing)
 
-    def _blocking(self, faults: frozenset[Fault]) -> list[Finding]:
-        return [found for check in self.checks for found in check.findings if found.fault in faults]
+    def _blocking(self, faults: frozenset[Fault]) -> list[CheckResult]:
+        """Return the checks that named one of these faults."""
+        return [check for check in self.checks if any(found.fault in faults for found in check.findings)]
 
     def _check(self, name: str, blocked_by: frozenset[Fault], work: Callable[[], CheckResult]) -> None:
         """Make one check, unless a fault that was named makes it meaningless."""
@@ -251,7 +249,7 @@ class _Run:
         self._report()
         blocking = self._blocking(blocked_by)
         if blocking:
-            result = not_done(name, title, f"not made, because {blocking[0].detail}")
+            result = not_done(name, title, f"waits for: {_short(blocking[0].name)}")
         else:
             try:
                 result = work()
@@ -383,6 +381,11 @@ class _Counted:
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         """Count one step."""
         self._count()
+
+
+def _short(name: str) -> str:
+    """Return a check's title without its explanation."""
+    return TITLES[name].partition(":")[0]
 
 
 def _known(value: T | None, what: str) -> T:

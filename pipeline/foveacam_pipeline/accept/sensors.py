@@ -58,12 +58,16 @@ def check_sensors(
                 exposure_auto=settings.exposure_auto,
                 gain_db=settings.gain_db,
             )
+    return judge_sensors(frames, limits), frames
+
+
+def judge_sensors(frames: Mapping[Role, SensorFrames], limits: AcceptanceLimits) -> CheckResult:
+    """Return the result of pictures that were taken."""
     figures: list[Measured] = []
     findings: list[Finding] = []
     for role, taken in frames.items():
         _judge_camera(role, taken, limits, figures, findings)
-    result = judged("sensors", TITLE, figures=figures, findings=findings, picture="noise")
-    return result, frames
+    return judged("sensors", TITLE, figures=figures, findings=findings, picture="noise")
 
 
 def photon_transfer(frames: SensorFrames) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -146,7 +146,7 @@ def step_timing(axis: AxisSettle, *, cutoff_hz: int, strobe_ms: float) -> StepTi
     times_s = np.array(axis.trace.times_us) * 1e-6 - 1e-3 * strobe_ms
     left = np.array(axis.trace.left_px) / axis.step_px
     best, found = math.inf, StepTiming(scale=1.0, latency_ms=0.0)
-    grid_s, response = _filter_response(cutoff_hz)
+    grid_s, response = filter_response(cutoff_hz)
     latencies_s = np.arange(-0.5e-3, 4.0e-3, FINE * 1e-3)
     for scale in SCALES:
         # a filter of `scale` times the cut-off answers in 1 / scale of the time
@@ -160,7 +160,7 @@ def step_timing(axis: AxisSettle, *, cutoff_hz: int, strobe_ms: float) -> StepTi
     return found
 
 
-def _filter_response(cutoff_hz: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def filter_response(cutoff_hz: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return times (n,), s, and the step response (n,) of the drive filter."""
     from scipy import signal  # takes a second to import
 

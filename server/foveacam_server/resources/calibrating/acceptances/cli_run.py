@@ -84,12 +84,13 @@ def _opened(choice: RigChoice, console: Console) -> Iterator[Rig]:
 
 def _print(document: AcceptanceDocument, folder: Path) -> None:
     console = Console()
-    table = Table("check", "verdict", "figures", box=None, pad_edge=False)
+    table = Table(box=None, pad_edge=False, show_header=False)
     for check in document.checks:
-        figures = "; ".join(f"{each.name} {each.value:g} {each.unit}".strip() for each in check.figures)
-        table.add_row(check.title, MARKS[check.verdict], check.note or figures)
+        outside = "; ".join(each.line for each in check.figures if not each.within)
+        table.add_row(MARKS[check.verdict], check.title, check.note or outside)
     console.print(table)
     for found in document.findings:
-        console.print(f"[bold]{found.detail}[/]: {found.remedy}", highlight=False)
-    console.print(document.summary if not document.findings else "not accepted", highlight=False)
+        console.print(f"[bold red]Found:[/] {found.detail}", highlight=False)
+        console.print(f"  to do: {found.remedy}", highlight=False)
+    console.print("not accepted" if document.findings else document.summary, highlight=False)
     console.print(f"report: {folder / 'report.html'}", highlight=False, soft_wrap=True)

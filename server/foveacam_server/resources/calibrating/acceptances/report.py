@@ -6,8 +6,8 @@ from pathlib import Path
 from foveacam_pipeline.accept.values import Verdict
 from foveacam_pipeline.reports.page import fill_template
 from foveacam_server.resources.calibrating.acceptances.schema import (
-    AcceptanceDocument,
     AcceptanceCheckDocument,
+    AcceptanceDocument,
     AcceptanceFigureDocument,
 )
 
@@ -42,7 +42,7 @@ def _tiles(acceptance: AcceptanceDocument) -> list[tuple[str, str]]:
 
 
 def _rows(check: AcceptanceCheckDocument) -> list[tuple[str, str, str]]:
-    return [(f"{each.value:g} {each.unit}".strip(), each.name, _limits(each)) for each in check.figures]
+    return [(each.name, f"{each.value:g} {each.unit}".strip(), _limits(each)) for each in check.figures]
 
 
 def _limits(figure: AcceptanceFigureDocument) -> str:
@@ -53,5 +53,5 @@ def _limits(figure: AcceptanceFigureDocument) -> str:
     elif figure.high is None:
         kept = f"at least {figure.low:g}"
     else:
-        kept = f"{figure.low:g} to {figure.high:g}"
+        kept = f"from {figure.low:g} to {figure.high:g}"
     return kept if figure.within else f"{kept}: not kept"

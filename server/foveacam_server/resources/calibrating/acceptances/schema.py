@@ -32,12 +32,17 @@ class AcceptanceFigureDocument(ResponseModel):
     high: float | None
     within: bool
 
+    @property
+    def line(self) -> str:
+        """The figure as text."""
+        return f"{self.name} {self.value:g} {self.unit}".strip()
+
     @classmethod
     def of(cls, found: Measured) -> "AcceptanceFigureDocument":
         """Describe a figure."""
         return cls(
             name=found.name,
-            value=found.value,
+            value=found.value + 0.0,  # no minus before a zero
             unit=found.unit,
             low=found.low,
             high=found.high,

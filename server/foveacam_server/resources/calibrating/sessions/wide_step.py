@@ -10,7 +10,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput, Role, Station, 
 from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.boards import Board, Charuco, board_from
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of
-from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide
+from foveacam_pipeline.calibrate.wide.fit_wide import WideFit, choose_model, fit_wide, fits_by_model
 from foveacam_pipeline.calibrate.wide.wide_images import LeftOutImage, samples_from_images
 from foveacam_pipeline.calibrate.wide.wide_pictures import coverage_picture, residuals_picture
 from foveacam_pipeline.calibrate.wide.wide_run import WideSettings, calibrate_wide
@@ -195,9 +195,11 @@ def _result(
 def _fitted(samples: WideSamples, model: LensModel | None) -> tuple[list[WideFit], str]:
     if model is None:
         choice = choose_model(samples)
-        return [choice.recommended, choice.other], choice.reason
-    other: LensModel = "rational" if model == "five" else "five"
-    return [fit_wide(samples, model), fit_wide(samples, other)], f"{model}: as asked"
+        return [choice.recommended, *filter(None, [choice.other])], choice.reason
+    fits, faults = fits_by_model(samples)
+    if model in faults:
+        raise faults[model]
+    return sorted(fits.values(), key=lambda fit: fit.model != model), f"{model}: as asked"
 
 
 def describe_sample(
