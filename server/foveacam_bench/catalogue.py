@@ -44,6 +44,7 @@ REMEDIES: Mapping[str, str] = {
 }
 """How to get what a bench needs; anything else comes with the extra `dev`."""
 BENCHES: Mapping[str, Bench] = {
+    "accept": Bench(module="accept.runs", whole_s=(900, 2400)),
     "archive": Bench(module="archive.figures", whole_s=(90, 180), needs=("moto",)),
     "auth": Bench(module="access.figures", whole_s=(90, 180)),
     "batch": Bench(module="batch.figures", whole_s=(480, 720), needs=("distributed",)),

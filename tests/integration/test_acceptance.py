@@ -99,7 +99,7 @@ def test_a_cancelled_run_keeps_what_it_has_measured() -> None:
     with simulated_rig(SimulatedRigConfig(scene="calibration"), inline=True) as rig:
         rig.mirrors.enable()
         before = [camera.settings for camera in rig.cameras]
-        environment = environment_of_rig(rig, None, access_of=OwnRig, watch=watch)
+        environment = environment_of_rig(rig, None, access_of=OwnRig)
         found = run_acceptance(environment, begun_utc="2026-01-01T00:00:00+00:00", watch=watch, options=FEW)
         assert [camera.settings for camera in rig.cameras] == before
     assert not found.complete
@@ -125,7 +125,10 @@ def under_test() -> Iterator[tuple[Rig, RigUnderTest]]:
     """A sound rig before its markers, its mirrors enabled, and the access of the checks."""
     with simulated_rig(SimulatedRigConfig(scene="calibration"), inline=True) as rig:
         rig.mirrors.enable()
-        yield rig, RigUnderTest(OwnRig(rig), MarkerLayout(), SilentWatcher(), begun=lambda: None)
+        watch, environment = SilentWatcher(), environment_of_rig(rig, None, access_of=OwnRig)
+        with environment.use(None) as access:
+            environment.turn(access, environment.stations[0], watch)
+            yield rig, RigUnderTest(access, MarkerLayout(), watch, begun=lambda: None)
 
 
 def test_a_stop_that_is_not_confirmed_is_named(

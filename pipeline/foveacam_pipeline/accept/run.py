@@ -127,7 +127,7 @@ class AcceptanceEnvironment:
     problems: Sequence[tuple[str, str]]
     calibration: Calibration | None
     use: RigUse
-    turn: Callable[[RigAccess, Station], None]
+    turn: Callable[[RigAccess, Station, ProcedureWatcher], None]
 
 
 def run_acceptance(
@@ -223,7 +223,7 @@ class _Run:
     def _moving_checks(self, rig: RigUnderTest) -> None:
         self._check("rest", MARKERS, lambda: self._rest_check(rig))
         self._check("axes", STILL, lambda: self._axes(rig))
-        self._check("light", AXES, lambda: axes.check_light(rig, self._limits))
+        self._check("light", AXES, lambda: self._light(rig))
         self._check("frames", PICTURES, lambda: self._frames(rig))
         self._check("returns", AXES, lambda: self._returns(rig))
         self._check("gains", RETURNING, self._gains)
@@ -236,8 +236,8 @@ class _Run:
         self._done = min(self._done + 1, self._done_before + self._looks[self._doing])
         self._report()
 
-    def _report(self) -> None:
-        self._watch.progress(self._done, total=sum(self._looks.values()), note=self._doing)
+    def _report(self, note: str = "") -> None:
+        self._watch.progress(self._done, total=sum(self._looks.values()), note=note or self._doing)
 
     def _blocking(self, faults: frozenset[Fault]) -> list[CheckResult]:
         """Return the checks that named one of these faults."""
@@ -275,7 +275,7 @@ class _Run:
     def _pictures(self, rig: RigUnderTest) -> CheckResult:
         if not self._environment.stations:
             return not_done("pictures", pictures.TITLE, "the rig file names no station with markers; add one")
-        self._environment.turn(rig.access, self._environment.stations[0])
+        self._turn(rig, self._environment.stations[0])
         result, self._home = pictures.check_pictures(rig)
         self.pictures["pictures"] = drawings.draw_pictures(self._home, self._environment.layout)
         return result
@@ -327,7 +327,15 @@ class _Run:
         self.pictures["timing"] = settle_picture(report)
         return result
 
+    def _turn(self, rig: RigUnderTest, station: Station) -> None:
+        self._environment.turn(rig.access, station, _Noted(self._watch, self._report))
+
+    def _light(self, rig: RigUnderTest) -> CheckResult:
+        _known(self._home, "a look at the markers")
+        return axes.check_light(rig, self._limits)
+
     def _geometry(self, rig: RigUnderTest) -> CheckResult:
+        _known(self._home, "a look at the markers")
         calibration = self._environment.calibration
         if calibration is None:
             return not_done(
@@ -340,10 +348,10 @@ class _Run:
                 self._limits,
                 calibration,
                 stations=stations,
-                turn=lambda station: self._environment.turn(rig.access, station),
+                turn=lambda station: self._turn(rig, station),
             )
         finally:
-            self._environment.turn(rig.access, stations[0])  # the stop is checked there
+            self._turn(rig, stations[0])  # the stop is checked there
         self.pictures["distances"] = drawings.draw_distances(measures)
         return result
 
@@ -367,6 +375,19 @@ class _Run:
         found = Finding(fault=Fault.CONTROLLER_CLOCK, subject="", detail=detail)
         findings = () if figure.is_within else (found,)
         return judged("clock", CLOCK_TITLE, figures=[figure], findings=findings)
+
+
+class _Noted:
+    """A watcher of a turn of the rig: its notes are shown, as they may ask a person to turn it."""
+
+    def __init__(self, watch: ProcedureWatcher, note: Callable[[str], None]) -> None:
+        self._note = note
+        self.show = watch.show
+        self.cancelled = watch.cancelled
+
+    def progress(self, done: int, *, total: int, note: str = "") -> None:
+        """Show the note beside the progress of the run."""
+        self._note(note)
 
 
 class _Counted:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from foveacam_hardware.contract import PARKED, FoveaError, LookOptions
+from foveacam_hardware.contract import PARKED, DeviceFault, FoveaError, LookOptions, Sighting
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, REST_US, RigUnderTest, both, marker_px
 from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
@@ -19,6 +19,8 @@ def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float)
     `spread_px`: by how much two returns of these mirrors differ anyhow.
     """
     home = rig.look()
+    for role in EYES:
+        marker_px(rig, home, role)  # raises where the markers are not in view to begin with
     rig.look(both((AWAY_V, AWAY_V), (AWAY_V, AWAY_V)))
     began_ns = rig.clock.now_ns()
     fault = rig.on_device(_parked)
@@ -28,9 +30,7 @@ def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float)
         findings.append(Finding(fault=Fault.NOT_PARKED, subject="", detail=f"the controller: {fault}"))
     rig.wait(1e-6 * REST_US)
     after = rig.look(PARKED, options=LookOptions(settle_us=0))
-    off_px = max(
-        float(np.linalg.norm(marker_px(rig, after, role) - marker_px(rig, home, role))) for role in EYES
-    )
+    off_px = _off_rest_px(rig, home, after)
     figures = [
         Measured(name="stop confirmed", value=round(took_ms, 2), unit="ms", high=limits.park_ms),
         Measured(
@@ -46,6 +46,16 @@ def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float)
         if not each.is_within and not findings
     ]
     return judged("stop", TITLE, figures=figures, findings=findings)
+
+
+def _off_rest_px(rig: RigUnderTest, home: Sighting, after: Sighting) -> float:
+    """Return how far the markers are from where they are at rest, px; the picture's width without them."""
+    try:
+        return max(
+            float(np.linalg.norm(marker_px(rig, after, role) - marker_px(rig, home, role))) for role in EYES
+        )
+    except DeviceFault:  # a marker that was in view at rest has left it
+        return float(after.left.binning * after.left.image.shape[1])
 
 
 def _parked(rig: CaptureRig) -> str | None:

@@ -17,7 +17,12 @@ from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest
 from foveacam_pipeline.accept.triggers import LineState
 from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
 from foveacam_pipeline.calibrate.settle.settle import characterise_settling
-from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, SettleReport, SettleSettings
+from foveacam_pipeline.calibrate.settle.settle_values import (
+    AxisSettle,
+    MirrorResonance,
+    SettleReport,
+    SettleSettings,
+)
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
 
 TITLE = "Timing: from the command to a settled picture"
@@ -146,7 +151,7 @@ def step_timing(axis: AxisSettle, *, cutoff_hz: int, strobe_ms: float) -> StepTi
     times_s = np.array(axis.trace.times_us) * 1e-6 - 1e-3 * strobe_ms
     left = np.array(axis.trace.left_px) / axis.step_px
     best, found = math.inf, StepTiming(scale=1.0, latency_ms=0.0)
-    grid_s, response = filter_response(cutoff_hz)
+    grid_s, response = filter_response(cutoff_hz, axis.resonance)
     latencies_s = np.arange(-0.5e-3, 4.0e-3, FINE * 1e-3)
     for scale in SCALES:
         # a filter of `scale` times the cut-off answers in 1 / scale of the time
@@ -160,11 +165,17 @@ def step_timing(axis: AxisSettle, *, cutoff_hz: int, strobe_ms: float) -> StepTi
     return found
 
 
-def filter_response(cutoff_hz: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return times (n,), s, and the step response (n,) of the drive filter."""
+def filter_response(
+    cutoff_hz: int, mode: MirrorResonance | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return times (n,), s, and the step response (n,) of the drive filter and the mirror's own `mode`."""
     from scipy import signal  # takes a second to import
 
     numerator, denominator = signal.bessel(FILTER_ORDER, 2.0 * np.pi * cutoff_hz, analog=True, norm="mag")
+    if mode is not None:
+        omega = 2.0 * np.pi * mode.frequency_hz
+        numerator = np.asarray(numerator * omega**2)
+        denominator = np.convolve(denominator, [1.0, omega / mode.quality, omega**2])
     times_s = np.linspace(0.0, 8.0 / cutoff_hz, 4000)
     _, response = signal.step((numerator, denominator), T=times_s)
     return times_s, np.asarray(response, dtype=np.float64)

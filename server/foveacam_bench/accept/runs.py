@@ -140,7 +140,7 @@ def accepted(
             world.drift = ThermalMountDrift(seed=drift_seed, zero_s=zero_s)
         watch = SilentWatcher()
         return run_acceptance(
-            environment_of_rig(rig, _shipped(config) if calibrated else None, access_of=OwnRig, watch=watch),
+            environment_of_rig(rig, _shipped(config) if calibrated else None, access_of=OwnRig),
             begun_utc=utc_now().replace("Z", "+00:00"),
             watch=watch,
             options=options,

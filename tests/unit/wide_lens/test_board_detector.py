@@ -57,8 +57,10 @@ def test_a_charuco_board_of_another_width_is_not_taken_for_it_and_named() -> Non
     assert "not placed as on a ChArUco board of 8 x 6" in explain_absence(picture, other)
 
 
-def test_a_charuco_board_is_not_taken_for_a_plain_one() -> None:
+def test_a_charuco_board_is_not_taken_for_a_plain_one_and_named() -> None:
     assert detect_board(board_picture(CHARUCO, TILTED), CHECKERBOARD) is None
+    words = explain_absence(board_picture(CHARUCO, TILTED, lens=SMALL), CHECKERBOARD)
+    assert "markers of the dictionary 4X4_50 were found: describe a ChArUco board" in words
 
 
 def test_a_plain_board_is_not_taken_for_a_charuco_board_and_named() -> None:

@@ -29,8 +29,9 @@ def test_a_bent_lattice_is_mapped_where_a_homography_is_half_a_square_off() -> N
     found = fit_board_map(PLACES, CORNERS_PX)
     assert found is not None
     flat = cv2.perspectiveTransform(PLACES[:, None, :], found.plane)[:, 0, :]
-    assert np.linalg.norm(flat - CORNERS_PX, axis=1).max() > 0.35 * found.pitch_px
-    assert np.linalg.norm(found.pixels(PLACES) - CORNERS_PX, axis=1).max() < 0.15 * found.pitch_px
+    assert np.linalg.norm(flat - CORNERS_PX, axis=1).max() > 0.35 * found.pitches_px(PLACES).min()
+    off_px = np.linalg.norm(found.pixels(PLACES) - CORNERS_PX, axis=1)
+    assert (off_px < 0.15 * found.pitches_px(PLACES)).all()
 
 
 def test_confused_corners_are_not_explained_by_a_bend() -> None:
@@ -38,7 +39,22 @@ def test_confused_corners_are_not_explained_by_a_bend() -> None:
     swapped[[20, 21]] = swapped[[21, 20]]
     found = fit_board_map(PLACES, swapped)
     assert found is not None
-    assert np.linalg.norm(found.pixels(PLACES) - swapped, axis=1).max() > 0.35 * found.pitch_px
+    off_px = np.linalg.norm(found.pixels(PLACES) - swapped, axis=1)
+    assert (off_px > 0.35 * found.pitches_px(PLACES)).any()
+
+
+def test_squares_are_measured_where_they_are_seen() -> None:
+    """A steep near view: the first square is seen at less than half of the last one's size."""
+    pinhole = DivisionLens(focal_px=260.0, centre_px=(322.0, 241.0), bend=0.0, width=640, height=480)
+    steep = Pose(place_m=(0.05, 0.03, 0.2), turn_rad=(-0.3, 0.7, 0.1))
+    corners_px = pinhole.pixels(board_points_m(BOARD, BOARD.places_m(), steep))
+    found = fit_board_map(PLACES, corners_px)
+    assert found is not None
+    step = 0.01  # squares: the area of a small parallelogram at each corner, by the map itself
+    right, down = (found.pixels(PLACES + at) - found.pixels(PLACES) for at in ([step, 0.0], [0.0, step]))
+    areas = np.abs(right[:, 0] * down[:, 1] - right[:, 1] * down[:, 0]) / step**2
+    np.testing.assert_allclose(found.pitches_px(PLACES), np.sqrt(areas), rtol=0.02)
+    assert found.pitches_px(PLACES).max() > 2.0 * found.pitches_px(PLACES).min()
 
 
 def test_few_corners_are_mapped_by_the_homography_alone() -> None:

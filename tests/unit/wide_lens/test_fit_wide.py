@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.support.scenes.board_scenes import DivisionLens, Pose, board_samples, many_poses
+from tests.support.scenes.board_scenes import WEBCAM, DivisionLens, Pose, board_samples, many_poses
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.calibrate.wide.board_detector import BoardView
@@ -93,6 +93,24 @@ def test_the_rational_model_is_recommended_for_a_lens_that_needs_it() -> None:
     choice = choose_model(board_samples(BOARD, poses, lens=lens, noise_px=0.02))
     assert choice.recommended.model == "rational"
     assert choice.left_out_px["rational"] < 0.9 * choice.left_out_px["five"]
+
+
+def test_a_lens_that_five_coefficients_do_not_fit_is_calibrated_by_the_rational_model() -> None:
+    lens, rng = FishEye(focal_px=620.0), np.random.default_rng(4)
+    poses = []
+    for _ in range(8):
+        depth_m = float(rng.uniform(0.12, 0.3))
+        x, y = (rng.uniform(-1.0, 1.0, 2) * np.array([1.1, 0.8]) * depth_m).tolist()
+        turn = rng.uniform(-0.5, 0.5, 3)
+        poses.append(Pose(place_m=(x, y, depth_m), turn_rad=(turn[0], turn[1], turn[2])))
+    samples = board_samples(BOARD, poses, lens=lens, noise_px=0.02)
+    with pytest.raises(InvalidInput, match="leave the focal length unsure"):
+        fit_wide(samples, "five")
+    choice = choose_model(samples)
+    assert choice.recommended.model == "rational"
+    assert choice.other is None
+    assert choice.recommended.intrinsics.fx_px == pytest.approx(620.0, rel=0.002)
+    assert choice.reason.startswith("rational: the model five does not fit, wide calibration: ")
 
 
 def _central_views(*, count: int, reach: float, seed: int) -> WideSamples:
@@ -192,6 +210,26 @@ def test_views_that_cannot_tell_the_lens_are_refused_with_the_remedy(poses: list
 def test_good_views_with_noisy_corners_are_not_called_alike() -> None:
     with pytest.raises(InvalidInput, match=r"their corners scatter by \d\.\d\d px: take sharper"):
         fit_wide(board_samples(BOARD, many_poses(16, np.random.default_rng(1)), noise_px=5.0))
+
+
+def test_good_views_of_curled_paper_are_not_called_alike() -> None:
+    """Errors that a view's corners share: the focal length is far more unsure than by their noise."""
+    rng, samples = np.random.default_rng(9), WideSamples(BOARD)
+    for sample in board_samples(BOARD, many_poses(16, np.random.default_rng(1)), noise_px=0.05):
+        places = sample.view.places_m / 0.1
+        bow = np.column_stack([places[:, 0] * places[:, 1], places[:, 0] ** 2]) @ rng.normal(0, 3.0, (2, 2))
+        samples.add(_moved(sample, sample.view.corners_px + bow))
+    with pytest.raises(InvalidInput, match=r"their corners scatter by \d\.\d\d px: .* of a flat board"):
+        fit_wide(samples)
+
+
+def test_twenty_pictures_of_one_pose_are_too_alike_however_well_they_fit() -> None:
+    near = Pose(place_m=(0.01, 0.0, 0.3), turn_rad=(0.3, 0.35, 0.1))
+    samples = board_samples(BOARD, [near] * 20, lens=WEBCAM, noise_px=0.02)
+    with pytest.raises(
+        InvalidInput, match="20 views show the board in no more than 1 ways; they are too alike"
+    ):
+        fit_wide(samples)
 
 
 def test_views_of_something_that_is_no_flat_board_are_refused() -> None:

@@ -33,8 +33,8 @@ _BLEED_PX = 1.5
 _MAX_MISFIT = 0.25
 """Maximum rms difference of a corner from two crossing edges, over the contrast."""
 _MAX_OFFSET = 0.35
-"""Maximum distance of a corner from a smooth map of the board, in squares: a confusion of corners moves it by
-more."""
+"""Maximum distance of a corner from a smooth map of the board, in squares of that place: a confusion of
+corners moves it by more."""
 _MIN_MARKERS = 4
 
 
@@ -119,7 +119,8 @@ def explain_absence(gray: NDArray[np.uint8], board: Board) -> str:
         return "its corners were found, but not on one smooth grid: show it flat and whole"
     seen = _lattice_seen(gray)
     if seen is None:
-        return "nothing like a board was found: show it whole, flat, evenly lit, with a white margin"
+        nothing = "nothing like a board was found: show it whole, flat, evenly lit, with a white margin"
+        return nothing if isinstance(board, Charuco) else _markers_instead(gray) or nothing
     if isinstance(board, Charuco):
         return f"a checkerboard of {seen[0]} x {seen[1]} inner corners without its markers was found"
     if set(seen) == {board.columns, board.rows}:
@@ -137,6 +138,17 @@ def _markers_seen(gray: NDArray[np.uint8], board: Charuco) -> str | None:
         if _coarse_charuco(gray, other) is not None:
             return f"{markers}, placed as on a {other} ({other.drawn}): describe that board"
     return f"{markers}, but not placed as on a {board}: check columns and rows"
+
+
+def _markers_instead(gray: NDArray[np.uint8]) -> str | None:
+    """Return a sentence on the markers in an image instead of a plain checkerboard; None without markers."""
+    seen = seen_markers(gray)
+    if seen is None:
+        return None
+    return (
+        f"{len(seen.ids)} markers of the dictionary {seen.dictionary} were found: describe a ChArUco board, "
+        "with the side and the dictionary of its markers"
+    )
 
 
 def _has_scattered_corners(gray: NDArray[np.uint8], board: Checkerboard) -> bool:
@@ -198,7 +210,7 @@ def _image_from_board(
     if found is None:
         return None
     off_px = np.linalg.norm(found.pixels(places) - corners_px, axis=1)
-    return found if off_px.max() < _MAX_OFFSET * found.pitch_px else None
+    return found if (off_px < _MAX_OFFSET * found.pitches_px(places)).all() else None
 
 
 def _edges(board: Board, ids: NDArray[np.int64], on_image: BoardMap) -> NDArray[np.float64]:

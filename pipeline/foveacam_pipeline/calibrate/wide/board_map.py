@@ -29,11 +29,10 @@ class BoardMap:
     middle: NDArray[np.float64]
     reach: float
 
-    @property
-    def pitch_px(self) -> float:
-        """Side of the first square in the image, px."""
-        scale = max(abs(float(self.plane[2, 2])), 1e-12)
-        return float(np.sqrt(abs(np.linalg.det(self.plane[:2, :2])))) / scale
+    def pitches_px(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (n,) sides, px, of squares at places (n, 2), by the homography's scale of areas there."""
+        away = np.maximum(np.abs(places @ self.plane[2, :2] + self.plane[2, 2]), 1e-12)
+        return np.asarray(np.sqrt(abs(np.linalg.det(self.plane)) / away**3))
 
     def pixels(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n, 2) pixels of places (n, 2)."""
@@ -51,7 +50,8 @@ def fit_board_map(places: NDArray[np.float64], corners_px: NDArray[np.float64]) 
     reach = max(float(np.abs(places - middle).max()), 1.0)
     flat = BoardMap(plane=plane, bend_px=np.zeros((CUBIC_TERMS, 2)), middle=middle, reach=reach)
     off_px = corners_px - flat.pixels(places)
-    if len(places) < LEAST_FOR_A_CUBIC or np.linalg.norm(off_px, axis=1).max() < BENT * flat.pitch_px:
+    is_flat = bool((np.linalg.norm(off_px, axis=1) < BENT * flat.pitches_px(places)).all())
+    if is_flat or len(places) < LEAST_FOR_A_CUBIC:
         return flat
     bend_px = np.linalg.lstsq(_cubic((places - middle) / reach), off_px, rcond=None)[0]
     return BoardMap(plane=plane, bend_px=np.asarray(bend_px), middle=middle, reach=reach)

@@ -85,6 +85,16 @@ def coverage_of(
     return CoverageTracker(views, lens, role=role).coverage
 
 
+def different_views(views: Iterable[BoardView]) -> int:
+    """Return how many views show the board otherwise than those before; repeated pictures are one."""
+    tracker, different = CoverageTracker(), 0
+    for view in views:
+        if tracker.is_new(view):
+            tracker.add(view)
+            different += 1
+    return different
+
+
 def cells_of(view: BoardView) -> NDArray[np.bool_]:
     """Return the (9, 12) mask of the parts of the image that have a corner of the board."""
     column = np.clip(view.corners_px[:, 0] * COLUMNS / view.width, 0, COLUMNS - 1).astype(np.int64)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
-from foveacam_pipeline.calibrate.wide.coverage import coverage_of
-from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of
+from foveacam_pipeline.calibrate.wide.coverage import coverage_of, different_views
+from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of, noise_sigmas
 from foveacam_pipeline.calibrate.wide.wide_bundle import (
     FOCAL_AND_CENTRE,
     BoardObservation,
@@ -37,6 +37,9 @@ LEAST_FOVEA_VIEWS = 3
 FOLDS = 5
 MAX_ERROR_RATIO = 0.98
 """The rational model is recommended when its error on views left out is below this share of the other's."""
+CLEAR_ERROR_RATIO = 0.5
+"""Below this ratio five coefficients cannot follow the lens, and the error of the rational model at the few
+pixels beside its fold, which no view shows, does not matter."""
 MAX_SIGMA_RATIO = 2.0
 """And when its standard error over the image is at most this multiple of the other's errors."""
 _MAX_FOCAL_SIGMA = 0.005
@@ -81,10 +84,10 @@ class WideFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WideChoice:
-    """Both models. `left_out_px`: rms of views left out, by model; `reason`: of the choice, in a sentence."""
+    """Models that fit. `left_out_px`: rms of views left out, by model; `reason`: for the choice, in words."""
 
     recommended: WideFit
-    other: WideFit
+    other: WideFit | None
     left_out_px: dict[LensModel, float]
     reason: str
 
@@ -124,9 +127,16 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
 
 
 def choose_model(samples: WideSamples) -> WideChoice:
-    """Fit both models and recommend one by its errors; a fifth of the views is left out at a time."""
-    fits = {model: fit_wide(samples, model) for model in MODELS}
-    left_out = {model: left_out_px(samples, model) for model in MODELS}
+    """Fit both models and recommend one by its errors; a fifth of the views is left out at a time.
+
+    Raise InvalidInput when neither fits; one that does not leaves the other.
+    """
+    fits, faults = fits_by_model(samples)
+    left_out = {model: left_out_px(samples, model) for model in fits}
+    if faults:
+        ((missing, fault),), (only,) = faults.items(), fits.values()
+        reason = f"{only.model}: the model {missing} does not fit, {fault}"
+        return WideChoice(recommended=only, other=None, left_out_px=left_out, reason=reason)
     sigma = dict(zip(MODELS, _sigma_where_both_know_px(*fits.values()), strict=True))
     better, why = _is_rational_better(left_out, sigma)
     reason = (
@@ -138,6 +148,20 @@ def choose_model(samples: WideSamples) -> WideChoice:
     return WideChoice(recommended=recommended, other=other, left_out_px=left_out, reason=reason)
 
 
+def fits_by_model(samples: WideSamples) -> tuple[dict[LensModel, WideFit], dict[LensModel, InvalidInput]]:
+    """Return the lens of each model that fits, and the fault of any other; raise if none fits."""
+    fits: dict[LensModel, WideFit] = {}
+    faults: dict[LensModel, InvalidInput] = {}
+    for model in MODELS:
+        try:
+            fits[model] = fit_wide(samples, model)
+        except InvalidInput as fault:
+            faults[model] = fault
+    if not fits:
+        raise faults["five"]
+    return fits, faults
+
+
 def _is_rational_better(left_out: dict[LensModel, float], sigma: dict[LensModel, float]) -> tuple[bool, str]:
     """Return whether the rational model is to be used, and why.
 
@@ -145,6 +169,8 @@ def _is_rational_better(left_out: dict[LensModel, float], sigma: dict[LensModel,
     """
     if left_out["rational"] >= MAX_ERROR_RATIO * left_out["five"]:
         return False, "five coefficients: the rational model does not predict better"
+    if left_out["rational"] < CLEAR_ERROR_RATIO * left_out["five"]:
+        return True, "rational"
     if sigma["rational"] > MAX_SIGMA_RATIO * max(sigma["five"], left_out["five"]):
         return False, "five coefficients: the views do not determine the rational model"
     return True, "rational"
@@ -234,20 +260,29 @@ def check_noise(samples: WideSamples, bundle: LensBundle) -> None:
 def _check_lens(samples: WideSamples, bundle: LensBundle, accuracy: LensAccuracy) -> None:
     unsure = float(np.sqrt(np.diag(accuracy.covariance)[:2]).max() / bundle.lens[:2].min())
     covered = coverage_of(sample.view for sample in samples).fraction
-    if unsure < _MAX_FOCAL_SIGMA and covered > _MIN_COVERAGE:
+    different = different_views(sample.view for sample in samples)
+    if unsure < _MAX_FOCAL_SIGMA and covered > _MIN_COVERAGE and different >= LEAST_VIEWS:
         return
     most = math.degrees(max(pose_of_view(sample.view).tilt_rad for sample in samples))
     if most < _MIN_TILT_DEG:
         why = f"the board was tilted by {most:.0f}° at most: tilt it by 20 to 40° to all sides"
     elif covered <= _MIN_COVERAGE:
         why = f"they cover {100 * covered:.0f} % of the image: show the board in every corner, and nearer"
-    elif unsure * _USUAL_NOISE * samples.size[0] < _MAX_FOCAL_SIGMA * bundle.sigma_px:
+    elif different >= LEAST_VIEWS and _is_scatter_to_blame(bundle, width=samples.size[0]):
         why = (
             f"their corners scatter by {bundle.sigma_px:.2f} px: take sharper and brighter pictures, of a "
             "flat board at rest, or more of them"
         )
     else:
         why = "they are too alike: take more, nearer and farther, tilted to all sides"
-    raise InvalidInput(
-        f"wide calibration: {len(samples)} views leave the focal length unsure by {100 * unsure:.2g} %; {why}"
-    )
+    found = f"leave the focal length unsure by {100 * unsure:.2g} %"
+    if different < LEAST_VIEWS:
+        found = f"show the board in no more than {different} ways"
+    raise InvalidInput(f"wide calibration: {len(samples)} views {found}; {why}")
+
+
+def _is_scatter_to_blame(bundle: LensBundle, *, width: int) -> bool:
+    """Return whether the same views with corners of the usual noise would determine the focal length."""
+    usual = _USUAL_NOISE * width / bundle.sigma_px
+    by_noise = float(noise_sigmas(bundle)[:2].max() / bundle.lens[:2].min())
+    return usual < 1.0 and usual * by_noise < _MAX_FOCAL_SIGMA

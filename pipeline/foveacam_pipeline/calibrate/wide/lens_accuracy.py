@@ -59,6 +59,11 @@ def parameter_sigmas(bundle: LensBundle) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(np.maximum(*both)))
 
 
+def noise_sigmas(bundle: LensBundle) -> NDArray[np.float64]:
+    """Return the (p,) standard errors of the lens's parameters by the noise alone, proportional to it."""
+    return np.asarray(np.sqrt(np.diag(_by_noise(bundle))))
+
+
 def grid_px(width: int, height: int) -> NDArray[np.float64]:
     """Return (475, 2) pixels on a grid over an image, row by row."""
     x, y = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID[0]), np.linspace(-0.5, height - 0.5, GRID[1]))

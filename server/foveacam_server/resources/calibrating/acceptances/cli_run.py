@@ -61,7 +61,7 @@ def _measured(
         _opened(choice, console) as rig,
         progress_bar(console, stage="accept", silent=silent, cancels=True) as bar,
     ):
-        environment = environment_of_rig(rig, calibration, access_of=OwnRig, watch=bar)
+        environment = environment_of_rig(rig, calibration, access_of=OwnRig)
         found = run_acceptance(
             environment, begun_utc=utc_now().replace("Z", "+00:00"), watch=bar, options=options
         )

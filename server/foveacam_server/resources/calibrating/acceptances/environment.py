@@ -1,6 +1,6 @@
 """The rig under test of an acceptance run: one that a command owns, or the server's through its thread."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Protocol
@@ -14,9 +14,11 @@ from foveacam_pipeline.capture.run.access import RigAccess
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.calibrating.sessions.step_environment import binned_cameras
 from foveacam_server.resources.calibrating.sessions.turning import turn_to_station
-from foveacam_server.rig.access import ThreadAccess
+from foveacam_server.rig.access import StillRigAccess
+from foveacam_server.rig.device_reconnector import MIRRORS
 from foveacam_server.rig.exclusive_pan_tilt import exclusive_pan_tilt
 from foveacam_server.rig.hardware import HardwareThread
+from foveacam_server.rig.status import RigStatus
 
 
 class AccessOf(Protocol):
@@ -28,7 +30,7 @@ class AccessOf(Protocol):
 
 
 def environment_of_rig(
-    rig: Rig, calibration: Calibration | None, *, access_of: AccessOf, watch: ProcedureWatcher
+    rig: Rig, calibration: Calibration | None, *, access_of: AccessOf
 ) -> AcceptanceEnvironment:
     """Return the environment of a rig that the caller's thread owns, opened as far as it answers."""
 
@@ -37,7 +39,7 @@ def environment_of_rig(
         with binned_cameras(rig, binning or rig.working_binning):
             yield access_of(rig)
 
-    def turn(access: RigAccess, station: Station) -> None:
+    def turn(access: RigAccess, station: Station, watch: ProcedureWatcher) -> None:
         _turn(rig.pan_tilt, station, access, calibration, watch)
 
     return AcceptanceEnvironment(
@@ -58,18 +60,19 @@ def environment_of_server(
     *,
     holder: str,
     clock: Clock,
-    watch: ProcedureWatcher,
+    cancelled: Callable[[], bool],
 ) -> AcceptanceEnvironment:
     """Return the environment of the server's rig, reserved part by part."""
     status = hardware.status
 
     @contextmanager
     def use(binning: Binning | None) -> Iterator[RigAccess]:
-        with hardware.session(holder, cancelled=watch.cancelled, binning=binning) as head:
-            yield ThreadAccess(hardware, head, clock=clock)
+        with hardware.session(holder, cancelled=cancelled, binning=binning) as head:
+            # its exposures are allowed while a strobe or a frame is missing: the run is to name that
+            yield StillRigAccess(hardware, head, clock=clock)
 
-    def turn(access: RigAccess, station: Station) -> None:
-        pan_tilt = exclusive_pan_tilt(hardware, cancelled=watch.cancelled)
+    def turn(access: RigAccess, station: Station, watch: ProcedureWatcher) -> None:
+        pan_tilt = exclusive_pan_tilt(hardware, cancelled=cancelled)
         _turn(pan_tilt, station, access, calibration, watch)
 
     return AcceptanceEnvironment(
@@ -77,11 +80,19 @@ def environment_of_server(
         clock=clock,
         layout=layout_of(status.markers),
         stations=marker_stations(status.stations),
-        problems=[(problem.device, problem.detail) for problem in status.problems],
+        problems=_missing(hardware, status),
         calibration=calibration,
         use=use,
         turn=turn,
     )
+
+
+def _missing(hardware: HardwareThread, status: RigStatus) -> list[tuple[str, str]]:
+    """Return the devices that are not there, and why; those that only fail are left to the checks."""
+    there = {camera.role.value for camera in status.cameras if camera.connected}
+    if hardware.pose is not None:
+        there.add(MIRRORS)
+    return [(problem.device, problem.detail) for problem in status.problems if problem.device not in there]
 
 
 def marker_stations(stations: Sequence[Station]) -> tuple[Station, ...]:

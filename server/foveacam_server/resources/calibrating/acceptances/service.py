@@ -48,7 +48,7 @@ class Acceptances:
             calibration,
             holder=f"acceptance {context.job.id}",
             clock=tools.clock,
-            watch=watch,
+            cancelled=watch.cancelled,
         )
         found = run_acceptance(
             environment,
