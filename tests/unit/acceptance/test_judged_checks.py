@@ -20,7 +20,15 @@ from foveacam_pipeline.accept.repeatability import (
 )
 from foveacam_pipeline.accept.sensors import SensorFrames, judge_sensors, photon_transfer
 from foveacam_pipeline.accept.timing import filter_response, step_timing
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding
+from foveacam_pipeline.accept.values import (
+    REMEDIES,
+    Acceptance,
+    CheckResult,
+    Fault,
+    Finding,
+    judged,
+    not_done,
+)
 from foveacam_pipeline.calibrate.settle.settle_values import AxisSettle, StepTrace
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
@@ -233,7 +241,7 @@ def measured(
         ([measured(5.0), measured(2.5)], []),
         ([measured(5.0, stereo=1.01), measured(2.5, stereo=1.01)], [(Fault.BASELINE, "")]),
         ([measured(5.0, printed=1.02), measured(2.5, printed=1.02)], [(Fault.PRINTED_SCALE, "")]),
-        ([measured(5.0, stereo=0.98, printed=0.98), measured(2.5)], [(Fault.TAPED_DISTANCE, "at 5")]),
+        ([measured(5.0, stereo=0.982, printed=0.98), measured(2.5)], [(Fault.TAPED_DISTANCE, "at 5")]),
         ([measured(5.0, moved_px=-40.0), measured(2.5, moved_px=-40.0)], [(Fault.MOVED_EYE, "left")]),
         ([measured(5.0, moved_px=40.0)], [(Fault.MOVED_EYE, "left")]),
     ],
@@ -254,3 +262,28 @@ def test_a_calibration_that_states_large_errors_is_held_to_those() -> None:
     station = replace(measured(5.0, moved_px=40.0), stereo_sigma_m=0.11)
     assert named([station], LIMITS, uncertain) == []
     assert named([station], LIMITS, CALIBRATION) != []
+
+
+def test_only_a_whole_run_whose_checks_all_passed_is_accepted() -> None:
+    found = Finding(fault=Fault.NOISE, subject="left", detail="the left camera: too noisy")
+    passed, failed = judged("one", "One"), judged("two", "Two", findings=[found])
+    for checks, complete, accepted in (
+        ((passed,), True, True),
+        ((passed,), False, False),
+        ((passed, failed), True, False),
+        ((passed, not_done("three", "Three", "waits for: One")), True, False),
+    ):
+        run = Acceptance(
+            rig_id="sim",
+            calibration_id=None,
+            begun_utc="2026-01-01T00:00:00+00:00",
+            duration_s=1.0,
+            complete=complete,
+            checks=checks,
+        )
+        assert run.accepted == accepted
+        assert run.findings == ((found,) if failed in checks else ())
+
+
+def test_every_fault_has_a_remedy() -> None:
+    assert set(REMEDIES) == set(Fault)
