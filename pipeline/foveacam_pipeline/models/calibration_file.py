@@ -123,6 +123,7 @@ class _Intrinsics(_Document):
     cx_px: Number
     cy_px: Number
     distortion: Annotated[tuple[Number, ...], Field(min_length=4, max_length=14)]
+    known_tan: Positive | None = None
 
 
 class _Content(_Document):

@@ -10,6 +10,9 @@ import numpy as np
 Plain: TypeAlias = dict[str, "Plain"] | list["Plain"] | str | float | int | bool | None
 """A JSON value."""
 
+OMITTED = "omitted while None"
+"""Key of the metadata of a field that was added to a model later: while None it is left out, so that earlier
+calibrations keep their ids."""
 ID_LENGTH = 16
 """Hexadecimal digits of the SHA-256 in a calibration's id: 64 bits, plenty for one rig's lifetime."""
 
@@ -17,7 +20,11 @@ ID_LENGTH = 16
 def plain(value: object) -> Plain:
     """Return a frozen model, array or number as JSON values; floats are exact when printed."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {
+            field.name: plain(getattr(value, field.name))
+            for field in dataclasses.fields(value)
+            if not (OMITTED in field.metadata and getattr(value, field.name) is None)
+        }
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, list | tuple):

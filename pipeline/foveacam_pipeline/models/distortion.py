@@ -32,24 +32,35 @@ def largest_radius(distortion: tuple[float, ...]) -> float:
 
 
 def forward(
-    tangents: NDArray[np.float64], matrix: NDArray[np.float64], distortion: tuple[float, ...]
+    tangents: NDArray[np.float64],
+    matrix: NDArray[np.float64],
+    distortion: tuple[float, ...],
+    *,
+    widest: float,
 ) -> NDArray[np.float64]:
-    """Return (n, 2) pixels of (n, 2) tangents; NaN beyond `largest_radius`."""
+    """Return (n, 2) pixels of (n, 2) tangents; NaN beyond the radius `widest`, at most `largest_radius`."""
     pixels = _projected(tangents, matrix, distortion)
-    pixels[np.hypot(*tangents.T) > largest_radius(distortion)] = np.nan
+    pixels[np.hypot(*tangents.T) > widest] = np.nan
     return pixels
 
 
 def inverse(
-    pixels: NDArray[np.float64], matrix: NDArray[np.float64], distortion: tuple[float, ...]
+    pixels: NDArray[np.float64],
+    matrix: NDArray[np.float64],
+    distortion: tuple[float, ...],
+    *,
+    widest: float,
 ) -> NDArray[np.float64]:
-    """Return (n, 2) tangents of (n, 2) pixels, exact to `EXACT_PX`; NaN where no direction reaches."""
+    """Return (n, 2) tangents of (n, 2) pixels, exact to `EXACT_PX`; NaN where no direction reaches.
+
+    `widest`: as for `forward`.
+    """
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, ROUNDS, CONVERGED_PX)
     found = cv2.undistortPoints(pixels[:, None, :], matrix, np.array(distortion), criteria=stop)
     tangents = np.asarray(found, dtype=np.float64)[:, 0, :]
     with np.errstate(invalid="ignore", over="ignore"):
         off_px = np.abs(_projected(tangents, matrix, distortion) - pixels).max(axis=1)
-        reached = (off_px <= EXACT_PX) & (np.hypot(*tangents.T) <= largest_radius(distortion))
+        reached = (off_px <= EXACT_PX) & (np.hypot(*tangents.T) <= widest)
     tangents[~reached] = np.nan
     return tangents
 

@@ -1,7 +1,7 @@
 """The intrinsics of a camera: pixels <-> axis-wise angles, with OpenCV's five-coefficient distortion."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,12 +10,17 @@ from foveacam_hardware.contract import Binning, OutOfRange
 from foveacam_pipeline.geometry.angles import angles_from_tan, tan_from_angles
 from foveacam_pipeline.geometry.binning import binning_of
 from foveacam_pipeline.geometry.shapes import as_rows
+from foveacam_pipeline.models.content import OMITTED
 from foveacam_pipeline.models.distortion import forward, inverse, largest_radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Intrinsics:
-    """Camera matrix and distortion (k1, k2, p1, p2, k3) of one camera, px."""
+    """Camera matrix and distortion (k1, k2, p1, p2, k3) of one camera, px.
+
+    `known_tan`: tangent of the angle from the axis up to which directions are known to a useful accuracy;
+    None: as far as the model goes.
+    """
 
     width: int
     height: int
@@ -24,6 +29,13 @@ class Intrinsics:
     cx_px: float
     cy_px: float
     distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    known_tan: float | None = field(default=None, metadata={OMITTED: True})
+
+    @property
+    def widest_tan(self) -> float:
+        """Tangent of the largest angle from the axis at which a pixel has a direction."""
+        folds_at = largest_radius(self.distortion)
+        return folds_at if self.known_tan is None else min(folds_at, self.known_tan)
 
     @property
     def matrix(self) -> NDArray[np.float64]:
@@ -57,22 +69,23 @@ class Intrinsics:
     def angles_rad(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """Return (n, 2) float64 angles, rad, of `pixels`: (n, 2); they may lie outside the image.
 
-        NaN for pixels that no direction reaches, as the lens model folds back before (`distortion.py`).
+        NaN for pixels that no direction reaches, as the lens model folds back before (`distortion.py`), and
+        beyond `known_tan`.
         """
         rows = as_rows(pixels, columns=2, name="pixels")
         if len(rows) == 0:
             return np.empty((0, 2))
-        return angles_from_tan(inverse(rows, self.matrix, self.distortion))
+        return angles_from_tan(inverse(rows, self.matrix, self.distortion, widest=self.widest_tan))
 
     def pixels(self, angles_rad: ArrayLike) -> NDArray[np.float64]:
         """Return (n, 2) float64 pixels of `angles_rad`: (n, 2); they may lie outside the image.
 
-        NaN for directions beyond the angle at which the lens model folds back.
+        NaN for directions beyond `widest_tan`.
         """
         tangents = tan_from_angles(angles_rad)
         if len(tangents) == 0:
             return np.empty((0, 2))
-        return forward(tangents, self.matrix, self.distortion)
+        return forward(tangents, self.matrix, self.distortion, widest=self.widest_tan)
 
     def contains(self, x_px: float, y_px: float) -> bool:
         """Return whether a pixel lies in the image (the first pixel's centre is 0, 0)."""
@@ -86,8 +99,9 @@ class Intrinsics:
                 f"y from -0.5 to {self.height - 0.5:g} px; choose a pixel inside"
             )
         if not np.isfinite(self.angles_rad([(x_px, y_px)])).all():
+            why = "folds back" if self.known_tan is None else "is not known well enough"
             raise OutOfRange(
-                f"pixel ({x_px:g}, {y_px:g}) has no direction: the calibrated lens model folds back before "
+                f"pixel ({x_px:g}, {y_px:g}) has no direction: the calibrated lens model {why} before "
                 "it; choose a pixel nearer to the centre, or calibrate the camera with the board in the "
                 "corners of the image"
             )
@@ -106,7 +120,7 @@ class Intrinsics:
     def field_rad(self) -> tuple[float, float, float, float]:
         """Smallest ax, largest ax, smallest ay, largest ay, rad, along the axes through the centre.
 
-        Where the lens model folds back before the image's edge, the field ends there.
+        Where the lens's directions end before the image's edge, the field ends there.
         """
         edge = np.array(
             [
@@ -116,7 +130,7 @@ class Intrinsics:
                 [self.cx_px, self.height - 0.5],
             ]
         )
-        widest = math.atan(largest_radius(self.distortion))
+        widest = math.atan(self.widest_tan)
         ends = widest * np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
         angles = self.angles_rad(edge)
         angles = np.where(np.isfinite(angles), angles, ends)

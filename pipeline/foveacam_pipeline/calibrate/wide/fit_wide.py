@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import InvalidInput, Role
 from foveacam_pipeline.calibrate.wide.board_pose import pose_of_view
 from foveacam_pipeline.calibrate.wide.coverage import coverage_of, different_views
-from foveacam_pipeline.calibrate.wide.lens_accuracy import LensAccuracy, accuracy_of, noise_sigmas
+from foveacam_pipeline.calibrate.wide.lens_accuracy import (
+    LensAccuracy,
+    accuracy_of,
+    kept_to_useful,
+    noise_sigmas,
+)
 from foveacam_pipeline.calibrate.wide.wide_bundle import (
     FOCAL_AND_CENTRE,
     BoardObservation,
@@ -108,6 +113,7 @@ def fit_wide(samples: WideSamples, model: LensModel = "five") -> WideFit:
     lens = intrinsics_from(bundle.lens, samples.size)
     accuracy = accuracy_of(bundle, lens)
     _check_lens(samples, bundle, accuracy)
+    lens, accuracy = kept_to_useful(lens, accuracy)
     residuals = np.concatenate(bundle.residuals_px)
     fit = WideFit(
         model=model,

@@ -1,6 +1,6 @@
 """Accuracy of a fitted lens in the conversion of pixels to angles and back."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -11,6 +11,8 @@ from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models.intrinsics import Intrinsics
 
 GRID = (25, 19)
+USEFUL_PX = 5.0
+"""Standard error beyond which a direction is of no use: a tenth of a degree of the wide camera."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -18,7 +20,8 @@ class LensAccuracy:
     """Error of the conversion from pixel to angle, in px of the image.
 
     `sigma_px`: standard error, rms over the part of the image that the lens has directions for.
-    `known_fraction`: that part. `map_px`: (19, 25) standard error over the image, NaN elsewhere.
+    `known_fraction`: that part. `map_px`: (19, 25) standard error wherever the model has a direction, NaN
+    elsewhere.
     `covariance`: of the lens's parameters.
     """
 
@@ -51,6 +54,27 @@ def accuracy_of(bundle: LensBundle, lens: Intrinsics) -> LensAccuracy:
             )
     assert best is not None  # noqa: S101 - the loop above runs twice
     return best
+
+
+def kept_to_useful(lens: Intrinsics, accuracy: LensAccuracy) -> tuple[Intrinsics, LensAccuracy]:
+    """Return a lens without the directions beyond which some are no more accurate than `USEFUL_PX`.
+
+    Where no view shows the corners of an image, a polynomial says there whatever it likes.
+    """
+    pixels, sigma_px = grid_px(lens.width, lens.height), accuracy.map_px.ravel()
+    radius = np.hypot(*tan_from_angles(lens.angles_rad(pixels)).T)
+    useless = sigma_px > USEFUL_PX
+    if not useless.any():
+        return lens, accuracy
+    known = radius < float(radius[useless].min())
+    rms_px = float(np.sqrt(np.mean(sigma_px[known] ** 2))) if known.any() else accuracy.sigma_px
+    kept = replace(
+        accuracy,
+        sigma_px=rms_px,
+        sigma_rad=rms_px / float(np.sqrt(lens.fx_px * lens.fy_px)),
+        known_fraction=float(known.mean()),
+    )
+    return replace(lens, known_tan=float(radius[known].max(initial=0.0))), kept
 
 
 def parameter_sigmas(bundle: LensBundle) -> NDArray[np.float64]:
