@@ -13,10 +13,12 @@ from foveacam_hardware.contract import PARKED, Frame, LookOptions, Sighting, Ste
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.rig import simulated_rig
+from foveacam_pipeline.accept.environment import AcceptanceOptions
 from foveacam_pipeline.accept.frames import check_frames
 from foveacam_pipeline.accept.limits import AcceptanceLimits
+from foveacam_pipeline.accept.order import TITLES
 from foveacam_pipeline.accept.rig_under_test import REST, RigUnderTest, both
-from foveacam_pipeline.accept.run import TITLES, AcceptanceOptions, run_acceptance
+from foveacam_pipeline.accept.run import run_acceptance
 from foveacam_pipeline.accept.stopping import check_stop
 from foveacam_pipeline.accept.values import Fault, Verdict
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout

@@ -23,6 +23,7 @@ test("an address opens one page at most", () => {
     compare_page: false,
     engine_page: false,
     rigs_page: false,
+    acceptance_page: false,
     people: null,
   };
   for (const hash of ["", "#/", "#/rigged", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
@@ -38,6 +39,7 @@ test("an address opens one page at most", () => {
   assert.deepEqual(pagesAt("#/compare"), { ...none, compare_page: true });
   assert.deepEqual(pagesAt("#/engine"), { ...none, engine_page: true });
   assert.deepEqual(pagesAt("#/rigs"), { ...none, rigs_page: true });
+  assert.deepEqual(pagesAt("#/acceptance"), { ...none, acceptance_page: true });
   assert.deepEqual(pagesAt("#/planner?seed=3"), { ...none, planner_page: true });
   assert.deepEqual(pagesAt("#/calibration/fit"), { ...none, wizard: "fit" });
 });

@@ -277,7 +277,7 @@ export type SessionSummary = Pick<api.SessionDocument, "id" | "label" | "created
 export type Work = {
   job_id: string;
   session_id: string | null;
-  step: RunStep | "drift";
+  step: RunStep | "drift" | "acceptance";
   stage: string;
   state: JobState;
   done: number;
@@ -306,6 +306,9 @@ export type CalibrationState = {
   displays: api.DisplayDocument[] | null;
   display_pattern: api.PatternDocument | null;
   work: Work | null;
+  acceptance_page: boolean;
+  /** Acceptance runs, the newest first. */
+  acceptances: api.AcceptanceDocument[] | null;
 };
 
 // The gallery.

@@ -9,8 +9,14 @@ from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measure
 
 TITLE = "Frames: rate and losses"
 AT_ONCE = LookOptions(settle_us=0)
+USUAL_RATE_HZ = 30.0
 READ_AT_ONCE = 15
 """Frames that are read in one piece of work, between which a stop or a cancel is noticed."""
+
+
+def steps(looks: int, wide_s: float) -> int:
+    """Return about how many steps the check takes."""
+    return looks + max(1, round(wide_s * USUAL_RATE_HZ / READ_AT_ONCE))
 
 
 def check_frames(rig: RigUnderTest, limits: AcceptanceLimits, *, looks: int, wide_s: float) -> CheckResult:
@@ -65,6 +71,7 @@ def _wide_frames(rig: RigUnderTest, seconds: float) -> list[tuple[int, int]]:
     while rig.clock.now_ns() < until_ns or len(found) < READ_AT_ONCE:
         frames: list[Frame] = rig.on_device(lambda devices: list(devices.wide.frames(READ_AT_ONCE)))
         found += [(frame.seq, frame.t_ns) for frame in frames]
+        rig.step()
     return found
 
 

@@ -52,12 +52,13 @@ class RigUnderTest:
     def __init__(
         self, access: RigAccess, layout: MarkerLayout, watch: ProcedureWatcher, *, begun: Callable[[], None]
     ) -> None:
-        """`begun`: called before each look."""
+        """`begun`: called before each look, and by other steps of a check."""
         self.access = access
         self.layout = layout
         self.counts = LookCounts()
         self._watch = watch
-        self._begun = begun
+        self.step = begun
+        """Counts a step of the check for its progress."""
 
     @property
     def clock(self) -> Clock:
@@ -67,7 +68,7 @@ class RigUnderTest:
     def look(self, volts: StereoVolts = PARKED, *, options: LookOptions = REST) -> Sighting:
         """Look, again where a fovea's frame is missing; raise the error of the last try."""
         raise_if_cancelled(self._watch, doing=DOING)
-        self._begun()
+        self.step()
         for left in reversed(range(TRIES)):
             self.counts.looks += 1
             try:

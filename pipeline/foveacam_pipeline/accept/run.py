@@ -4,12 +4,10 @@ A check whose ground a named fault has taken away is not made: what it would sho
 """
 
 import math
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from collections.abc import Callable
+from typing import TypeVar
 
-from foveacam_hardware.contract import Binning, Cancelled, Clock, FoveaError, Role, Sighting, Station, Stopped
+from foveacam_hardware.contract import Binning, Cancelled, FoveaError, Role, Sighting, Station, Stopped
 from foveacam_pipeline.accept import (
     axes,
     drawings,
@@ -23,7 +21,23 @@ from foveacam_pipeline.accept import (
     triggers,
 )
 from foveacam_pipeline.accept.axes import AxisResponse
+from foveacam_pipeline.accept.environment import AcceptanceEnvironment, AcceptanceOptions
 from foveacam_pipeline.accept.limits import AcceptanceLimits
+from foveacam_pipeline.accept.order import (
+    AXES,
+    CLOCK_TITLE,
+    DEVICES_TITLE,
+    EXACT,
+    LINES,
+    MARKERS,
+    PICTURES,
+    RETURNING,
+    STILL,
+    TITLES,
+    costs_of,
+    short_title,
+)
+from foveacam_pipeline.accept.progress import CountedSteps, NotedTurn, RunProgress
 from foveacam_pipeline.accept.repeatability import RestPlaces
 from foveacam_pipeline.accept.rig_under_test import RigUnderTest
 from foveacam_pipeline.accept.triggers import LineState
@@ -38,96 +52,9 @@ from foveacam_pipeline.accept.values import (
 )
 from foveacam_pipeline.calibrate.settle.settle_report import settle_picture
 from foveacam_pipeline.calibrate.settle.settle_values import SettleReport
-from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
-from foveacam_pipeline.capture.run.access import RigAccess
-from foveacam_pipeline.models.calibration import Calibration
 
 T = TypeVar("T")
-
-DEVICES_TITLE = "Devices: all there"
-CLOCK_TITLE = "Clock of the mirrors' controller"
-LINES = frozenset({Fault.MISSING_DEVICE, Fault.NO_TRIGGER, Fault.NO_STROBE})
-PICTURES = LINES | {Fault.FROZEN_PICTURE}
-MARKERS = PICTURES | {
-    Fault.MARKER_NOT_SEEN,
-    Fault.EXCHANGED_CAMERAS,
-    Fault.MIRRORED_PICTURE,
-    Fault.ROTATED_PICTURE,
-}
-STILL = MARKERS | {Fault.LOOSE_MOUNT}
-AXES = STILL | {Fault.EXCHANGED_MIRRORS, Fault.EXCHANGED_AXES, Fault.REVERSED_AXIS, Fault.STUCK_AXIS}
-RETURNING = AXES | {Fault.SCATTER, Fault.HYSTERESIS}
-EXACT = RETURNING | {Fault.MOUNT_DRIFT, Fault.WEAK_DRIVE}
-TITLES = {
-    "devices": DEVICES_TITLE,
-    "triggers": triggers.TITLE,
-    "pictures": pictures.TITLE,
-    "focus": pictures.FOCUS_TITLE,
-    "sensors": sensors.TITLE,
-    "rest": repeatability.REST_TITLE,
-    "axes": axes.TITLE,
-    "light": axes.LIGHT_TITLE,
-    "frames": frames.TITLE,
-    "returns": repeatability.RETURN_TITLE,
-    "gains": axes.GAINS_TITLE,
-    "timing": timing.TITLE,
-    "geometry": geometry.TITLE,
-    "stop": stopping.TITLE,
-    "clock": CLOCK_TITLE,
-}
-"""The checks, in their order."""
-LOOKS = {
-    "triggers": 6,
-    "pictures": 2,
-    "focus": 0,
-    "sensors": 12,
-    "rest": 11,
-    "axes": 8,
-    "light": 5,
-    "frames": 0,
-    "returns": 43,
-    "gains": 0,
-    "timing": 190,
-    "geometry": 6,
-    "stop": 3,
-    "clock": 0,
-}
-"""Looks of each check, for the time left; those of the frames are an option."""
-
-
-class RigUse(Protocol):
-    """Reserves the rig for some checks."""
-
-    def __call__(self, binning: Binning | None) -> AbstractContextManager[RigAccess]:
-        """Reserve it until the context ends; `binning`: of its frames, None for the rig's working binning."""
-        ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AcceptanceOptions:
-    """How much is measured. `looks`: without a pause; `wide_s`: of the wide camera at full rate."""
-
-    looks: int = 300
-    wide_s: float = 60.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AcceptanceEnvironment:
-    """The rig under test, what is known of it, and how to turn it to its markers.
-
-    `problems`: device and reason for each device that is not there. `stations`: those with markers, the
-    farthest first; `turn` brings the rig before one.
-    """
-
-    rig_id: str
-    clock: Clock
-    layout: MarkerLayout
-    stations: Sequence[Station]
-    problems: Sequence[tuple[str, str]]
-    calibration: Calibration | None
-    use: RigUse
-    turn: Callable[[RigAccess, Station, ProcedureWatcher], None]
 
 
 def run_acceptance(
@@ -186,15 +113,13 @@ class _Run:
         self._response: AxisResponse | None = None
         self._spread_deg = 0.0
         self._unusable = ""
-        self._looks = LOOKS | {"frames": options.looks}
-        self._doing = ""
-        self._done = self._done_before = 0
+        self._progress = RunProgress(watch, costs_of(options.looks, options.wide_s))
 
     def run_all(self) -> None:
         """Make every check."""
         self._check("devices", frozenset(), self._devices)
         if self._blocking(frozenset({Fault.MISSING_DEVICE})):
-            why = f"waits for: {_short('devices')}"
+            why = f"waits for: {short_title('devices')}"
             self.checks += [not_done(name, TITLES[name], why) for name in list(TITLES)[1:]]
             return
         self._group(1, self._still_checks)
@@ -206,7 +131,7 @@ class _Run:
         """Make some checks with the rig reserved; one that cannot be reserved leaves them to `run_all`."""
         try:
             with self._environment.use(binning) as access:
-                begun = self._count_look
+                begun = self._progress.step
                 work(RigUnderTest(access, self._environment.layout, self._watch, begun=begun))
         except (Cancelled, Stopped):
             raise
@@ -232,24 +157,17 @@ class _Run:
         self._check("stop", AXES, lambda: self._stop(rig))
         self._check("clock", frozenset({Fault.MISSING_DEVICE}), lambda: self._clock(rig))
 
-    def _count_look(self) -> None:
-        self._done = min(self._done + 1, self._done_before + self._looks[self._doing])
-        self._report()
-
-    def _report(self, note: str = "") -> None:
-        self._watch.progress(self._done, total=sum(self._looks.values()), note=note or self._doing)
-
     def _blocking(self, faults: frozenset[Fault]) -> list[CheckResult]:
         """Return the checks that named one of these faults."""
         return [check for check in self.checks if any(found.fault in faults for found in check.findings)]
 
     def _check(self, name: str, blocked_by: frozenset[Fault], work: Callable[[], CheckResult]) -> None:
         """Make one check, unless a fault that was named makes it meaningless."""
-        self._doing, title = name, TITLES[name]
-        self._report()
+        title = TITLES[name]
+        self._progress.begin(name, short_title(name))
         blocking = self._blocking(blocked_by)
         if blocking:
-            result = not_done(name, title, f"waits for: {_short(blocking[0].name)}")
+            result = not_done(name, title, f"waits for: {short_title(blocking[0].name)}")
         else:
             try:
                 result = work()
@@ -258,8 +176,7 @@ class _Run:
             except FoveaError as error:
                 result = not_done(name, title, str(error))
         self.checks.append(result)
-        self._done = self._done_before = self._done_before + self._looks.get(name, 0)
-        self._report()
+        self._progress.end()
 
     def _devices(self) -> CheckResult:
         findings = [
@@ -321,14 +238,14 @@ class _Run:
             lines=self._lines,
             rig_id=self._environment.rig_id,
             begun_utc=self._begun_utc,
-            watch=_Counted(self._watch, self._count_look),
+            watch=CountedSteps(self._watch, self._progress.step),
         )
         self.settling = report
         self.pictures["timing"] = settle_picture(report)
         return result
 
     def _turn(self, rig: RigUnderTest, station: Station) -> None:
-        self._environment.turn(rig.access, station, _Noted(self._watch, self._report))
+        self._environment.turn(rig.access, station, NotedTurn(self._watch, self._progress.report))
 
     def _light(self, rig: RigUnderTest) -> CheckResult:
         _known(self._home, "a look at the markers")
@@ -375,38 +292,6 @@ class _Run:
         found = Finding(fault=Fault.CONTROLLER_CLOCK, subject="", detail=detail)
         findings = () if figure.is_within else (found,)
         return judged("clock", CLOCK_TITLE, figures=[figure], findings=findings)
-
-
-class _Noted:
-    """A watcher of a turn of the rig: its notes are shown, as they may ask a person to turn it."""
-
-    def __init__(self, watch: ProcedureWatcher, note: Callable[[str], None]) -> None:
-        self._note = note
-        self.show = watch.show
-        self.cancelled = watch.cancelled
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Show the note beside the progress of the run."""
-        self._note(note)
-
-
-class _Counted:
-    """A watcher of a procedure within the run: its steps count as looks."""
-
-    def __init__(self, watch: ProcedureWatcher, count: Callable[[], None]) -> None:
-        self._watch = watch
-        self._count = count
-        self.show = watch.show
-        self.cancelled = watch.cancelled
-
-    def progress(self, done: int, *, total: int, note: str = "") -> None:
-        """Count one step."""
-        self._count()
-
-
-def _short(name: str) -> str:
-    """Return a check's title without its explanation."""
-    return TITLES[name].partition(":")[0]
 
 
 def _known(value: T | None, what: str) -> T:

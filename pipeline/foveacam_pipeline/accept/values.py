@@ -73,7 +73,7 @@ REMEDIES: dict[Fault, str] = {
     Fault.REVERSED_AXIS: "exchange the plus and minus leads of this axis",
     Fault.STUCK_AXIS: "switch the rail off, check this axis's leads, then the mirror itself",
     Fault.WEAK_DRIVE: "check the high-voltage supply and the bias; calibrate again if they are right",
-    Fault.PIXEL_FORMAT: "set the pixel format that the camera has; see its settings on the page Cameras",
+    Fault.PIXEL_FORMAT: "set a pixel format that the camera has, on the page Rig",
     Fault.BLACK_LEVEL: "set the camera's black level back to its default",
     Fault.NOISE: "check the camera's gain, its supply and its temperature",
     Fault.HOT_PIXELS: "let the camera correct its defective pixels, or replace it",

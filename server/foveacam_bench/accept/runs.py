@@ -16,7 +16,8 @@ from foveacam_hardware.rig_config import SimulatedRigConfig
 from foveacam_hardware.sim.faults import ThermalMountDrift
 from foveacam_hardware.sim.presets import PRESETS
 from foveacam_hardware.sim.rig import simulated_rig
-from foveacam_pipeline.accept.run import AcceptanceOptions, run_acceptance
+from foveacam_pipeline.accept.environment import AcceptanceOptions
+from foveacam_pipeline.accept.run import run_acceptance
 from foveacam_pipeline.accept.values import Acceptance
 from foveacam_pipeline.calibrate.watcher import SilentWatcher
 from foveacam_pipeline.models.calibration import Calibration

@@ -32,6 +32,8 @@ _SMALLEST_BYTES = 500
 """Size below which files are not compressed: it would not save a packet."""
 _FILES = 1024
 _LEVEL = 9
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+"""A comment of a style sheet; all of them are 1.7 kB of what a browser fetches before its first picture."""
 _SHEET = re.compile(r'<link rel="stylesheet" href="/static/(css/[^"]+)">\s*')
 
 
@@ -111,8 +113,8 @@ def sheets_of(page: str) -> list[str]:
 
 
 def joined_sheets(page: str) -> str:
-    """Return all style sheets of a page as one."""
-    return "\n".join(_text_of(sheet) for sheet in sheets_of(page))
+    """Return all style sheets of a page as one, without comments."""
+    return _COMMENT.sub("", "\n".join(_text_of(sheet) for sheet in sheets_of(page)))
 
 
 def with_joined_sheets(page: str) -> str:

@@ -33,6 +33,8 @@ from tests.support.servers.local_server import serving
 
 Json = Any  # what tests put in and look at: any JSON value
 END = ""  # of an event stream
+PROCEDURES = ("/runs", "/drift_checks", "/acceptances")
+"""Ends of the paths that begin a procedure of the calibration."""
 VIEWS = ["wide", "left", "right", "anaglyph", "difference", "depth"]
 VIEWS += ["calibration_wide", "calibration_left", "calibration_right"]
 LIVE_SCALE = 10
@@ -87,6 +89,7 @@ class StubServer:
             "/settle_time": settle_time(),
             "/cameras/self_tests/newest": rig_documents.trigger_test(),
             "/drift_checks": [],
+            "/acceptances": [],
             "/displays": [],
             "/displays/pattern": {
                 "pattern": {"kind": "blank"},
@@ -213,11 +216,11 @@ class StubServer:
         if path == "/calibration_sessions":
             self.session = documents.empty_session(label=body["label"])
             return 201, self.session
-        if path.endswith("/runs") or path == "/drift_checks":
-            step = body.get("step", "drift")
+        if path.endswith(PROCEDURES):
             posts = [asked for method, asked, _ in self.requests if method == "POST"]
-            job_id = f"job-{sum(asked.endswith(('/runs', '/drift_checks')) for asked in posts)}"
-            job = documents.job(job_id, kind=f"calibration.{step}", changes={"progress": None})
+            job_id = f"job-{sum(asked.endswith(PROCEDURES) for asked in posts)}"
+            kind = "acceptance" if path == "/acceptances" else f"calibration.{body.get('step', 'drift')}"
+            job = documents.job(job_id, kind=kind, changes={"progress": None})
             self.answers[f"/jobs/{job_id}"] = job
             return 202, job
         if path.startswith(("/pan_tilt/", "/rail/")):

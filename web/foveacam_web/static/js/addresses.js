@@ -15,6 +15,7 @@ export const COMPARE_ADDRESS = "#/compare";
 export const ENGINE_ADDRESS = "#/engine";
 export const RIGS_ADDRESS = "#/rigs";
 export const PEOPLE_ADDRESS = "#/people";
+export const ACCEPTANCE_ADDRESS = "#/acceptance";
 
 /** @type {{page: WizardPage, title: string}[]} */
 export const WIZARD_PAGES = [
@@ -32,7 +33,7 @@ const PEOPLE_PARTS = ["services", "sign_ins", "log"];
 /**
  * Return which page an address opens; null and false for all others.
  * @param {string} hash
- * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "engine_page" | "rigs_page" | "people">}
+ * @returns {Pick<ConsoleState, "wizard" | "rig_page" | "setup_page" | "settings_page" | "capture_page" | "follow_page" | "loop_page" | "gallery" | "planner_page" | "compare_page" | "engine_page" | "rigs_page" | "acceptance_page" | "people">}
  */
 export function pagesAt(hash) {
   return {
@@ -48,6 +49,7 @@ export function pagesAt(hash) {
     compare_page: hash === COMPARE_ADDRESS,
     engine_page: hash === ENGINE_ADDRESS,
     rigs_page: hash === RIGS_ADDRESS,
+    acceptance_page: hash === ACCEPTANCE_ADDRESS,
     people: peopleAt(hash),
   };
 }

@@ -184,6 +184,10 @@ turnPages({
       const { mountWizard } = await import("./calibrating/calibration/page.js");
       return (place) => mountWizard(place, { store, orders, reader, work, toasts, views });
     },
+    acceptance_page: async () => {
+      const { mountAcceptancePage } = await import("./calibrating/acceptance/page.js");
+      return (place) => mountAcceptancePage(place, { store, orders, reader, work });
+    },
     rig_page: async () => {
       const { mountRigPage } = await import("./devices/rig/page.js");
       return (place) => mountRigPage(place, { store, orders, rig_orders: rigOrders, steering });

@@ -29,6 +29,7 @@ const PAGES = /** @type {const} */ ([
   { key: "compare_page", id: "compare-page", title: "compare-title", clicked: false },
   { key: "engine_page", id: "engine-page", title: "engine-title", clicked: false },
   { key: "rigs_page", id: "rigs-page", title: "rigs-title", clicked: false },
+  { key: "acceptance_page", id: "acceptance-page", title: "acceptance-title", clicked: false },
 ]);
 
 /** Return the page that covers the console, if any. @param {ConsoleState} state */

@@ -12,7 +12,8 @@ from rich.table import Table
 
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.rig_config import SimulatedRigConfig
-from foveacam_pipeline.accept.run import AcceptanceOptions, run_acceptance
+from foveacam_pipeline.accept.environment import AcceptanceOptions
+from foveacam_pipeline.accept.run import run_acceptance
 from foveacam_pipeline.accept.values import Acceptance, Verdict
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.storage.disk import write_file

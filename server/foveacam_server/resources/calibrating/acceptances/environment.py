@@ -7,7 +7,7 @@ from typing import Protocol
 
 from foveacam_hardware.contract import Binning, Clock, MarkerPrint, PanTilt, Station, StationTarget
 from foveacam_hardware.rig import Rig
-from foveacam_pipeline.accept.run import AcceptanceEnvironment
+from foveacam_pipeline.accept.environment import AcceptanceEnvironment
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
 from foveacam_pipeline.capture.run.access import RigAccess

@@ -33,7 +33,8 @@ class Acceptances:
         return self._tools.jobs.submit(KIND, request, idempotency_key=idempotency_key)
 
     def _work(self, context: JobContext) -> str:
-        from foveacam_pipeline.accept.run import AcceptanceOptions, run_acceptance  # fits load slowly
+        from foveacam_pipeline.accept.environment import AcceptanceOptions
+        from foveacam_pipeline.accept.run import run_acceptance  # fits load slowly
         from foveacam_server.resources.calibrating.acceptances.environment import environment_of_server
 
         request = context.job.parse_request(AcceptanceRequest)

@@ -1,6 +1,6 @@
 // The top bar: rig, state, health of the calibration, holder of the lease, and the stop button.
 
-import { CAPTURE_ADDRESS, SETUP_ADDRESS, wizardAddress } from "../addresses.js";
+import { ACCEPTANCE_ADDRESS, CAPTURE_ADDRESS, SETUP_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, verdictOf } from "../calibrating/calibration/verdict.js";
 import { isRunning, placeOf } from "../calibrating/calibration/state.js";
 import { isCapturing, shareOf } from "../capturing/capture/state.js";
@@ -67,7 +67,9 @@ function showState(badge, { rig, stream, stop, signed_out }) {
 /** @param {HTMLElement} badge @param {ConsoleState} now */
 function showCalibration(badge, now) {
   badge.hidden = !now.rig;
-  const { tone, text, reason } = now.work && isRunning(now.work) ? runningWords(now.work) : verdictOf(now);
+  const running = now.work && isRunning(now.work) ? now.work : null;
+  const { tone, text, reason } = running ? runningWords(running) : verdictOf(now);
+  badge.setAttribute("href", running?.step === "acceptance" ? ACCEPTANCE_ADDRESS : wizardAddress("overview"));
   badge.className = `badge link ${tone}`;
   setText(badge, text);
   badge.title = reason;
@@ -88,7 +90,7 @@ function showCapture(badge, { capturing }) {
 /** @param {import("#page").Work} work */
 function runningWords(work) {
   const { step, done, total, note } = work;
-  const name = step === "drift" ? "Checking drift" : "Calibrating";
+  const name = { drift: "Checking drift", acceptance: "Acceptance" }[String(step)] ?? "Calibrating";
   const far = placeOf(work) ?? (total && done > 0 ? `${Math.floor((100 * done) / total)} %` : "");
   return {
     tone: "plain mine",

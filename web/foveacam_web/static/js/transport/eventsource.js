@@ -42,6 +42,7 @@ const KINDS = [
   "calibration.fitted",
   "calibration.health",
   "calibration.drift",
+  "calibration.acceptance",
   "pan_tilt.moved",
   "pan_tilt.zero_confirmed",
   "rail.zero_confirmed",

@@ -1,5 +1,6 @@
 // Shows the running procedure: step, progress, time left, cancel; after its end the result, the reason and the remedy.
 
+import { ACCEPTANCE_ADDRESS } from "../../addresses.js";
 import { fill, h, html, setText } from "../../elements/dom.js";
 import { pixels, remedyOf, sentence, timeLeft } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -23,6 +24,7 @@ const NAMES = Object.freeze(
     settle: "Settle times",
     all: "Everything",
     drift: "Drift check",
+    acceptance: "Acceptance",
     activate: "Taking it into use",
   }),
 );
@@ -125,7 +127,14 @@ function endedWords(work, found) {
     work.state === "failed" && html`<p class="lead">${sentence(problem?.detail) || "The server did not say why."}</p>`,
     work.state === "failed" && remedyOf(problem) && html`<p class="remedy">${remedyOf(problem)}</p>`,
     kept && html`<p class="lead">${kept}</p>`,
+    work.step === "acceptance" && acceptanceEnd(work),
   ];
+}
+
+/** @param {Work} work of an acceptance run */
+function acceptanceEnd({ state }) {
+  if (state === "cancelled") return html`<p class="lead">The checks made until then are kept.</p>`;
+  return state === "succeeded" && html`<p class="lead"><a href=${ACCEPTANCE_ADDRESS}>See its result.</a></p>`;
 }
 
 /**

@@ -93,7 +93,7 @@ export class CalibrationOrders {
 
   /** Continue a step that was cancelled or has failed; its measurements are used. @param {import("#page").Work} work */
   async goOn({ step, session_id, options }) {
-    if (step === "drift") return;
+    if (step === "drift" || step === "acceptance") return;
     if (session_id && session_id !== this.#store.state.session?.id) await this.#reader.openSession(session_id);
     await this.run(step, { ...options, restart: null });
   }
@@ -188,6 +188,12 @@ export class CalibrationOrders {
   async checkDrift(body) {
     const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/drift_checks", { body }));
     if (job) this.#work.follow(job, { step: "drift", session_id: null, options: null });
+  }
+
+  /** Run the acceptance: the rig measures itself on its markers. */
+  async runAcceptance() {
+    const job = /** @type {JobDocument | null} */ (await this.#commands.send("POST", "/acceptances", { body: {} }));
+    if (job) this.#work.follow(job, { step: "acceptance", session_id: null, options: null });
   }
 
   /** @param {{station: string} | {pan_deg: number, tilt_deg: number}} body */

@@ -1,6 +1,6 @@
 // Builds the calibration page: the session, the steps, the running procedure, and the pan-tilt beside them.
 
-import { WIZARD_PAGES, wizardAddress } from "../../addresses.js";
+import { ACCEPTANCE_ADDRESS, WIZARD_PAGES, wizardAddress } from "../../addresses.js";
 import { absent, fill, h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
@@ -105,10 +105,18 @@ function makeOverview(context) {
   const element = h(
     "div",
     { class: "step step-overview" },
-    html`<div class="column">${panel("In use", used)}${panel("Measurements", sessions)}</div>`,
+    html`<div class="column">${panel("In use", used)}${toAcceptance()}${panel("Measurements", sessions)}</div>`,
     html`<div class="column">${panel("Records", records)}${panel("Drift", drift)}</div>`,
   );
   return { element, live: null };
+}
+
+function toAcceptance() {
+  return panel(
+    "Acceptance",
+    html`<p class="lead">A new rig, or one that was moved? It measures itself and names what is wrong.</p>`,
+    html`<p class="actions"><a class="plain" href=${ACCEPTANCE_ADDRESS}>${icon("check")}Open the acceptance</a></p>`,
+  );
 }
 
 function stack() {

@@ -37,11 +37,16 @@ export function mountPanTilt(place, context) {
   );
   store.on(["pan_tilt", "work"], ({ pan_tilt, work }) => {
     const busy = isRunning(work);
-    showState({ pan_tilt, work: pan_tilt && !pan_tilt.moves_itself && busy ? work : null });
+    showState({ pan_tilt, work: pan_tilt && !pan_tilt.moves_itself && busy && isTurned(work) ? work : null });
     zero.update(pan_tilt, busy);
     drive.update(pan_tilt, busy);
     showStations({ pan_tilt: pan_tilt && { ...pan_tilt, pan_deg: null, tilt_deg: null, moving: false }, busy });
   });
+}
+
+/** Return whether the note of a procedure says where to turn; between turns, that of an acceptance names a check. @param {Work | null} work */
+function isTurned(work) {
+  return work?.step !== "acceptance" || work.note.startsWith("turn the rig");
 }
 
 /** @param {{pan_tilt: PanTiltDocument | null, work: Work | null}} now */

@@ -1,5 +1,5 @@
 // Keeps the calibration state equal to the server's: health always, the rest while the calibration page is open. The
-// pan-tilt is read for the rig page as well.
+// pan-tilt is read for the rig page and the acceptance page as well.
 
 import { request } from "../../transport/api.js";
 import { newestFirst, QuietReads } from "../../transport/quiet.js";
@@ -40,6 +40,7 @@ export class CalibrationReader {
       open = Boolean(wizard);
       if (open) void this.readAll();
     });
+    store.on(["acceptance_page"], ({ acceptance_page }) => acceptance_page && void this.#readAcceptancePage());
     store.on(["work", "sessions", "wizard"], (state) => this.#goAlong(state));
   }
 
@@ -60,6 +61,7 @@ export class CalibrationReader {
 
   async readAll() {
     await Promise.all([this.readHealth(), this.#reads.read("work", () => this.#work.resume())]);
+    if (this.#store.state.acceptance_page) await this.#readAcceptancePage();
     if (!this.#store.state.wizard) return;
     await Promise.all([
       this.readRecords(),
@@ -81,6 +83,14 @@ export class CalibrationReader {
 
   readDrift() {
     return this.#reads.keep(this.#store, "drift_checks", "/drift_checks", newestFirst);
+  }
+
+  #readAcceptancePage() {
+    return Promise.all([this.#readAcceptances(), this.readPanTilt()]);
+  }
+
+  #readAcceptances() {
+    return this.#reads.keep(this.#store, "acceptances", "/acceptances", newestFirst);
   }
 
   readSettleTime() {
@@ -128,8 +138,8 @@ export class CalibrationReader {
         this.#store.set({ pan_tilt: /** @type {PanTiltDocument} */ (await request("GET", "/pan_tilt")) });
     };
     return this.#reads.repeat("pan_tilt", read, () => {
-      const { wizard, rig_page, pan_tilt } = this.#store.state;
-      return wizard || rig_page ? (pan_tilt?.moving ? MOVING_MS : RESTING_MS) : null;
+      const { wizard, rig_page, acceptance_page, pan_tilt } = this.#store.state;
+      return wizard || rig_page || acceptance_page ? (pan_tilt?.moving ? MOVING_MS : RESTING_MS) : null;
     });
   }
 
@@ -151,6 +161,7 @@ export class CalibrationReader {
     this.#work.onEvent(event);
     if (event.kind === "calibration.health") void this.readHealth();
     if (event.kind === "rig.calibration") void this.readAll();
+    if (event.kind === "calibration.acceptance" && this.#store.state.acceptance_page) void this.#readAcceptances();
     if (!this.#store.state.wizard) return;
     if (/^display\./.test(event.kind)) void this.readDisplays();
     if (event.kind === "calibration.pose") this.#pose(data);

@@ -17,6 +17,8 @@ export const CALIBRATION_STATE = Object.freeze({
   displays: null,
   display_pattern: null,
   work: null,
+  acceptance_page: false,
+  acceptances: null,
 });
 
 /** The steps of a complete calibration, in their order. */

@@ -12,7 +12,7 @@ import { isRunning } from "./state.js";
 export class WorkFollower {
   #store;
   #jobs = new JobFollower({
-    ours: ({ kind }) => /^(calibration\.|drift)/.test(kind),
+    ours: ({ kind }) => /^(calibration\.|drift|acceptance$)/.test(kind),
     news: (job) => this.#take(job),
   });
   /** Called when the procedure has ended. @type {() => void} */
@@ -103,7 +103,7 @@ function fresh(job_id, what) {
 
 /** @param {string} kind of the job, such as "calibration.mirrors" @returns {Work["step"]} */
 function stepOf(kind) {
-  const steps = /** @type {Work["step"][]} */ (["wide", "mirrors", "fit", "check", "settle", "drift"]);
+  const steps = /** @type {Work["step"][]} */ (["wide", "mirrors", "fit", "check", "settle", "drift", "acceptance"]);
   return steps.find((step) => kind.includes(step)) ?? "all";
 }
 
