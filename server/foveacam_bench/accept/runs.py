@@ -28,7 +28,7 @@ from foveacam_server.resources.calibrating.acceptances.environment import enviro
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 
 SEED = 1
-DRIFTS, SPECIMENS = 5, 5
+EACH = 5
 """Sound runs of each preset: of the calibrated rig with other drifts, and of other specimens."""
 DRIFT_S = 600.0
 """A rig is accepted at a random time within ten minutes after its calibration."""
@@ -60,7 +60,7 @@ def run(
     """
     figures = planted_figures(PLANTED[:QUICK_FAULTS] if quick else PLANTED, report)
     show_part(figures)
-    sound = list(sound_runs(np.random.default_rng(seed), count=1 if quick else DRIFTS))
+    sound = list(sound_runs(np.random.default_rng(seed), count=1 if quick else EACH))
     figures |= sound_figures(sound[:1] if quick else sound, report)
     show_part(figures)
     if not quick:

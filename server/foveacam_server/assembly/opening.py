@@ -186,17 +186,19 @@ def _open_calibration(shared: SharedServices) -> CalibrationServices:
     )
     sessions = SessionCollection(shared.knowledge.folder / "sessions")
     drift = DriftChecks(shared.knowledge.folder / "drift", tools)
+    acceptances = Acceptances(shared.knowledge.folder / "acceptances", tools)
     records = CalibrationRecords(
         shared.knowledge.calibration,
         sessions=SessionReader(sessions),
         drift=drift.records,
+        acceptances=acceptances.records,
         hardware=shared.hardware,
         health=shared.knowledge.health,
     )
     return CalibrationServices(
         sessions=CalibrationSessionService(sessions, tools),
         drift=drift,
-        acceptances=Acceptances(shared.knowledge.folder / "acceptances", tools),
+        acceptances=acceptances,
         records=records,
         trigger_tests=_trigger_tests(shared),
     )

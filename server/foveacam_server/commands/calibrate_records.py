@@ -78,7 +78,13 @@ def report(
     found = records.find(calibration)
     path = output or Path(f"calibration-{found.id}.html")
     path.write_text(
-        report_page(found, sessions=SessionReader(records.sessions), drift=records.drift), encoding="utf-8"
+        report_page(
+            found,
+            sessions=SessionReader(records.sessions),
+            drift=records.drift,
+            acceptances=records.acceptances,
+        ),
+        encoding="utf-8",
     )
     typer.echo(str(path))
 

@@ -13,6 +13,7 @@ from foveacam_server.commands.rig import RigChoice
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
+from foveacam_server.resources.calibrating.acceptances.records import AcceptanceRecords
 from foveacam_server.resources.calibrating.calibrations.in_force import check_discarded, pinned_id, write_pin
 from foveacam_server.resources.calibrating.calibrations.schema import CalibrationDocument
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED, CalibrationService
@@ -31,6 +32,7 @@ class CalibrationData:
         self.records = CalibrationStore(self.folder)
         self.sessions = SessionCollection(self.folder / "sessions")
         self.drift = DriftRecords(self.folder / "drift")
+        self.acceptances = AcceptanceRecords(self.folder / "acceptances")
         self._shipped = shipped
 
     def every(self) -> list[Calibration]:

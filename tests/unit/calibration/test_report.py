@@ -16,6 +16,7 @@ from tests.support.scenes.report_session import (
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.models import load_calibration
+from foveacam_server.resources.calibrating.acceptances.schema import AcceptanceDocument
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.calibrating.report.page import report_html
 from foveacam_server.resources.calibrating.report.table2 import Specification, table2
@@ -164,6 +165,19 @@ def test_the_slowest_axis_counts() -> None:
     assert found["MEMS actuation", "Response time"].measured == "3.60 ms"
 
 
+def accepted_run() -> AcceptanceDocument:
+    return AcceptanceDocument(
+        id="accept-1",
+        created_utc="2026-01-02T03:04:05+00:00",
+        rig_id="sim-rig120",
+        calibration_id=CALIBRATION.id,
+        duration_s=100.0,
+        complete=True,
+        accepted=True,
+        checks=[],
+    )
+
+
 def test_a_full_report_shows_every_part() -> None:
     page = report_html(
         CALIBRATION,
@@ -173,6 +187,7 @@ def test_a_full_report_shows_every_part() -> None:
             drift_check(2, shift_deg=0.02),
             drift_check(1, shift_deg=0.0),
         ],
+        acceptances=[accepted_run()],
     )
     tags = read(page)
     assert "Not measured" not in tags.text
@@ -180,14 +195,16 @@ def test_a_full_report_shows_every_part() -> None:
     for words in ("0.061 px", "38", "93 %", "0.210 px", "2100 Hz", "0.0134", CALIBRATION.id, "f/21.5"):
         assert words in tags.text
     assert "blurred: 3.1 px, 2 px is the limit" in tags.text
+    assert "accept-1" in tags.text
     assert "Could not be read: sweep x: line 7 is damaged" in tags.text
 
 
 def test_parts_that_were_not_measured_say_so_and_how() -> None:
     text = read(report_html(CALIBRATION)).text
-    assert text.count("Not measured:") == 7
+    assert text.count("Not measured:") == 8
     for command in ("wide", "mirrors", "rectify", "check", "settle", "drift"):
         assert f"foveacam calibrate {command}" in text
+    assert "foveacam accept" in text
     assert text.count("not measured") == 3  # aperture, response, settling
 
 

@@ -12,6 +12,7 @@ from tests.support.scenes.report_session import drift_check, session_document
 
 import foveacam_pipeline
 import foveacam_server
+from foveacam_pipeline.accept.values import Fault, Verdict
 from foveacam_pipeline.models import load_calibration
 from foveacam_pipeline.reports import page as reports
 from foveacam_pipeline.study.report import page as study_page
@@ -22,6 +23,13 @@ from foveacam_pipeline.study.report.findings import (
     StudyFigure,
     StudyResult,
     StudyTable,
+)
+from foveacam_server.resources.calibrating.acceptances import report as acceptance_page
+from foveacam_server.resources.calibrating.acceptances.schema import (
+    AcceptanceCheckDocument,
+    AcceptanceDocument,
+    AcceptanceFigureDocument,
+    AcceptanceFindingDocument,
 )
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.calibrating.report import page as calibration_page
@@ -50,6 +58,38 @@ def calibration_report() -> str:
         replace(calibration, label=HOSTILE, rig_id=HOSTILE, parent_id=HOSTILE),
         session=SessionDocument.model_validate(document),
         drift=[drift_check(1, shift_deg=0.1)],
+        acceptances=[acceptance_run()],
+    )
+
+
+def acceptance_run() -> AcceptanceDocument:
+    finding = AcceptanceFindingDocument(fault=Fault.NOISE, subject=HOSTILE, detail=HOSTILE, remedy=HOSTILE)
+    figure = AcceptanceFigureDocument(name=HOSTILE, value=1.0, unit=HOSTILE, low=2.0, high=None, within=False)
+    check = AcceptanceCheckDocument(
+        name="timing",
+        title=HOSTILE,
+        verdict=Verdict.FAILED,
+        figures=[figure],
+        findings=[finding],
+        note=HOSTILE,
+        picture="timing",
+    )
+    return AcceptanceDocument(
+        id=HOSTILE,
+        created_utc="2026-01-02T03:04:05+00:00",
+        rig_id=HOSTILE,
+        calibration_id=HOSTILE,
+        duration_s=1.0,
+        complete=False,
+        accepted=False,
+        checks=[check],
+    )
+
+
+def acceptance_report() -> str:
+    picture = b"\x89PNG\r\n\x1a\n" + bytes(40)
+    return acceptance_page.report_html(
+        acceptance_run(), pictures={"timing": picture}, table2=[(HOSTILE,) * 5]
     )
 
 
@@ -73,7 +113,9 @@ def study_report() -> str:
     return study_page.report_html([reported], versions={HOSTILE: HOSTILE}, failed=[HOSTILE])
 
 
-@pytest.mark.parametrize(("report", "shown"), [(calibration_report, 23), (study_report, 27)])
+@pytest.mark.parametrize(
+    ("report", "shown"), [(calibration_report, 25), (study_report, 27), (acceptance_report, 20)]
+)
 def test_hostile_text_is_escaped_everywhere(report: Callable[[], str], shown: int) -> None:
     page = report()
     assert page.count("&#34;&#39;&gt;&lt;script&gt;") == shown, (
@@ -95,7 +137,12 @@ def reachable(environment: Environment, name: str) -> dict[str, nodes.Template]:
 
 
 @pytest.mark.parametrize(
-    ("module", "report"), [(calibration_page, calibration_report), (study_page, study_report)]
+    ("module", "report"),
+    [
+        (calibration_page, calibration_report),
+        (study_page, study_report),
+        (acceptance_page, acceptance_report),
+    ],
 )
 def test_a_template_gets_every_value_that_it_names_and_no_other(
     module: ModuleType, report: Callable[[], str], monkeypatch: pytest.MonkeyPatch
@@ -113,7 +160,7 @@ def test_a_template_gets_every_value_that_it_names_and_no_other(
 
 def test_every_template_is_part_of_a_report() -> None:
     used: set[str] = set()
-    for module in (calibration_page, study_page):
+    for module in (calibration_page, study_page, acceptance_page):
         environment = reports._environment(Path(str(module.__file__)).parent)
         for name in reachable(environment, "report.html.j2"):
             assert environment.loader is not None

@@ -1,8 +1,9 @@
-"""Protocols by which calibrations read their sessions and drift checks from other resources."""
+"""Protocols by which calibrations read what other resources have measured with them."""
 
 from pathlib import Path
 from typing import Protocol
 
+from foveacam_server.resources.calibrating.acceptances.schema import AcceptanceDocument
 from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
 from foveacam_server.resources.calibrating.sessions.schema import SessionDocument
 
@@ -28,4 +29,12 @@ class MeasuredDrift(Protocol):
 
     def of(self, calibration_id: str) -> list[DriftCheckDocument]:
         """Return the checks that measured or made a calibration, oldest first."""
+        ...
+
+
+class MeasuredAcceptances(Protocol):
+    """Read access to the acceptance runs."""
+
+    def of(self, calibration_id: str) -> list[AcceptanceDocument]:
+        """Return the runs that judged a calibration, newest first."""
         ...

@@ -6,7 +6,11 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.calibrate.records.compare import compare, comparison_picture
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_server.resources.calibrating.calibrations.health import CalibrationHealth
-from foveacam_server.resources.calibrating.calibrations.measured_data import MeasuredDrift, MeasuredSessions
+from foveacam_server.resources.calibrating.calibrations.measured_data import (
+    MeasuredAcceptances,
+    MeasuredDrift,
+    MeasuredSessions,
+)
 from foveacam_server.resources.calibrating.calibrations.record_files import (
     FileFormat,
     ImportFacts,
@@ -35,12 +39,14 @@ class CalibrationRecords:
         *,
         sessions: MeasuredSessions,
         drift: MeasuredDrift,
+        acceptances: MeasuredAcceptances,
         hardware: HardwareThread,
         health: CalibrationHealth,
     ) -> None:
         self._service = calibration
         self._sessions = sessions
         self._drift = drift
+        self._acceptances = acceptances
         self._hardware = hardware
         self._health = health
         self._picture = lru_cache(maxsize=8)(self._draw)
@@ -88,7 +94,12 @@ class CalibrationRecords:
             report_page,  # importing the figures takes seconds
         )
 
-        return report_page(self._service.get(calibration_id), sessions=self._sessions, drift=self._drift)
+        return report_page(
+            self._service.get(calibration_id),
+            sessions=self._sessions,
+            drift=self._drift,
+            acceptances=self._acceptances,
+        )
 
     def _draw(self, a: str, b: str) -> bytes:
         return comparison_picture(compare(self._service.get(a), self._service.get(b)))

@@ -9,6 +9,7 @@ import numpy as np
 from foveacam_pipeline.geometry.triangulate import depth_sigma_m
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.reports.page import fill_template
+from foveacam_server.resources.calibrating.acceptances.schema import AcceptanceDocument
 from foveacam_server.resources.calibrating.drift_checks.schema import DriftCheckDocument
 from foveacam_server.resources.calibrating.report.table2 import table2
 from foveacam_server.resources.calibrating.sessions.schema import (
@@ -28,6 +29,7 @@ def report_html(
     session: SessionDocument | None = None,
     pictures: Mapping[str, bytes] | None = None,
     drift: Sequence[DriftCheckDocument] = (),
+    acceptances: Sequence[AcceptanceDocument] = (),
 ) -> str:
     """Return the report of a calibration as one HTML page.
 
@@ -41,6 +43,7 @@ def report_html(
         session=session,
         pictures=pictures or {},
         drift=sorted(drift, key=lambda check: check.created_utc),
+        acceptances=acceptances,
         tiles=_tiles(calibration, session),
         table2=table2_rows(calibration, _settled_axes(session)),
         field=_field_deg(calibration),
