@@ -66,7 +66,7 @@ def check_gains(
         ratios = np.diag(response.block(role, role)) / _expected_deg_per_v(calibration, role)
         figures += [
             Measured(
-                name=f"{role} {name}: gain against the expected one",
+                name=f"{role} {name}: gain over the expected one",
                 value=round(float(ratio), 4),
                 unit="",
                 low=1.0 - allowed,
@@ -104,7 +104,7 @@ def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResul
     brightest = max(levels.values())
     for role, level in levels.items():
         share = Measured(
-            name=f"{role}: brightness against the brighter eye",
+            name=f"{role}: brightness over that of the brighter eye",
             value=round(level / brightest, 3),
             unit="",
             low=limits.eyes_brightness_ratio,

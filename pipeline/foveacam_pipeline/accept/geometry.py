@@ -71,11 +71,13 @@ def check_geometry(
         turn(station)
         measures.append(_measure(rig, station, calibration))
     findings = named(measures, limits, calibration)
-    figures = [figure for one in measures for figure in _figures(one, limits)]
+    figures = [
+        figure for one in measures for figure in _figures(one, limits, _allowed_px(one, limits, calibration))
+    ]
     return judged("geometry", TITLE, figures=figures, findings=findings, picture="distances"), tuple(measures)
 
 
-def _figures(one: StationMeasure, limits: AcceptanceLimits) -> list[Measured]:
+def _figures(one: StationMeasure, limits: AcceptanceLimits, allowed_px: float) -> list[Measured]:
     allowed = _allowed_m(one, limits)
     found = [
         Measured(
@@ -86,15 +88,19 @@ def _figures(one: StationMeasure, limits: AcceptanceLimits) -> list[Measured]:
             high=round(one.z_m + allowed, 4),
         ),
         Measured(
-            name=f"{one.name}: its standard error by the calibration",
+            name=f"{one.name}: standard error of that distance, as calibrated",
             value=round(one.stereo_sigma_m, 4),
             unit="m",
         ),
         Measured(name=f"{one.name}: distance by the print", value=round(one.printed_m, 4), unit="m"),
-        Measured(
-            name=f"{one.name}: calibrated direction, worst eye",
-            value=round(float(np.abs(one.errors_px).max()), 2),
-            unit="px",
+        *(
+            Measured(
+                name=f"{one.name}: {role} gaze off its calibrated direction",
+                value=round(float(np.linalg.norm(error)), 2),
+                unit="px",
+                high=round(allowed_px, 1),
+            )
+            for role, error in zip(EYES, one.errors_px, strict=True)
         ),
     ]
     if one.taped_m is not None:
@@ -115,8 +121,13 @@ def named(
     if not gross and not wrong:
         return []
     if _is_scale(measures, limits):
-        percent = 100.0 * float(np.mean([one.stereo_rel for one in measures]))
-        detail = f"distances by the gazes are {percent:+.2f} % off at every station; print and tape agree"
+        rel = float(np.mean([one.stereo_rel for one in measures]))
+        apart_mm = 1e3 * calibration.baseline_m * abs(1.0 / (1.0 + rel) - 1.0)
+        wrong, apart = ("short", "farther apart") if rel < 0.0 else ("long", "closer")
+        detail = (
+            f"distances by the two gazes are {100.0 * abs(rel):.1f} % too {wrong} at all {len(measures)} "
+            f"stations, print and tape agree: the eyes are about {apart_mm:.1f} mm {apart} than calibrated"
+        )
         return [Finding(fault=Fault.BASELINE, subject="", detail=detail)]
     return _moved_eyes(measures, limits, calibration)
 
@@ -137,7 +148,8 @@ def _printed(taped: Sequence[StationMeasure], limits: AcceptanceLimits) -> list[
             for one in by_tape
         ]
     percent = 100.0 * float(np.mean([one.printed_rel for one in differing]))
-    detail = f"distances by the size of the printed markers are {percent:+.1f} % off tape and gazes"
+    size = "small" if percent > 0.0 else "large"
+    detail = f"the printed markers are {abs(percent):.1f} % too {size}: tape and gazes agree"
     return [Finding(fault=Fault.PRINTED_SCALE, subject="", detail=detail)]
 
 

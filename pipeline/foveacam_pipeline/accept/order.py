@@ -47,15 +47,15 @@ TITLES = {
 }
 """The checks, in their order."""
 COSTS = {
-    "triggers": CheckCost(steps=1, seconds=1.0),
-    "pictures": CheckCost(steps=2, seconds=6.0),
-    "sensors": CheckCost(steps=6, seconds=8.0),
+    "triggers": CheckCost(steps=1, seconds=3.0),
+    "pictures": CheckCost(steps=2, seconds=2.0),
+    "sensors": CheckCost(steps=6, seconds=5.0),
     "rest": CheckCost(steps=11, seconds=6.0),
     "axes": CheckCost(steps=8, seconds=2.0),
     "light": CheckCost(steps=5, seconds=1.0),
     "returns": CheckCost(steps=43, seconds=12.0),
-    "timing": CheckCost(steps=100, seconds=25.0),
-    "geometry": CheckCost(steps=6, seconds=12.0),
+    "timing": CheckCost(steps=100, seconds=20.0),
+    "geometry": CheckCost(steps=6, seconds=6.0),
     "stop": CheckCost(steps=3, seconds=1.0),
 }
 """Of each check that takes time, on a simulated rig in real time; that of the frames is an option."""

@@ -62,7 +62,7 @@ def check_focus(sighting: Sighting, layout: MarkerLayout, limits: AcceptanceLimi
         view = _sharpest_seen(sighting, role, layout)
         limit_px = limits.blur_wide_px if role is Role.WIDE else limits.blur_fovea_px
         figure = Measured(
-            name=f"{role}: sigma of its blur", value=round(view.blur_px, 3), unit="px", high=limit_px
+            name=f"{role}: blur of edges, sigma", value=round(view.blur_px, 3), unit="px", high=limit_px
         )
         figures.append(figure)
         if not figure.is_within:

@@ -47,6 +47,7 @@ from foveacam_pipeline.accept.values import (
     Fault,
     Finding,
     Measured,
+    Verdict,
     judged,
     not_done,
 )
@@ -186,7 +187,7 @@ class _Run:
         return judged("devices", DEVICES_TITLE, findings=findings)
 
     def _triggers(self, rig: RigUnderTest) -> CheckResult:
-        result, self._lines = triggers.check_triggers(rig, self._limits)
+        result, self._lines = triggers.check_triggers(rig)
         return result
 
     def _pictures(self, rig: RigUnderTest) -> CheckResult:
@@ -240,7 +241,8 @@ class _Run:
             begun_utc=self._begun_utc,
             watch=CountedSteps(self._watch, self._progress.step),
         )
-        self.settling = report
+        if result.verdict is Verdict.PASSED:  # else its times are those of the fault
+            self.settling = report
         self.pictures["timing"] = settle_picture(report)
         return result
 

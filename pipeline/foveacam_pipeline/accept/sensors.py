@@ -138,8 +138,12 @@ def _judge_camera(
         Measured(name=f"{role}: defective pixels", value=round(hot, 7), unit="", high=limits.hot_fraction)
     )
     if hot > limits.hot_fraction:
-        count = round(hot * frames.dark[..., 0].size if frames.dark.ndim == 3 else hot * frames.dark.size)
-        name(Fault.HOT_PIXELS, f"{count} pixels are bright without light")
+        pixels = frames.dark.shape[0] * frames.dark.shape[1]
+        most = f"at most {round(limits.hot_fraction * pixels)} of {pixels} may be"
+        name(
+            Fault.HOT_PIXELS,
+            f"{round(hot * pixels)} pixels are bright after {DARK_NS / 1e6:g} ms, {most}",
+        )
     black = _black_level(frames)
     off = black - frames.black_level
     figures.append(
@@ -156,7 +160,7 @@ def _judge_camera(
     levels, variances = photon_transfer(frames)
     slope, own = _line(levels, variances)
     noise = float(np.sqrt(max(own, 0.0)))
-    figures.append(Measured(name=f"{role}: grey levels per electron", value=round(slope, 5), unit="1/e"))
+    figures.append(Measured(name=f"{role}: grey levels an electron makes", value=round(slope, 5), unit=""))
     figures.append(
         Measured(
             name=f"{role}: noise without light", value=round(noise, 3), unit="grey levels", high=limits.noise

@@ -32,9 +32,9 @@ def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float)
     after = rig.look(PARKED, options=LookOptions(settle_us=0))
     off_px = _off_rest_px(rig, home, after)
     figures = [
-        Measured(name="stop confirmed", value=round(took_ms, 2), unit="ms", high=limits.park_ms),
+        Measured(name="stop to confirmation", value=round(took_ms, 2), unit="ms", high=limits.park_ms),
         Measured(
-            name="pictures off rest",
+            name="pictures away from rest",
             value=round(off_px, 2),
             unit="px",
             high=round(limits.parked_px + spread_px, 1),

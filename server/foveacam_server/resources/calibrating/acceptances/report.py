@@ -11,7 +11,7 @@ from foveacam_server.resources.calibrating.acceptances.schema import (
     AcceptanceFigureDocument,
 )
 
-VERDICTS = {Verdict.PASSED: "passed", Verdict.FAILED: "FAILED", Verdict.NOT_DONE: "not made"}
+VERDICTS = {Verdict.PASSED: "passed", Verdict.FAILED: "failed", Verdict.NOT_DONE: "not made"}
 
 
 def report_html(
@@ -35,7 +35,9 @@ def _tiles(acceptance: AcceptanceDocument) -> list[tuple[str, str]]:
     verdicts = [check.verdict for check in acceptance.checks]
     return [
         ("verdict", "accepted" if acceptance.accepted else "not accepted"),
-        ("checks passed", f"{verdicts.count(Verdict.PASSED)} of {len(verdicts)}"),
+        ("checks passed", str(verdicts.count(Verdict.PASSED))),
+        ("failed", str(verdicts.count(Verdict.FAILED))),
+        ("not made", str(verdicts.count(Verdict.NOT_DONE))),
         ("faults named", str(len(acceptance.findings))),
         ("measured in", f"{acceptance.duration_s:.0f} s"),
     ]
@@ -49,9 +51,9 @@ def _limits(figure: AcceptanceFigureDocument) -> str:
     if figure.low is None and figure.high is None:
         return "no limit"
     if figure.low is None:
-        kept = f"at most {figure.high:g}"
+        kept = f"at most {figure.high:g} {figure.unit}".strip()
     elif figure.high is None:
-        kept = f"at least {figure.low:g}"
+        kept = f"at least {figure.low:g} {figure.unit}".strip()
     else:
-        kept = f"from {figure.low:g} to {figure.high:g}"
+        kept = f"from {figure.low:g} to {figure.high:g} {figure.unit}".strip()
     return kept if figure.within else f"{kept}: not kept"
