@@ -38,7 +38,6 @@ def _tiles(acceptance: AcceptanceDocument) -> list[tuple[str, str]]:
         ("checks passed", str(verdicts.count(Verdict.PASSED))),
         ("failed", str(verdicts.count(Verdict.FAILED))),
         ("not made", str(verdicts.count(Verdict.NOT_DONE))),
-        ("faults named", str(len(acceptance.findings))),
         ("measured in", f"{acceptance.duration_s:.0f} s"),
     ]
 
