@@ -3662,8 +3662,8 @@ export interface components {
         /**
          * @description A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image.
          *
-         *     `known_fraction`: share of the image whose pixels have a direction; where the lens model folds back, none
-         *     can be clicked.
+         *     `known_fraction`: share of the image whose pixels have a direction, and can be clicked: not where the
+         *     lens model folds back or is not known well enough.
          */
         WideFitDocument: {
             accuracy_deg: number | null;

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from foveacam_bench.accept.photo_sets import photo_set_figures
+from foveacam_bench.accept.photo_sets import SETS, photo_set_figures
 from foveacam_bench.accept.planted import PLANTED, PlantedFault
 from foveacam_bench.figures import Figures, Report
 from foveacam_bench.progress import show_part
@@ -34,7 +34,7 @@ DRIFT_S = 600.0
 """A rig is accepted at a random time within ten minutes after its calibration."""
 OPTIONS = AcceptanceOptions(looks=100, wide_s=10.0)
 """Less of the frames than in a run of the product, where a minute of them changes no other check."""
-QUICK_FAULTS = 3
+QUICK_FAULTS, QUICK_SETS = 3, 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,9 +63,9 @@ def run(
     sound = list(sound_runs(np.random.default_rng(seed), count=1 if quick else EACH))
     figures |= sound_figures(sound[:1] if quick else sound, report)
     show_part(figures)
-    if not quick:
-        figures |= {"run_s": _whole_run_s(report)}
-    return figures | photo_set_figures(report, data=data)
+    figures |= {"run_s": _whole_run_s(report)}
+    sets = SETS[:QUICK_SETS] if quick else SETS
+    return figures | photo_set_figures(report, data=data, sets=sets)
 
 
 def planted_figures(planted: tuple[PlantedFault, ...], report: Report) -> Figures:

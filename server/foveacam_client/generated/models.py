@@ -3762,8 +3762,8 @@ class WideDepthDocument(Document):
 class WideFitDocument(Document):
     """A lens fitted to the samples; `accuracy_deg`: standard error of a pixel's angle over the image.
 
-    `known_fraction`: share of the image whose pixels have a direction; where the lens model folds back, none
-    can be clicked.
+    `known_fraction`: share of the image whose pixels have a direction, and can be clicked: not where the
+    lens model folds back or is not known well enough.
     """
 
     model_config = ConfigDict(

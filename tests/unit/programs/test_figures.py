@@ -207,7 +207,9 @@ def test_an_output_that_is_not_the_run_s_is_refused(
 def test_what_cannot_be_found_is_named(program: SimpleNamespace, runs: ModuleType, tmp_path: Path) -> None:
     assert runs.run_name(" truth  --seed 5 --json") == "truth --seed 5"
     for command in ("truths", "truth 'a", ""):
-        with pytest.raises(SystemExit, match=f"'{command}' names no bench; begin with one of archive, "):
+        with pytest.raises(
+            SystemExit, match=f"'{command}' names no bench; begin with one of accept, archive, "
+        ):
             runs.run_name(command)
     with pytest.raises(SystemExit, match=r"there is no file .*gone\.json"):
         program.figures.printed_before(BENCH, tmp_path / "gone.json", commit=None)

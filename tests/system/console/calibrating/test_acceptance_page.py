@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from tests.support.pages import acceptance_documents as acceptances
 from tests.support.pages import calibration_documents as documents
-from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.awaited import box_of, expect_to_fit
 from tests.support.pages.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared
 from tests.support.pages.stub_server import StubServer, problem
 
@@ -92,7 +92,7 @@ def test_picture_of_a_check_is_loaded_once_it_is_unfolded(stub: StubServer, open
     returns = page.locator("[data-check=returns]")
     picture = returns.locator("img")
     expect(picture).to_have_count(1)
-    assert picture.evaluate("image => image.naturalWidth") == 0
+    expect(picture).to_have_js_property("naturalWidth", 0)
     with page.expect_response("**/acceptances/accept-1/pictures/returns.png"):
         returns.locator("summary").click()
     expect(picture).to_be_visible()
@@ -149,6 +149,6 @@ def test_calibration_leads_to_the_page_and_it_fits_a_phone(
     expect(page.locator("#acceptance-title")).to_be_focused()
     expect(page.locator("[data-check=triggers] .measured")).to_be_visible()
     expect_to_fit(page)
-    button = page.get_by_role("button", name=RUN).bounding_box()
-    assert button is not None and button["height"] >= 40
+    button = box_of(page.get_by_role("button", name=RUN))
+    assert button["height"] >= 40
     assert button["x"] + button["width"] <= PHONE["width"]
