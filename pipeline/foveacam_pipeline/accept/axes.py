@@ -1,6 +1,6 @@
 """Check of the mirrors' axes: small steps of each, and the motion of both pictures that they cause."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +11,15 @@ from foveacam_pipeline.accept.rig_under_test import (
     EYES,
     RigUnderTest,
     both,
-    frame_of,
     marker_px,
-    own_marker,
 )
 from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
 from foveacam_pipeline.models.calibration import Calibration
 
 TITLE = "Mirrors: each axis and its direction"
 GAINS_TITLE = "Mirrors: gain of each axis"
-LIGHT_TITLE = "Light in the foveae"
 STEP_V = 8.0
 """Half a degree: the marker stays in view."""
-CORNER_V = (14.0, 9.0)
 NOMINAL_GAIN_DEG_PER_V = (0.060, 0.052)
 FOCAL_PX = 28_760.0
 """Of a fovea without a calibration (Table 2: 2.86 deg over 1440 px)."""
@@ -40,14 +36,6 @@ class AxisResponse:
         """Return the gains (2, 2) of one eye's gaze by one mirror's volts, deg/V."""
         rows, columns = _slice(moved), _slice(driven)
         return self.gains_deg_per_v[rows, columns]
-
-
-@dataclass(slots=True)
-class LightSamples:
-    """Levels of the white paper in each fovea: in its middle, and towards its corners."""
-
-    middle: dict[Role, float] = field(default_factory=dict)
-    corners: dict[Role, list[float]] = field(default_factory=dict)
 
 
 def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[CheckResult, AxisResponse]:
@@ -82,49 +70,6 @@ def check_gains(
         detail = f"gain of the mirrors against the {source} one: {'; '.join(off.values())}"
         findings = [Finding(fault=Fault.WEAK_DRIVE, subject=" and ".join(off), detail=detail)]
     return judged("gains", GAINS_TITLE, figures=figures, findings=findings)
-
-
-def check_light(rig: RigUnderTest, limits: AcceptanceLimits) -> CheckResult:
-    """Return the brightness of both foveae against each other, and towards their corners."""
-    samples = LightSamples()
-    for x, y in ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
-        drive = (x * CORNER_V[0], y * CORNER_V[1])
-        sighting = rig.look(both(drive, drive))
-        for role in EYES:
-            level = own_marker(frame_of(sighting, role), rig.layout).white_level
-            if x == 0.0:
-                samples.middle[role] = level
-            else:
-                samples.corners.setdefault(role, []).append(level)
-    return _judged_light(samples, limits)
-
-
-def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResult:
-    levels, findings, figures = samples.middle, [], []
-    brightest = max(levels.values())
-    for role, level in levels.items():
-        share = Measured(
-            name=f"{role}: brightness over that of the brighter eye",
-            value=round(level / brightest, 3),
-            unit="",
-            low=limits.eyes_brightness_ratio,
-        )
-        figures.append(share)
-        if not share.is_within:
-            detail = (
-                f"white paper is {level:.0f} in the {role} fovea and {brightest:.0f} in the other, of 255"
-            )
-            findings.append(Finding(fault=Fault.DARK_EYE, subject=str(role), detail=detail))
-    for role, corners in samples.corners.items():
-        lost = 1.0 - float(np.mean(corners)) / levels[role]
-        figure = Measured(
-            name=f"{role}: light lost towards the corners", value=round(lost, 3), unit="", high=limits.falloff
-        )
-        figures.append(figure)
-        if not figure.is_within:
-            detail = f"the {role} fovea loses {100 * lost:.0f} % of its light halfway to its corners"
-            findings.append(Finding(fault=Fault.VIGNETTING, subject=str(role), detail=detail))
-    return judged("light", LIGHT_TITLE, figures=figures, findings=findings)
 
 
 def _measured_response(rig: RigUnderTest, calibration: Calibration | None) -> AxisResponse:

@@ -33,7 +33,7 @@ class AcceptanceEnvironment:
     """The rig under test, what is known of it, and how to turn it to its markers.
 
     `problems`: device and reason for each device that is not there. `stations`: those with markers, the
-    farthest first; `turn` brings the rig before one.
+    farthest first; `turn` brings the rig before one, `turns`: by motors.
     """
 
     rig_id: str
@@ -44,3 +44,4 @@ class AcceptanceEnvironment:
     calibration: Calibration | None
     use: RigUse
     turn: Callable[[RigAccess, Station, ProcedureWatcher], None]
+    turns: bool

@@ -123,9 +123,9 @@ def named(
     if _is_scale(measures, limits):
         rel = float(np.mean([one.stereo_rel for one in measures]))
         apart_mm = 1e3 * calibration.baseline_m * abs(1.0 / (1.0 + rel) - 1.0)
-        wrong, apart = ("short", "farther apart") if rel < 0.0 else ("long", "closer")
+        size, apart = ("short", "farther apart") if rel < 0.0 else ("long", "closer")
         detail = (
-            f"distances by the two gazes are {100.0 * abs(rel):.1f} % too {wrong} at all {len(measures)} "
+            f"distances by the two gazes are {100.0 * abs(rel):.1f} % too {size} at all {len(measures)} "
             f"stations, print and tape agree: the eyes are about {apart_mm:.1f} mm {apart} than calibrated"
         )
         return [Finding(fault=Fault.BASELINE, subject="", detail=detail)]

@@ -5,14 +5,25 @@ A check whose ground a named fault has taken away is not made: what it would sho
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
-from foveacam_hardware.contract import Binning, Cancelled, FoveaError, Role, Sighting, Station, Stopped
+from foveacam_hardware.contract import (
+    Binning,
+    Cancelled,
+    FoveaError,
+    PanTiltPose,
+    Role,
+    Sighting,
+    Station,
+    Stopped,
+)
 from foveacam_pipeline.accept import (
     axes,
     drawings,
     frames,
     geometry,
+    light,
     pictures,
     repeatability,
     sensors,
@@ -251,7 +262,15 @@ class _Run:
 
     def _light(self, rig: RigUnderTest) -> CheckResult:
         _known(self._home, "a look at the markers")
-        return axes.check_light(rig, self._limits)
+        station = self._environment.stations[0]
+
+        def turn_beside(pan_rad: float, tilt_rad: float) -> None:
+            pose = PanTiltPose(
+                pan_rad=station.pose.pan_rad + pan_rad, tilt_rad=station.pose.tilt_rad + tilt_rad
+            )
+            self._turn(rig, replace(station, pose=pose))
+
+        return light.check_light(rig, self._limits, turn=turn_beside if self._environment.turns else None)
 
     def _geometry(self, rig: RigUnderTest) -> CheckResult:
         _known(self._home, "a look at the markers")

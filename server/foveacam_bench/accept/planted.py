@@ -85,6 +85,7 @@ PLANTED: tuple[PlantedFault, ...] = (
     _assembly("noise, right", Fault.NOISE, "right", right={"noise": 3.0}),
     _assembly("left eye darker", Fault.DARK_EYE, "left", left={"transmission": 0.6}),
     _assembly("vignetting, right", Fault.VIGNETTING, "right", right={"vignetting": 0.5}),
+    _assembly("vignetting, wide", Fault.VIGNETTING, "wide", wide={"vignetting": 0.5}),
     _assembly("four bits lost, left", Fault.PIXEL_FORMAT, "left", left={"lost_bits": 4}),
     _assembly("mosaic as grey, wide", Fault.PIXEL_FORMAT, "wide", wide={"bayer_as_grey": True}),
     _assembly("5 % of the frames lost, left", Fault.LOST_FRAMES, "left", left={"lost_frames": 0.05}),

@@ -61,6 +61,7 @@ def read(page: str) -> Tags:
 
 
 def rows() -> dict[tuple[str, str], Specification]:
+    assert SESSION.settle is not None
     return {(row.group, row.name): row for row in table2(CALIBRATION, SESSION.settle.axes)}
 
 

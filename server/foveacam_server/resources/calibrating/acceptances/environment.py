@@ -51,6 +51,7 @@ def environment_of_rig(
         calibration=calibration,
         use=use,
         turn=turn,
+        turns=rig.pan_tilt is not None and rig.pan_tilt.moves_itself,
     )
 
 
@@ -84,6 +85,7 @@ def environment_of_server(
         calibration=calibration,
         use=use,
         turn=turn,
+        turns=status.pan_tilt is not None and status.pan_tilt.moves_itself,
     )
 
 
