@@ -12,6 +12,7 @@ from foveacam_pipeline.accept.rig_under_test import (
     RigUnderTest,
     both,
     marker_px,
+    other_eye,
 )
 from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
 from foveacam_pipeline.models.calibration import Calibration
@@ -41,7 +42,7 @@ class AxisResponse:
 def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[CheckResult, AxisResponse]:
     """Return the result of stepping all four axes, one at a time, and how the gazes followed."""
     response = _measured_response(rig, calibration)
-    return judged("axes", TITLE, findings=findings_of(response)), response
+    return judged("axes", TITLE, findings=findings_of(response), picture="axes"), response
 
 
 def check_gains(
@@ -96,7 +97,7 @@ def _one_axis(axis: int, volts_v: float) -> StereoVolts:
 def findings_of(response: AxisResponse) -> list[Finding]:
     """Return what is wrong with the axes' wiring."""
     own = sum(float(np.nansum(np.abs(response.block(role, role)))) for role in EYES)
-    other = sum(float(np.nansum(np.abs(response.block(role, _other(role))))) for role in EYES)
+    other = sum(float(np.nansum(np.abs(response.block(role, other_eye(role))))) for role in EYES)
     if other > own:
         detail = "volts for the left mirror move the right picture, and the other way round"
         return [Finding(fault=Fault.EXCHANGED_MIRRORS, subject="left and right", detail=detail)]
@@ -146,10 +147,6 @@ def _expected_deg_per_v(calibration: Calibration | None, role: Role) -> NDArray[
         )
         slopes.append((after - before)[axis] / (2.0 * STEP_V))
     return np.asarray(np.rad2deg(np.array(slopes)), dtype=np.float64)
-
-
-def _other(role: Role) -> Role:
-    return Role.RIGHT if role is Role.LEFT else Role.LEFT
 
 
 def _slice(role: Role) -> slice:

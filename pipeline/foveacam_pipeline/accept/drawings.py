@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role, Sighting
+from foveacam_pipeline.accept.axes import NOMINAL_GAIN_DEG_PER_V, AxisResponse
 from foveacam_pipeline.accept.geometry import StationMeasure
+from foveacam_pipeline.accept.light import LightSamples
 from foveacam_pipeline.accept.limits import AcceptanceLimits
-from foveacam_pipeline.accept.repeatability import SIDES, Returns
-from foveacam_pipeline.accept.rig_under_test import frame_of, shades_of
+from foveacam_pipeline.accept.repeatability import SIDES, RestPlaces, Returns
+from foveacam_pipeline.accept.rig_under_test import EYES, frame_of, other_eye, shades_of
 from foveacam_pipeline.accept.sensors import SensorFrames, photon_transfer
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, draw_markers
 from foveacam_pipeline.calibrate.sweep.markers import find_markers
@@ -64,6 +66,76 @@ def draw_noise(frames: Mapping[Role, SensorFrames]) -> bytes:
     axes.set_ylim(bottom=0.0)
     axes.grid(visible=True, alpha=0.3)
     axes.legend(fontsize=8)
+    return _png(figure)
+
+
+def draw_rest(places: RestPlaces) -> bytes:
+    """Return how far both gazes move while nothing does; dashed: the limit."""
+    figure = new_figure((8.0, 3.2), dpi=DPI)
+    axes, limit = figure.subplots(), 1e3 * LIMITS.rest_deg
+    off = 1e3 * (places.places_deg - places.places_deg.mean(axis=0))
+    for index, (role, axis) in enumerate((role, axis) for role in EYES for axis in "xy"):
+        style = "o-" if axis == "x" else "s--"
+        axes.plot(
+            places.t_s - places.t_s[0], off[:, index], style, color=COLOURS[role], label=f"{role} {axis}"
+        )
+    for edge in (-limit, limit):
+        axes.axhline(edge, color="0.5", linestyle=":")
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("thousandths of a degree")
+    axes.grid(visible=True, alpha=0.3)
+    axes.legend(fontsize=7, ncols=4)
+    return _png(figure)
+
+
+def draw_axes(response: AxisResponse) -> bytes:
+    """Return the motion of both gazes by one volt on each axis, beside the motion by the design."""
+    figure = new_figure((8.0, 4.0), dpi=DPI)
+    for axes, role in zip(figure.subplots(1, 2), EYES, strict=True):
+        for axis, (name, colour) in enumerate((("x", "#1f77b4"), ("y", "#d95f02"))):
+            for driven, shade in ((role, 1.0), (other_eye(role), 0.35)):
+                x, y = (1e3 * response.block(role, driven)[:, axis]).tolist()
+                axes.plot([0.0, x], [0.0, y], color=colour, alpha=shade, linewidth=2.0)
+                axes.plot([x], [y], "o", color=colour, alpha=shade, markersize=6, label=f"{driven} {name}")
+            ideal = 1e3 * NOMINAL_GAIN_DEG_PER_V[axis] * np.eye(2)[axis]
+            axes.plot(*ideal, "k+", markersize=10)
+        axes.set_xlim(-80.0, 80.0)
+        axes.set_ylim(80.0, -80.0)
+        axes.set_aspect("equal")
+        axes.set_title(f"{role} gaze; + by the design", fontsize=10)
+        axes.set_xlabel("to the right, thousandths of a degree a volt")
+        axes.grid(visible=True, alpha=0.3)
+        axes.legend(fontsize=7)
+    return _png(figure)
+
+
+def draw_light(samples: LightSamples) -> bytes:
+    """Return the level of white paper in the middle and towards the corners of each picture."""
+    figure = new_figure((8.0, 3.2), dpi=DPI)
+    axes = figure.subplots()
+    for place, role in enumerate(samples.middle):
+        corners = samples.corners.get(role, [])
+        heights = [samples.middle[role], *corners]
+        axes.bar(place + 0.16 * np.arange(len(heights)) - 0.32, heights, 0.14, color=COLOURS[role])
+    axes.set_xticks(range(len(samples.middle)), [f"{role}: middle, corners" for role in samples.middle])
+    axes.set_ylabel("white paper, of 255")
+    axes.set_ylim(0.0, 255.0)
+    axes.grid(visible=True, axis="y", alpha=0.3)
+    return _png(figure)
+
+
+def draw_frames(wide: NDArray[np.int64]) -> bytes:
+    """Return the time between the wide frames that came, (n, 2) number and ns; gaps are frames lost."""
+    figure = new_figure((8.0, 3.0), dpi=DPI)
+    axes = figure.subplots()
+    times_s = 1e-9 * (wide[:, 1] - wide[0, 1])
+    periods_ms = 1e3 * np.diff(times_s)
+    axes.plot(times_s[1:], periods_ms, ".", color=COLOURS[Role.WIDE], markersize=3)
+    axes.set_ylim(0.0, 1.3 * float(periods_ms.max()))
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("from frame to frame, ms")
+    axes.set_title("wide camera at its rate", fontsize=10)
+    axes.grid(visible=True, alpha=0.3)
     return _png(figure)
 
 

@@ -1,6 +1,7 @@
 """Check of the frames' rate and losses: the wide camera at its own rate, the foveae by pulse after pulse."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import CameraCounters, Frame, LookOptions, Role
 from foveacam_pipeline.accept.limits import AcceptanceLimits
@@ -19,8 +20,13 @@ def steps(looks: int, wide_s: float) -> int:
     return looks + max(1, round(wide_s * USUAL_RATE_HZ / READ_AT_ONCE))
 
 
-def check_frames(rig: RigUnderTest, limits: AcceptanceLimits, *, looks: int, wide_s: float) -> CheckResult:
-    """Return the result of `looks` looks without a pause and of `wide_s` seconds of the wide camera."""
+def check_frames(
+    rig: RigUnderTest, limits: AcceptanceLimits, *, looks: int, wide_s: float
+) -> tuple[CheckResult, NDArray[np.int64]]:
+    """Return the result of `looks` looks without a pause and of `wide_s` seconds of the wide camera.
+
+    Also return number and time (n, 2), ns, of the wide frames.
+    """
     before = _counters(rig)
     counted = rig.counts.looks, dict(rig.counts.missing)
     for _ in range(looks):
@@ -47,7 +53,8 @@ def check_frames(rig: RigUnderTest, limits: AcceptanceLimits, *, looks: int, wid
     if not rate.is_within:
         detail = f"the wide camera delivers {rate.value:.2f} of the frames that are set"
         findings.append(Finding(fault=Fault.FRAME_RATE, subject="wide", detail=detail))
-    return judged("frames", TITLE, figures=figures, findings=findings)
+    result = judged("frames", TITLE, figures=figures, findings=findings, picture="frames")
+    return result, np.array(wide, dtype=np.int64)
 
 
 def _rate(rig: RigUnderTest, wide: list[tuple[int, int]], limits: AcceptanceLimits) -> Measured:

@@ -29,8 +29,8 @@ class LightSamples:
 
 def check_light(
     rig: RigUnderTest, limits: AcceptanceLimits, *, turn: Callable[[float, float], None] | None
-) -> CheckResult:
-    """Return the brightness of both foveae against each other, and all cameras' loss towards their corners.
+) -> tuple[CheckResult, LightSamples]:
+    """Return the brightness of both foveae and all cameras' loss towards their corners, and the levels.
 
     `turn`: turns the rig beside the markers by (pan, tilt), rad; None where nothing can: then the wide
     camera's loss is not measured.
@@ -39,7 +39,7 @@ def check_light(
     _sample_foveae(rig, samples)
     if turn is not None:
         _sample_wide(rig, samples, turn)
-    return _judged_light(samples, limits)
+    return _judged_light(samples, limits), samples
 
 
 def _sample_foveae(rig: RigUnderTest, samples: LightSamples) -> None:
@@ -97,4 +97,4 @@ def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResul
         if not figure.is_within:
             detail = f"the {role} picture loses {100 * lost:.0f} % of its light towards its corners"
             findings.append(Finding(fault=Fault.VIGNETTING, subject=str(role), detail=detail))
-    return judged("light", TITLE, figures=figures, findings=findings)
+    return judged("light", TITLE, figures=figures, findings=findings, picture="light")

@@ -65,7 +65,7 @@ def check_rest(places: RestPlaces, limits: AcceptanceLimits) -> CheckResult:
         if not figure.is_within:
             detail = f"the {role} picture moves by {scatter_deg:.4f}° (rms) while its mirror rests"
             findings.append(Finding(fault=Fault.LOOSE_MOUNT, subject=str(role), detail=detail))
-    return judged("rest", REST_TITLE, figures=figures, findings=findings)
+    return judged("rest", REST_TITLE, figures=figures, findings=findings, picture="rest")
 
 
 def measured_returns(rig: RigUnderTest) -> Returns:

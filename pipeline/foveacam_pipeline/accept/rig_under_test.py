@@ -145,6 +145,11 @@ def marker_px(rig: RigUnderTest, sighting: Sighting, role: Role) -> NDArray[np.f
     return middle_px(own_marker(frame_of(sighting, role), rig.layout))
 
 
+def other_eye(role: Role) -> Role:
+    """Return the other fovea."""
+    return Role.RIGHT if role is Role.LEFT else Role.LEFT
+
+
 def both(left: tuple[float, float], right: tuple[float, float]) -> StereoVolts:
     """Return the drive of both mirrors, volts (x, y) each."""
     return StereoVolts(

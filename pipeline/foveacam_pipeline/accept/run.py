@@ -216,11 +216,13 @@ class _Run:
     def _rest_check(self, rig: RigUnderTest) -> CheckResult:
         _known(self._home, "a look at the markers")
         self._rest = repeatability.rest_places(rig)
+        self.pictures["rest"] = drawings.draw_rest(self._rest)
         return repeatability.check_rest(self._rest, self._limits)
 
     def _axes(self, rig: RigUnderTest) -> CheckResult:
         _known(self._home, "a look at the markers")
         result, self._response = axes.check_axes(rig, self._environment.calibration)
+        self.pictures["axes"] = drawings.draw_axes(self._response)
         return result
 
     def _gains(self) -> CheckResult:
@@ -233,7 +235,11 @@ class _Run:
         return result
 
     def _frames(self, rig: RigUnderTest) -> CheckResult:
-        return frames.check_frames(rig, self._limits, looks=self._options.looks, wide_s=self._options.wide_s)
+        result, wide = frames.check_frames(
+            rig, self._limits, looks=self._options.looks, wide_s=self._options.wide_s
+        )
+        self.pictures["frames"] = drawings.draw_frames(wide)
+        return result
 
     def _returns(self, rig: RigUnderTest) -> CheckResult:
         before = _known(self._rest, "the pictures at rest")
@@ -270,7 +276,10 @@ class _Run:
             )
             self._turn(rig, replace(station, pose=pose))
 
-        return light.check_light(rig, self._limits, turn=turn_beside if self._environment.turns else None)
+        turn = turn_beside if self._environment.turns else None
+        result, samples = light.check_light(rig, self._limits, turn=turn)
+        self.pictures["light"] = drawings.draw_light(samples)
+        return result
 
     def _geometry(self, rig: RigUnderTest) -> CheckResult:
         _known(self._home, "a look at the markers")

@@ -14,7 +14,7 @@ from foveacam_hardware.contract import (
     Timeout,
     TriggerSource,
 )
-from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, camera_of
+from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, camera_of, other_eye
 from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
 from foveacam_pipeline.capture.run.access import CaptureRig
 
@@ -87,7 +87,7 @@ def _tried(rig: RigUnderTest, role: Role) -> LineState:
 
 
 def _exposed_alone(rig: CaptureRig, role: Role) -> LineState:
-    other = Role.RIGHT if role is Role.LEFT else Role.LEFT
+    other = other_eye(role)
     camera = camera_of(rig, role)
     _drain(camera)
     receipt: ExposureReceipt | None = None
