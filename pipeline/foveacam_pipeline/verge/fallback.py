@@ -7,22 +7,29 @@ the surface inferred from the surroundings; limits of the distance. The foveae l
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge import verdict
 from foveacam_pipeline.verge.aim import EYES
+from foveacam_pipeline.verge.alternatives import (
+    LISTED_CHANCE,
+    doubted,
+    refuted_eye,
+    rivals,
+    several,
+)
 from foveacam_pipeline.verge.answer import (
     LOOKS,
     SECONDS,
     Answer,
     LastLook,
-    alternative,
     beyond_reach,
     both_foveae,
 )
 from foveacam_pipeline.verge.closed_loop import ClosedLoop, UnsupportedMatch, VergedTarget
-from foveacam_pipeline.verge.distance import LocatedPoint, place_on_ray
+from foveacam_pipeline.verge.distance import LocatedPoint
 from foveacam_pipeline.verge.looking.fixation_head import FixationEnded, FixationHead, Observation
 from foveacam_pipeline.verge.looking.motion import TargetMotion
 from foveacam_pipeline.verge.matching.support import MatchSupport
@@ -34,7 +41,6 @@ from foveacam_pipeline.verge.single_eye.weighing import (
     agree,
     confirmed,
     plausible,
-    same_surface,
     slack_per_m,
     weighted,
 )
@@ -43,7 +49,6 @@ from foveacam_pipeline.verge.surroundings.estimator import SurroundingDepth, Sur
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth
 from foveacam_pipeline.verge.surroundings.stated_depth import SURE_PROBABILITY, error_per_m
 from foveacam_pipeline.verge.values import (
-    Alternative,
     Basis,
     DistanceBound,
     DistanceRange,
@@ -53,13 +58,6 @@ from foveacam_pipeline.verge.values import (
 SHOWN_SCORE = 0.5
 """Least correlation of either fovea with the wide view at the depth inferred for a textured target: of 6
 inferences below it 5 were wrong, of 25 others 4."""
-LISTED_CHANCE = 0.74
-"""Chance that the depth of a textured target is among those inferred where neither fovea shows it: of 207 the
-most probable one was right 127 times, another one 27 times."""
-EYE_CHANCE = 0.8
-"""Chance that a depth by one fovea is right that no surface about the target confirms: 68 of 87."""
-REFUTED_CHANCE = 0.2
-"""The same where looks at the surroundings suggest other depths."""
 
 
 class FallbackEstimator:
@@ -224,7 +222,7 @@ class FallbackEstimator:
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             point=point,
-            alternatives=() if sure else self._doubted(depth, near, motion),
+            alternatives=() if sure else doubted(depth, near, self._target(motion)),
         )
 
     def _near(self, loop: ClosedLoop, motion: TargetMotion) -> tuple[InferredDepth, ...]:
@@ -255,7 +253,9 @@ class FallbackEstimator:
             left_view=views[Role.LEFT],
             right_view=views[Role.RIGHT],
             point=point,
-            alternatives=() if behind.by_both else self._doubted(depth, self._near(loop, motion), motion),
+            alternatives=()
+            if behind.by_both
+            else doubted(depth, self._near(loop, motion), self._target(motion)),
             score=behind.score,
         )
 
@@ -279,9 +279,9 @@ class FallbackEstimator:
         depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
         sure = confirming and all(confirmed(*depth, near) for depth in depths)
         if len(sighted) == 2 and not both:
-            alternatives = self._rivals(sighted, motion)
+            alternatives = rivals(sighted, self._target(motion))
         else:
-            alternatives = () if sure else self._doubted((inverse_z, sigma), near, motion)
+            alternatives = () if sure else doubted((inverse_z, sigma), near, self._target(motion))
         sigma = error_per_m(inverse_z, sigma, sure=sure)
         point = self._last_look.look(inverse_z, sigma, motion)
         roles = set(EYES) if both else {best.match.role}
@@ -294,35 +294,6 @@ class FallbackEstimator:
             point=point,
             alternatives=alternatives,
             score=best.match.score,
-        )
-
-    def _doubted(
-        self, depth: tuple[float, float], near: tuple[InferredDepth, ...], motion: TargetMotion
-    ) -> tuple[Alternative, ...]:
-        """Return the depth by one eye and those of surfaces about the target; none where they agree.
-
-        `depth`: 1/Z and its standard error.
-        """
-        others = tuple(one for one in near if not same_surface(*depth, one))
-        if not others:
-            return ()
-        target = motion.at(self._fixation_head.next_ns)
-        own = place_on_ray(target, *depth)
-        alternatives = self._listed(others, motion, listed=1.0 - EYE_CHANCE)
-        return (alternative(Basis.FOVEA_AND_WIDE, own, EYE_CHANCE), *alternatives)
-
-    def _rivals(self, sighted: list[EyeSighting], motion: TargetMotion) -> tuple[Alternative, ...]:
-        """Return the depths of two foveae that disagree, weighted by 1 / (1 - correlation)."""
-        doubts = [1.0 / max(1.0 - one.match.score, 1e-3) for one in sighted]
-        ranked = sorted(zip(sighted, doubts, strict=True), key=lambda pair: -pair[1])
-        target = motion.at(self._fixation_head.next_ns)
-        return tuple(
-            alternative(
-                Basis.FOVEA_AND_WIDE,
-                place_on_ray(target, one.match.inverse_z_per_m, one.match.sigma_per_m),
-                weight / sum(doubts),
-            )
-            for one, weight in ranked
         )
 
     def _inferred(
@@ -346,14 +317,12 @@ class FallbackEstimator:
         shown = depth.blank or self._shown(inverse_z, loop, motion)
         point = self._last_look.place(inverse_z, error_per_m(inverse_z, sigma, sure=shown), motion)
         chance = 1.0 if shown else LISTED_CHANCE
-        if refuted:
-            alternatives = self._listed(depth.inferred, motion, listed=min(chance, 1.0 - REFUTED_CHANCE))
-            own = place_on_ray(
-                motion.at(self._fixation_head.next_ns), refuted[0].inverse_z_per_m, refuted[0].sigma_per_m
-            )
-            alternatives += (alternative(Basis.FOVEA_AND_WIDE, own, REFUTED_CHANCE),)
-        else:
-            alternatives = self._alternatives(depth.inferred, motion, listed=chance)
+        target = self._target(motion)
+        alternatives = (
+            refuted_eye(refuted[0], depth.inferred, target, chance=chance)
+            if refuted
+            else several(depth.inferred, target, chance=chance)
+        )
         views = self._last_look.views(inverse_z, motion, seeing=set(EYES))
         return Answer(
             basis=Basis.SURROUNDINGS,
@@ -372,26 +341,9 @@ class FallbackEstimator:
         target = motion.at(last.sighting.left.t_ns)
         return self._single.best_score(last, loop.templates, target, inverse_z_per_m) >= SHOWN_SCORE
 
-    def _alternatives(
-        self, inferred: tuple[InferredDepth, ...], motion: TargetMotion, *, listed: float = 1.0
-    ) -> tuple[Alternative, ...]:
-        """Return the inferred depths as alternatives, like `_listed`; none if there is only one."""
-        return self._listed(inferred, motion, listed=listed) if len(inferred) > 1 else ()
-
-    def _listed(
-        self, inferred: tuple[InferredDepth, ...], motion: TargetMotion, *, listed: float
-    ) -> tuple[Alternative, ...]:
-        """Return the inferred depths as alternatives; `listed`: chance that one of them is right."""
-        target = motion.at(self._fixation_head.next_ns)
-        total = sum(one.probability for one in inferred) / listed
-        return tuple(
-            alternative(
-                Basis.SURROUNDINGS,
-                place_on_ray(target, one.inverse_z_per_m, one.sigma_per_m),
-                one.probability / total,
-            )
-            for one in inferred
-        )
+    def _target(self, motion: TargetMotion) -> NDArray[np.float64]:
+        """Return the target's tangents (2,) at the next look."""
+        return motion.at(self._fixation_head.next_ns)
 
     def _bounded(
         self,
@@ -413,7 +365,7 @@ class FallbackEstimator:
         level = inferred[0].inverse_z_per_m if inferred else 0.0
         views = self._last_look.views(level, motion, seeing=set(EYES))
         self._last_look.steer(level, motion)
-        alternatives = self._alternatives(inferred, motion)
+        alternatives = several(inferred, self._target(motion))
         return Answer(
             basis=Basis.BOUND,
             reason=verdict.bounded(bound, ended, alternatives=len(alternatives)),
