@@ -60,6 +60,7 @@ NEEDING_THE_RIG = [
     "post /cameras/self_tests",
     "post /captures",
     "post /captures/estimates",
+    "post /acceptances",
     "post /drift_checks",
     "post /fixations",
     "post /follows",
