@@ -9,8 +9,10 @@ import selectors
 import socket
 import ssl
 import threading
+from base64 import b64encode
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from hashlib import sha256
 from types import TracebackType
 from typing import Self
 
@@ -25,10 +27,23 @@ REQUEST_BYTES = 16 * 1024
 WORKERS = 4
 LOADING = "the program is being loaded"
 
+_SCRIPT = f"setTimeout(() => location.reload(), {1000 * RENEWED_S})"
+_SCRIPT_HASH = b64encode(sha256(_SCRIPT.encode()).digest()).decode()
+_POLICY = "; ".join(
+    [
+        "default-src 'none'",
+        "style-src 'unsafe-inline'",
+        f"script-src 'sha256-{_SCRIPT_HASH}'",
+        "frame-ancestors 'none'",
+    ]
+)
+"""The script reloads the page with the part of its address behind #, which a refresh by HTML alone takes for
+a step within the page; without scripts that part is dropped."""
 _PAGE = f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>FoveaCam Duo starts</title>
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="refresh" content="{RENEWED_S}">
+<script>{_SCRIPT}</script>
+<noscript><meta http-equiv="refresh" content="{RENEWED_S}; url=?"></noscript>
 <style>
 :root {{ color-scheme: light dark; font: 16px/1.5 system-ui, sans-serif; }}
 body {{ display: grid; place-items: center; align-content: center; min-height: 100vh; margin: 0;
@@ -164,7 +179,7 @@ def _response(method: str, status: int, media_type: str, text: str) -> bytes:
         f"Content-Type: {media_type}",
         f"Content-Length: {len(body)}",
         "Cache-Control: no-store",
-        "Content-Security-Policy: default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'",
+        f"Content-Security-Policy: {_POLICY}",
         "X-Content-Type-Options: nosniff",
         *([] if status == 200 else [f"Retry-After: {RENEWED_S}"]),
         "Connection: close",
