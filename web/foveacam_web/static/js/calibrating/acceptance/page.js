@@ -66,7 +66,7 @@ function starting({ store, orders }) {
   return [
     html`<p class="lead">
       The rig turns to its markers and measures itself: cameras, mirrors, triggers, timing, sensors, repeatability and
-      distances. It takes about ten minutes and changes no calibration.
+      distances. It takes two to ten minutes and changes no calibration.
     </p>`,
     motion,
     hint,
