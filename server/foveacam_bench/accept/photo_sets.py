@@ -173,7 +173,7 @@ SETS: Sequence[PhotoSet] = (
         name="barrel_to_the_corners",
         camera=ACTION,
         series=Series(count=20, seed=2, share=(0.3, 1.5)),
-        expected=Fits(camera=ACTION, known=0.9),
+        expected=Fits(camera=ACTION, known=0.85),  # no view shows one of the corners
     ),
     PhotoSet(
         name="folding_corners",
@@ -267,6 +267,7 @@ def _real_sets(data: Path | None) -> Sequence[PhotoSet]:
         camera=PUBLISHED,
         focal_tolerance=0.01,
         centre_tolerance=0.03,
+        known=0.95,  # nine views leave some corners of the picture out
         largest_rms_px=0.5,
         views=9,
         published=True,
