@@ -141,6 +141,7 @@ def test_a_stop_that_is_not_confirmed_is_named(
     assert check_stop(access, AcceptanceLimits(), spread_px=0.0).verdict is Verdict.PASSED
 
     def silent(*, within_s: float) -> None:
+        rig.mirrors.park()  # they do rest, and nothing says so
         raise Timeout(f"no acknowledgement within {within_s:g} s")
 
     monkeypatch.setattr(rig.mirrors, "park_confirmed", silent)
