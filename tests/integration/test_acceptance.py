@@ -82,23 +82,26 @@ def test_a_planted_scene_is_another_one(planted: PlantedFault, tmp_path: Path) -
         assert (np.abs(seen[0].astype(int) - seen[1]).max() > 50) == (planted.printed_scale != 1.0)
 
 
-class CancelledAfter(SilentWatcher):
-    """Cancels after some steps, and keeps the progress."""
+class CancelledIn(SilentWatcher):
+    """Cancels in a check, at its third step, and keeps the progress."""
 
-    def __init__(self, steps: int) -> None:
-        self.steps = steps
+    def __init__(self, check: str) -> None:
+        self.check = check
         self.seen: list[tuple[int, int]] = []
+        self.notes: list[str] = []
 
     def progress(self, done: int, *, total: int, note: str = "") -> None:
         self.seen.append((done, total))
+        self.notes.append(note)
 
     def cancelled(self) -> bool:
-        return len(self.seen) > self.steps
+        return self.notes.count(self.check) > 3
 
 
 @pytest.mark.slow
-def test_a_cancelled_run_keeps_what_it_has_measured() -> None:
-    watch = CancelledAfter(24)
+@pytest.mark.parametrize("check", ["Sensors", "At rest"])
+def test_a_cancelled_run_keeps_what_it_has_measured_and_restores_all_settings(check: str) -> None:
+    watch = CancelledIn(check)
     with simulated_rig(SimulatedRigConfig(scene="calibration"), inline=True) as rig:
         rig.mirrors.enable()
         before = [camera.settings for camera in rig.cameras]
@@ -108,6 +111,7 @@ def test_a_cancelled_run_keeps_what_it_has_measured() -> None:
     assert not found.complete
     assert not found.accepted
     assert [check.name for check in found.checks] == list(TITLES)[: len(found.checks)]
+    assert watch.notes[-1] == check
     assert 2 <= len(found.checks) < len(TITLES)
     assert all(check.verdict is Verdict.PASSED for check in found.checks)
     assert [done for done, _ in watch.seen] == sorted(done for done, _ in watch.seen)

@@ -57,17 +57,20 @@ class RigUnderTest:
         self.layout = layout
         self.counts = LookCounts()
         self._watch = watch
-        self.step = begun
-        """Counts a step of the check for its progress."""
+        self._begun = begun
 
     @property
     def clock(self) -> Clock:
         """The rig's clock."""
         return self.access.clock
 
+    def step(self) -> None:
+        """Count a step of the check for its progress; raise Cancelled when the run was cancelled."""
+        raise_if_cancelled(self._watch, doing=DOING)
+        self._begun()
+
     def look(self, volts: StereoVolts = PARKED, *, options: LookOptions = REST) -> Sighting:
         """Look, again where a fovea's frame is missing; raise the error of the last try."""
-        raise_if_cancelled(self._watch, doing=DOING)
         self.step()
         for left in reversed(range(TRIES)):
             self.counts.looks += 1
@@ -89,8 +92,7 @@ class RigUnderTest:
         self.clock.sleep_until_ns(self.clock.now_ns() + round(seconds * 1e9))
 
     def on_device(self, work: Callable[[CaptureRig], T]) -> T:
-        """Run work that moves nothing on the thread of the devices."""
-        raise_if_cancelled(self._watch, doing=DOING)
+        """Run work that moves nothing on the thread of the devices; allowed after a cancel, to restore."""
         return self.access.run_still(work)
 
     def settings(self) -> dict[Role, CameraSettings]:

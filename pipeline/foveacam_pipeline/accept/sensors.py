@@ -10,9 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import AutoMode, CameraSettings, Frame, Role
+from foveacam_hardware.contract import (
+    AutoMode,
+    CameraSettings,
+    DeviceFault,
+    Frame,
+    Role,
+    Sighting,
+    same_exposure,
+)
 from foveacam_pipeline.accept.limits import AcceptanceLimits
-from foveacam_pipeline.accept.rig_under_test import RigUnderTest, frame_of
+from foveacam_pipeline.accept.rig_under_test import TRIES, RigUnderTest, frame_of
 from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
 
 TITLE = "Sensors: format, black level, noise, defective pixels"
@@ -91,15 +99,27 @@ def _exposed(rig: RigUnderTest, before: Mapping[Role, CameraSettings]) -> dict[R
     for exposure_ns in (DARK_NS, *(round(share * whole_ns) for share in SHARES)):
         rig.configure(Role.WIDE, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF)
         rig.access.head.expose_foveae(exposure_ns=exposure_ns, gain_db=before[Role.LEFT].gain_db)
-        sighting = rig.look()
-        while frame_of(sighting, Role.WIDE).exposure_ns > 2 * exposure_ns:
-            sighting = rig.look()  # the wide camera runs freely: its frame may be of the former exposure
+        sighting = _exposed_alike(rig)
         for role in Role:
             if exposure_ns == DARK_NS:
                 dark[role] = frame_of(sighting, role)
             else:
                 taken[role].append(frame_of(sighting, role))
     return {role: _frames_of(taken[role], dark[role], before[role]) for role in Role}
+
+
+def _exposed_alike(rig: RigUnderTest) -> Sighting:
+    """Return a look whose wide frame has the exposure in force: that camera runs freely, and may lag."""
+    wanted_ns = rig.settings()[Role.WIDE].exposure_ns
+    for _ in range(TRIES):
+        sighting = rig.look()
+        if same_exposure(sighting.wide.exposure_ns, wanted_ns):
+            return sighting
+    raise DeviceFault(
+        f"the wide camera still exposes for {sighting.wide.exposure_ns / 1e6:g} ms after {TRIES} looks",
+        asked=f"{wanted_ns / 1e6:g} ms",
+        remedy="restart the camera",
+    )
 
 
 def _frames_of(taken: list[Frame], dark: Frame, settings: CameraSettings) -> SensorFrames:
