@@ -42,7 +42,7 @@ class CameraAssembly(_Table):
     """Share of the frames that never arrive."""
 
 
-class EyeAssembly(CameraAssembly):
+class FoveaAssembly(CameraAssembly):
     """Mistakes in one fovea: its camera, its mirror and its mount; none by default."""
 
     exchanged_axes: bool = False
@@ -75,14 +75,14 @@ class SimulatedAssembly(_Table):
     controller_clock_ppm: Annotated[float, Field(ge=-2000.0, le=2000.0)] = 0.0
     """How much faster the controller's clock runs."""
     wide: CameraAssembly = CameraAssembly()
-    left: EyeAssembly = EyeAssembly()
-    right: EyeAssembly = EyeAssembly()
+    left: FoveaAssembly = FoveaAssembly()
+    right: FoveaAssembly = FoveaAssembly()
 
     def camera(self, role: Role) -> CameraAssembly:
         """Return the table of a camera."""
         return {Role.WIDE: self.wide, Role.LEFT: self.left, Role.RIGHT: self.right}[role]
 
-    def eye(self, role: Role) -> EyeAssembly:
+    def eye(self, role: Role) -> FoveaAssembly:
         """Return the table of the left or right fovea."""
         return self.left if role is Role.LEFT else self.right
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Image, Role
 from foveacam_hardware.sim.cables import DacCodes
-from foveacam_hardware.simulated_assembly import CameraAssembly, EyeAssembly, SimulatedAssembly
+from foveacam_hardware.simulated_assembly import CameraAssembly, FoveaAssembly, SimulatedAssembly
 
 EYES = (Role.LEFT, Role.RIGHT)
 LOOSE_NS = 400_000_000
@@ -27,7 +27,7 @@ def wired_codes(codes: DacCodes, assembly: SimulatedAssembly) -> DacCodes:
     return *_wired(left, assembly.left), *_wired(right, assembly.right)
 
 
-def _wired(codes: DacCodes, eye: EyeAssembly) -> DacCodes:
+def _wired(codes: DacCodes, eye: FoveaAssembly) -> DacCodes:
     x, y = codes[:2], codes[2:]
     if eye.exchanged_axes:
         x, y = y, x
@@ -44,7 +44,7 @@ def is_lost(assembly: CameraAssembly, role: Role, seq: int) -> bool:
     return bool(rng.random() < assembly.lost_frames)
 
 
-def mount_turn_rad(eye: EyeAssembly, role: Role, t_ns: int) -> NDArray[np.float64]:
+def mount_turn_rad(eye: FoveaAssembly, role: Role, t_ns: int) -> NDArray[np.float64]:
     """Return the turn (3,) of a fovea's mount about the rig's x, y and z, rad, at `t_ns`."""
     turn_deg = np.array([0.0, eye.mount_drift_deg_per_min * t_ns / 60e9, 0.0])
     if eye.loose_mount_deg > 0.0:

@@ -14,7 +14,8 @@ from foveacam_pipeline.accept.rig_under_test import (
     marker_px,
     other_eye,
 )
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
+from foveacam_pipeline.calibrate.fit.measured_rows import NominalRig
 from foveacam_pipeline.models.calibration import Calibration
 
 TITLE = "Mirrors: each axis and its direction"
@@ -22,8 +23,8 @@ GAINS_TITLE = "Mirrors: gain of each axis"
 STEP_V = 8.0
 """Half a degree: the marker stays in view."""
 NOMINAL_GAIN_DEG_PER_V = (0.060, 0.052)
-FOCAL_PX = 28_760.0
-"""Of a fovea without a calibration (Table 2: 2.86 deg over 1440 px)."""
+FOCAL_PX = NominalRig(rig_id="").fovea_f_px
+"""Of a fovea whose calibration does not matter, or is missing."""
 STUCK_SHARE = 0.1
 
 
@@ -39,7 +40,7 @@ class AxisResponse:
         return self.gains_deg_per_v[rows, columns]
 
 
-def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[CheckResult, AxisResponse]:
+def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[AcceptanceCheck, AxisResponse]:
     """Return the result of stepping all four axes, one at a time, and how the gazes followed."""
     response = _measured_response(rig, calibration)
     return judged("axes", TITLE, findings=findings_of(response), picture="axes"), response
@@ -47,7 +48,7 @@ def check_axes(rig: RigUnderTest, calibration: Calibration | None) -> tuple[Chec
 
 def check_gains(
     response: AxisResponse, limits: AcceptanceLimits, calibration: Calibration | None
-) -> CheckResult:
+) -> AcceptanceCheck:
     """Return the gains of the axes against the calibrated ones, or the nominal ones without a calibration."""
     allowed = limits.gain_rel_nominal if calibration is None else limits.gain_rel
     figures, off = [], {}
@@ -69,7 +70,7 @@ def check_gains(
     if off:
         source = "nominal" if calibration is None else "calibrated"
         detail = f"gain of the mirrors against the {source} one: {'; '.join(off.values())}"
-        findings = [Finding(fault=Fault.WEAK_DRIVE, subject=" and ".join(off), detail=detail)]
+        findings = [NamedFault(fault=Fault.WEAK_DRIVE, subject=" and ".join(off), detail=detail)]
     return judged("gains", GAINS_TITLE, figures=figures, findings=findings)
 
 
@@ -94,22 +95,22 @@ def _one_axis(axis: int, volts_v: float) -> StereoVolts:
     return both((drive[0], drive[1]), (drive[2], drive[3]))
 
 
-def findings_of(response: AxisResponse) -> list[Finding]:
+def findings_of(response: AxisResponse) -> list[NamedFault]:
     """Return what is wrong with the axes' wiring."""
-    own = sum(float(np.nansum(np.abs(response.block(role, role)))) for role in EYES)
-    other = sum(float(np.nansum(np.abs(response.block(role, other_eye(role))))) for role in EYES)
+    own = sum(float(np.abs(response.block(role, role)).sum()) for role in EYES)
+    other = sum(float(np.abs(response.block(role, other_eye(role))).sum()) for role in EYES)
     if other > own:
         detail = "volts for the left mirror move the right picture, and the other way round"
-        return [Finding(fault=Fault.EXCHANGED_MIRRORS, subject="left and right", detail=detail)]
+        return [NamedFault(fault=Fault.EXCHANGED_MIRRORS, subject="left and right", detail=detail)]
     return [found for role in EYES for found in _structural(response.block(role, role), role)]
 
 
-def _structural(gains: NDArray[np.float64], role: Role) -> list[Finding]:
+def _structural(gains: NDArray[np.float64], role: Role) -> list[NamedFault]:
     """Return what is wrong with the axes of one mirror, of its gains (2, 2), deg/V."""
     nominal = np.array(NOMINAL_GAIN_DEG_PER_V)
     moved = np.linalg.norm(gains, axis=0)
     found = [
-        Finding(
+        NamedFault(
             fault=Fault.STUCK_AXIS,
             subject=f"{role} {name}",
             detail=f"{STEP_V:g} V on the {role} mirror's {name} axis move its picture by "
@@ -122,9 +123,9 @@ def _structural(gains: NDArray[np.float64], role: Role) -> list[Finding]:
         return found
     if abs(gains[1, 0]) > abs(gains[0, 0]) and abs(gains[0, 1]) > abs(gains[1, 1]):
         detail = f"volts for x of the {role} mirror move its picture along y, and the other way round"
-        return [Finding(fault=Fault.EXCHANGED_AXES, subject=str(role), detail=detail)]
+        return [NamedFault(fault=Fault.EXCHANGED_AXES, subject=str(role), detail=detail)]
     return [
-        Finding(
+        NamedFault(
             fault=Fault.REVERSED_AXIS,
             subject=f"{role} {name}",
             detail=f"volts on the {role} mirror's {name} axis turn its gaze the wrong way",

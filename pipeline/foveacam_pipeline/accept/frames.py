@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import CameraCounters, Frame, LookOptions, Role
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, camera_of
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 
 TITLE = "Frames: rate and losses"
 AT_ONCE = LookOptions(settle_us=0)
@@ -22,7 +22,7 @@ def steps(looks: int, wide_s: float) -> int:
 
 def check_frames(
     rig: RigUnderTest, limits: AcceptanceLimits, *, looks: int, wide_s: float
-) -> tuple[CheckResult, NDArray[np.int64]]:
+) -> tuple[AcceptanceCheck, NDArray[np.int64]]:
     """Return the result of `looks` looks without a pause and of `wide_s` seconds of the wide camera.
 
     Also return number and time (n, 2), ns, of the wide frames.
@@ -47,12 +47,12 @@ def check_frames(
         )
         if share > limits.lost_fraction:
             detail = f"{lost} frames of the {role} camera never came, {100.0 * share:.1f} % of them"
-            findings.append(Finding(fault=Fault.LOST_FRAMES, subject=str(role), detail=detail))
+            findings.append(NamedFault(fault=Fault.LOST_FRAMES, subject=str(role), detail=detail))
     rate = _rate(rig, wide, limits)
     figures.append(rate)
     if not rate.is_within:
         detail = f"the wide camera delivers {rate.value:.2f} of the frames that are set"
-        findings.append(Finding(fault=Fault.FRAME_RATE, subject="wide", detail=detail))
+        findings.append(NamedFault(fault=Fault.FRAME_RATE, subject="wide", detail=detail))
     result = judged("frames", TITLE, figures=figures, findings=findings, picture="frames")
     return result, np.array(wide, dtype=np.int64)
 

@@ -2,7 +2,7 @@
 
 At each station both eyes look at the wide camera's marker. Three lengths are compared: the distance by tape,
 by the size of the printed markers in the wide picture, and by the two gazes. An eye that has moved is wrong
-by one angle at every distance; a wrong baseline by an angle that grows with 1/Z; a wrong print shows in the
+by one angle at every distance; a wrong baseline by an angle in proportion to 1/Z; a wrong print shows in the
 wide picture alone; a wrong tape in both others alike.
 """
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import DeviceFault, Role, Sighting, Station
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, REST, RigUnderTest, frame_of, shades_of
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 from foveacam_pipeline.calibrate.sweep.marker_target import TargetPose, locate_target
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 from foveacam_pipeline.geometry.plane_window import homography_apply
@@ -64,7 +64,7 @@ def check_geometry(
     *,
     stations: Sequence[Station],
     turn: Callable[[Station], None],
-) -> tuple[CheckResult, tuple[StationMeasure, ...]]:
+) -> tuple[AcceptanceCheck, tuple[StationMeasure, ...]]:
     """Return the result at all stations with markers; the rig stays turned to the last."""
     measures = []
     for station in stations:
@@ -110,15 +110,17 @@ def _figures(one: StationMeasure, limits: AcceptanceLimits, allowed_px: float) -
 
 def named(
     measures: Sequence[StationMeasure], limits: AcceptanceLimits, calibration: Calibration
-) -> list[Finding]:
+) -> list[NamedFault]:
     """Return what explains the differences, the simplest cause first; nothing where all is within limits."""
     taped = [one for one in measures if one.taped_m is not None]
     printed = _printed(taped, limits)
     if printed:
         return printed
-    gross = {one.name: one for one in measures if _worst_px(one) > _allowed_px(one, limits, calibration)}
-    wrong = [one for one in measures if abs(one.stereo_rel) * one.z_m > _allowed_m(one, limits)]
-    if not gross and not wrong:
+    if all(
+        _worst_px(one) <= _allowed_px(one, limits, calibration)
+        and abs(one.stereo_rel) * one.z_m <= _allowed_m(one, limits)
+        for one in measures
+    ):
         return []
     if _is_scale(measures, limits):
         rel = float(np.mean([one.stereo_rel for one in measures]))
@@ -128,11 +130,11 @@ def named(
             f"distances by the two gazes are {100.0 * abs(rel):.1f} % too {size} at all {len(measures)} "
             f"stations, print and tape agree: the eyes are about {apart_mm:.1f} mm {apart} than calibrated"
         )
-        return [Finding(fault=Fault.BASELINE, subject="", detail=detail)]
+        return [NamedFault(fault=Fault.BASELINE, subject="", detail=detail)]
     return _moved_eyes(measures, limits, calibration)
 
 
-def _printed(taped: Sequence[StationMeasure], limits: AcceptanceLimits) -> list[Finding]:
+def _printed(taped: Sequence[StationMeasure], limits: AcceptanceLimits) -> list[NamedFault]:
     """Return a wrong print, or wrongly taped distances: where print and tape differ."""
     differing = [one for one in taped if abs(one.printed_rel) > limits.scale_rel]
     if not differing:
@@ -140,7 +142,7 @@ def _printed(taped: Sequence[StationMeasure], limits: AcceptanceLimits) -> list[
     by_tape = [one for one in differing if abs(one.stereo_rel - one.printed_rel) < abs(one.printed_rel) / 2.0]
     if by_tape:
         return [
-            Finding(
+            NamedFault(
                 fault=Fault.TAPED_DISTANCE,
                 subject=one.name,
                 detail=f"{one.name}: {one.taped_m:g} m by tape; print and gazes say {one.stereo_m:.3f} m",
@@ -150,7 +152,7 @@ def _printed(taped: Sequence[StationMeasure], limits: AcceptanceLimits) -> list[
     percent = 100.0 * float(np.mean([one.printed_rel for one in differing]))
     size = "small" if percent > 0.0 else "large"
     detail = f"the printed markers are {abs(percent):.1f} % too {size}: tape and gazes agree"
-    return [Finding(fault=Fault.PRINTED_SCALE, subject="", detail=detail)]
+    return [NamedFault(fault=Fault.PRINTED_SCALE, subject="", detail=detail)]
 
 
 def _is_scale(measures: Sequence[StationMeasure], limits: AcceptanceLimits) -> bool:
@@ -163,7 +165,7 @@ def _is_scale(measures: Sequence[StationMeasure], limits: AcceptanceLimits) -> b
 
 def _moved_eyes(
     measures: Sequence[StationMeasure], limits: AcceptanceLimits, calibration: Calibration
-) -> list[Finding]:
+) -> list[NamedFault]:
     found = []
     for index, role in enumerate(EYES):
         errors = np.array([one.errors_px[index] for one in measures])
@@ -174,7 +176,7 @@ def _moved_eyes(
             detail = (
                 f"the {role} gaze is {mean_px:.0f} px ({moved_deg:.3f}°) off its calibration at every station"
             )
-            found.append(Finding(fault=Fault.MOVED_EYE, subject=str(role), detail=detail))
+            found.append(NamedFault(fault=Fault.MOVED_EYE, subject=str(role), detail=detail))
     if found:
         return found
     worst = max(measures, key=_worst_px)
@@ -182,7 +184,7 @@ def _moved_eyes(
         f"{worst.name}: the gazes are up to {_worst_px(worst):.0f} px off their calibration, "
         f"and the distance is {100.0 * worst.stereo_rel:+.2f} % off"
     )
-    return [Finding(fault=Fault.MOVED_EYE, subject="left and right", detail=detail)]
+    return [NamedFault(fault=Fault.MOVED_EYE, subject="left and right", detail=detail)]
 
 
 def _worst_px(one: StationMeasure) -> float:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from foveacam_hardware.contract import DeviceFault, Role
+from foveacam_hardware.contract import DeviceFault, OutOfRange, Role
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, both, frame_of, own_marker
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 
 TITLE = "Light: both foveae alike, and to the corners"
 CORNERS = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
@@ -29,7 +29,7 @@ class LightSamples:
 
 def check_light(
     rig: RigUnderTest, limits: AcceptanceLimits, *, turn: Callable[[float, float], None] | None
-) -> tuple[CheckResult, LightSamples]:
+) -> tuple[AcceptanceCheck, LightSamples]:
     """Return the brightness of both foveae and all cameras' loss towards their corners, and the levels.
 
     `turn`: turns the rig beside the markers by (pan, tilt), rad; None where nothing can: then the wide
@@ -37,9 +37,10 @@ def check_light(
     """
     samples = LightSamples()
     _sample_foveae(rig, samples)
+    note = "the loss of light in the wide picture was not measured: no motor turns the rig"
     if turn is not None:
-        _sample_wide(rig, samples, turn)
-    return _judged_light(samples, limits), samples
+        note = _sample_wide(rig, samples, turn)
+    return _judged_light(samples, limits, note=note), samples
 
 
 def _sample_foveae(rig: RigUnderTest, samples: LightSamples) -> None:
@@ -54,8 +55,8 @@ def _sample_foveae(rig: RigUnderTest, samples: LightSamples) -> None:
                 samples.corners.setdefault(role, []).append(level)
 
 
-def _sample_wide(rig: RigUnderTest, samples: LightSamples, turn: Callable[[float, float], None]) -> None:
-    """Look at the marker in the middle of the wide picture and towards its corners."""
+def _sample_wide(rig: RigUnderTest, samples: LightSamples, turn: Callable[[float, float], None]) -> str:
+    """Look at the marker in the middle of the wide picture and towards its corners; return what failed."""
     try:
         for x, y in CORNERS:
             turn(x * WIDE_CORNER_RAD[0], y * WIDE_CORNER_RAD[1])
@@ -65,13 +66,15 @@ def _sample_wide(rig: RigUnderTest, samples: LightSamples, turn: Callable[[float
                 samples.middle[Role.WIDE] = level
             else:
                 samples.corners.setdefault(Role.WIDE, []).append(level)
-    except DeviceFault:  # a blurred or distant marker that is not read everywhere
+    except (DeviceFault, OutOfRange) as error:  # a marker that does not read, a pan-tilt of less reach
         samples.corners.pop(Role.WIDE, None)
+        return f"the loss of light in the wide picture was not measured: {error}"
     finally:
         turn(0.0, 0.0)
+    return ""
 
 
-def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResult:
+def _judged_light(samples: LightSamples, limits: AcceptanceLimits, *, note: str) -> AcceptanceCheck:
     levels, findings, figures = samples.middle, [], []
     brightest = max(levels[role] for role in EYES)
     for role in EYES:
@@ -87,7 +90,7 @@ def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResul
             detail = (
                 f"white paper is {level:.0f} in the {role} fovea and {brightest:.0f} in the other, of 255"
             )
-            findings.append(Finding(fault=Fault.DARK_EYE, subject=str(role), detail=detail))
+            findings.append(NamedFault(fault=Fault.DARK_EYE, subject=str(role), detail=detail))
     for role, corners in samples.corners.items():
         lost = 1.0 - float(np.mean(corners)) / levels[role]
         figure = Measured(
@@ -96,5 +99,5 @@ def _judged_light(samples: LightSamples, limits: AcceptanceLimits) -> CheckResul
         figures.append(figure)
         if not figure.is_within:
             detail = f"the {role} picture loses {100 * lost:.0f} % of its light towards its corners"
-            findings.append(Finding(fault=Fault.VIGNETTING, subject=str(role), detail=detail))
-    return judged("light", TITLE, figures=figures, findings=findings, picture="light")
+            findings.append(NamedFault(fault=Fault.VIGNETTING, subject=str(role), detail=detail))
+    return judged("light", TITLE, figures=figures, findings=findings, note=note, picture="light")

@@ -8,8 +8,8 @@ class AcceptanceLimits:
     """Limits of the checks; pixels are of the sensor, grey levels of 8 bits.
 
     Published or derived: fovea blur 1.4 px by diffraction at f/21.5; scatter of the real sweep 0.006 deg rms
-    (0.011 at most); trigger to exposure 0.15 ms; tape and print to 0.2 %. The others are margins: a sound
-    simulated rig stays below a third of them.
+    (0.011 at most); trigger to exposure 0.15 ms; tape and print to 0.2 %. The others are margins
+    over what a sound simulated rig shows.
     """
 
     strobe_after_trigger_ms: float = 0.45

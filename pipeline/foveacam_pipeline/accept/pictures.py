@@ -1,7 +1,6 @@
 """Check of the three pictures: which camera sends which, upright or not, sharp or not, alive or not."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Role, Sighting
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, frame_of, own_marker, shades_of
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout, MarkerView
 from foveacam_pipeline.calibrate.sweep.markers import find_markers, middle_px
 
@@ -25,20 +24,19 @@ QUARTER_RAD = math.pi / 2.0
 class SeenPicture:
     """What a camera's picture shows of the markers. `side_px`: of a marker; `turn_quarters`: clockwise."""
 
-    markers: Mapping[int, MarkerView]
     nearest_id: int | None
     side_px: float
     mirrored: bool
     turn_quarters: int
 
 
-def check_pictures(rig: RigUnderTest) -> tuple[CheckResult, Sighting]:
+def check_pictures(rig: RigUnderTest) -> tuple[AcceptanceCheck, Sighting]:
     """Return the result of two looks at rest at the markers, and the second look."""
     first, second = rig.look(), rig.look()
     frozen = [role for role in Role if _same(first, second, role)]
     seen = {role: _read(second, role, rig.layout) for role in Role if role not in frozen}
     findings = [
-        Finding(
+        NamedFault(
             fault=Fault.FROZEN_PICTURE,
             subject=str(role),
             detail=f"two pictures of the {role} camera are equal to the last bit, though noise must differ",
@@ -55,7 +53,7 @@ def check_pictures(rig: RigUnderTest) -> tuple[CheckResult, Sighting]:
     return judged("pictures", TITLE, figures=figures, findings=findings, picture="pictures"), second
 
 
-def check_focus(sighting: Sighting, layout: MarkerLayout, limits: AcceptanceLimits) -> CheckResult:
+def check_focus(sighting: Sighting, layout: MarkerLayout, limits: AcceptanceLimits) -> AcceptanceCheck:
     """Return the blur of each camera by the edges of its marker."""
     figures, findings = [], []
     for role in Role:
@@ -69,7 +67,7 @@ def check_focus(sighting: Sighting, layout: MarkerLayout, limits: AcceptanceLimi
             detail = (
                 f"edges in the {role} picture spread by {view.blur_px:.2f} px (sigma), at most {limit_px:g}"
             )
-            findings.append(Finding(fault=Fault.DEFOCUS, subject=str(role), detail=detail))
+            findings.append(NamedFault(fault=Fault.DEFOCUS, subject=str(role), detail=detail))
     return judged("focus", FOCUS_TITLE, figures=figures, findings=findings, picture="pictures")
 
 
@@ -100,7 +98,7 @@ def _read(sighting: Sighting, role: Role, layout: MarkerLayout) -> SeenPicture:
             )
             if markers:
                 return _described(markers, picture.shape, binning=frame.binning, mirrored=mirrored)
-    return SeenPicture(markers={}, nearest_id=None, side_px=0.0, mirrored=False, turn_quarters=0)
+    return SeenPicture(nearest_id=None, side_px=0.0, mirrored=False, turn_quarters=0)
 
 
 def _described(
@@ -111,7 +109,6 @@ def _described(
     view = markers[nearest]
     side = _side_px(view)
     return SeenPicture(
-        markers=markers,
         nearest_id=nearest,
         side_px=float(np.linalg.norm(side)),
         mirrored=mirrored,
@@ -128,9 +125,9 @@ def _side_px(view: MarkerView) -> NDArray[np.float64]:
     return np.asarray(across * side_m, dtype=np.float64)
 
 
-def _unseen(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[Finding]:
+def _unseen(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[NamedFault]:
     return [
-        Finding(
+        NamedFault(
             fault=Fault.MARKER_NOT_SEEN,
             subject=str(role),
             detail=f"the {role} picture shows none of the markers {', '.join(map(str, layout.ids))}",
@@ -140,20 +137,20 @@ def _unseen(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[Finding
     ]
 
 
-def _turned(seen: dict[Role, SeenPicture]) -> list[Finding]:
+def _turned(seen: dict[Role, SeenPicture]) -> list[NamedFault]:
     found = []
     for role, picture in seen.items():
         if picture.mirrored:
             detail = f"the {role} picture is reversed from left to right: its marker reads in a mirror only"
-            found.append(Finding(fault=Fault.MIRRORED_PICTURE, subject=str(role), detail=detail))
+            found.append(NamedFault(fault=Fault.MIRRORED_PICTURE, subject=str(role), detail=detail))
         if picture.turn_quarters:
             turned_deg = 90 * picture.turn_quarters
             detail = f"the {role} picture is rotated by {turned_deg} degrees against its marker"
-            found.append(Finding(fault=Fault.ROTATED_PICTURE, subject=str(role), detail=detail))
+            found.append(NamedFault(fault=Fault.ROTATED_PICTURE, subject=str(role), detail=detail))
     return found
 
 
-def _exchanged(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[Finding]:
+def _exchanged(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[NamedFault]:
     """Return which cameras send each other's pictures, or which fovea looks at another's marker."""
     if any(picture.nearest_id is None for picture in seen.values()):
         return []
@@ -163,7 +160,7 @@ def _exchanged(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[Find
         return []
     if sorted(shown.values()) != sorted(Role):
         return [
-            Finding(
+            NamedFault(
                 fault=Fault.MARKER_NOT_SEEN,
                 subject=str(role),
                 detail=f"the {role} fovea looks at the {other} camera's marker, not at its own",
@@ -172,7 +169,7 @@ def _exchanged(seen: dict[Role, SeenPicture], layout: MarkerLayout) -> list[Find
             if other is not role and role in EYES
         ]
     return [
-        Finding(
+        NamedFault(
             fault=Fault.EXCHANGED_CAMERAS,
             subject=f"{one} and {two}",
             detail=f"the picture that arrives as {one} is the {two} camera's, and the other way round",

@@ -67,10 +67,9 @@ class NotedTurn:
 
 
 class CountedSteps:
-    """A watcher of a procedure within the run: its steps count as looks."""
+    """A watcher of a procedure within the run: its steps count as steps of the check."""
 
     def __init__(self, watch: ProcedureWatcher, count: Callable[[], None]) -> None:
-        self._watch = watch
         self._count = count
         self.show = watch.show
         self.cancelled = watch.cancelled

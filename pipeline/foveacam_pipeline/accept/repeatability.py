@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from foveacam_pipeline.accept.axes import FOCAL_PX
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, both, marker_px
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 
 REST_TITLE = "At rest: the pictures stand still"
 RETURN_TITLE = "Return: the mirrors come back to the same angle"
@@ -52,7 +52,7 @@ def rest_places(rig: RigUnderTest) -> RestPlaces:
     return RestPlaces(t_s=np.array(times), places_deg=np.array(places))
 
 
-def check_rest(places: RestPlaces, limits: AcceptanceLimits) -> CheckResult:
+def check_rest(places: RestPlaces, limits: AcceptanceLimits) -> AcceptanceCheck:
     """Return whether the pictures stand still while nothing moves."""
     figures, findings = [], []
     for index, role in enumerate(EYES):
@@ -64,7 +64,7 @@ def check_rest(places: RestPlaces, limits: AcceptanceLimits) -> CheckResult:
         figures.append(figure)
         if not figure.is_within:
             detail = f"the {role} picture moves by {scatter_deg:.4f}° (rms) while its mirror rests"
-            findings.append(Finding(fault=Fault.LOOSE_MOUNT, subject=str(role), detail=detail))
+            findings.append(NamedFault(fault=Fault.LOOSE_MOUNT, subject=str(role), detail=detail))
     return judged("rest", REST_TITLE, figures=figures, findings=findings, picture="rest")
 
 
@@ -92,7 +92,7 @@ def return_spread_deg(returns: Returns) -> float:
 
 def check_returns(
     returns: Returns, before: RestPlaces, after: RestPlaces, limits: AcceptanceLimits
-) -> CheckResult:
+) -> AcceptanceCheck:
     """Return scatter and hysteresis of the returns, and the drift between two rests."""
     figures, findings = [], []
     scatter_deg = _scatter_deg(returns)
@@ -103,7 +103,7 @@ def check_returns(
     )
     if scatter_deg > limits.scatter_deg:
         detail = f"after a move the gazes scatter by {scatter_deg:.4f}° (rms), from the same side"
-        findings.append(Finding(fault=Fault.SCATTER, subject="", detail=detail))
+        findings.append(NamedFault(fault=Fault.SCATTER, subject="", detail=detail))
     half_deg = _hysteresis_deg(returns)
     largest = float(np.abs(half_deg).max())
     noise_deg = scatter_deg / np.sqrt(2.0 * RETURNS)
@@ -112,7 +112,7 @@ def check_returns(
     )
     if largest > limits.hysteresis_deg and largest > SIGMAS * noise_deg:
         detail = f"the gazes rest up to {largest:.4f}° to either side, by the side from which they came"
-        findings.append(Finding(fault=Fault.HYSTERESIS, subject="", detail=detail))
+        findings.append(NamedFault(fault=Fault.HYSTERESIS, subject="", detail=detail))
     _add_drift(before, after, limits, figures, findings, spread_deg=return_spread_deg(returns))
     return judged("returns", RETURN_TITLE, figures=figures, findings=findings, picture="returns")
 
@@ -122,7 +122,7 @@ def _add_drift(
     after: RestPlaces,
     limits: AcceptanceLimits,
     figures: list[Measured],
-    findings: list[Finding],
+    findings: list[NamedFault],
     *,
     spread_deg: float,
 ) -> None:
@@ -136,7 +136,7 @@ def _add_drift(
         figures.append(figure)
         if not figure.is_within and per_min * minutes > spread_deg:
             detail = f"the {role} gaze moves by {per_min:.4f}° a minute under the same volts"
-            findings.append(Finding(fault=Fault.MOUNT_DRIFT, subject=str(role), detail=detail))
+            findings.append(NamedFault(fault=Fault.MOUNT_DRIFT, subject=str(role), detail=detail))
 
 
 def _scatter_deg(returns: Returns) -> float:

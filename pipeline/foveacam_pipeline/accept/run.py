@@ -54,10 +54,10 @@ from foveacam_pipeline.accept.rig_under_test import RigUnderTest
 from foveacam_pipeline.accept.triggers import LineState
 from foveacam_pipeline.accept.values import (
     Acceptance,
-    CheckResult,
+    AcceptanceCheck,
     Fault,
-    Finding,
     Measured,
+    NamedFault,
     Verdict,
     judged,
     not_done,
@@ -75,12 +75,9 @@ def run_acceptance(
     begun_utc: str,
     watch: ProcedureWatcher,
     options: AcceptanceOptions,
-    limits: AcceptanceLimits | None = None,
 ) -> Acceptance:
     """Run all checks; a run that is cancelled or stopped returns the checks that were made until then."""
-    run = _Run(
-        environment, begun_utc=begun_utc, watch=watch, options=options, limits=limits or AcceptanceLimits()
-    )
+    run = _Run(environment, begun_utc=begun_utc, watch=watch, options=options)
     begun_ns = environment.clock.now_ns()
     complete = True
     try:
@@ -109,14 +106,13 @@ class _Run:
         begun_utc: str,
         watch: ProcedureWatcher,
         options: AcceptanceOptions,
-        limits: AcceptanceLimits,
     ) -> None:
         self._environment = environment
         self._begun_utc = begun_utc
         self._watch = watch
         self._options = options
-        self._limits = limits
-        self.checks: list[CheckResult] = []
+        self._limits = AcceptanceLimits()
+        self.checks: list[AcceptanceCheck] = []
         self.pictures: dict[str, bytes] = {}
         self.settling: SettleReport | None = None
         self._lines: dict[Role, LineState] = {}
@@ -169,11 +165,11 @@ class _Run:
         self._check("stop", AXES, lambda: self._stop(rig))
         self._check("clock", frozenset({Fault.MISSING_DEVICE}), lambda: self._clock(rig))
 
-    def _blocking(self, faults: frozenset[Fault]) -> list[CheckResult]:
+    def _blocking(self, faults: frozenset[Fault]) -> list[AcceptanceCheck]:
         """Return the checks that named one of these faults."""
         return [check for check in self.checks if any(found.fault in faults for found in check.findings)]
 
-    def _check(self, name: str, blocked_by: frozenset[Fault], work: Callable[[], CheckResult]) -> None:
+    def _check(self, name: str, blocked_by: frozenset[Fault], work: Callable[[], AcceptanceCheck]) -> None:
         """Make one check, unless a fault that was named makes it meaningless."""
         title = TITLES[name]
         self._progress.begin(name, short_title(name))
@@ -190,18 +186,18 @@ class _Run:
         self.checks.append(result)
         self._progress.end()
 
-    def _devices(self) -> CheckResult:
+    def _devices(self) -> AcceptanceCheck:
         findings = [
-            Finding(fault=Fault.MISSING_DEVICE, subject=device, detail=f"{device}: {why}")
+            NamedFault(fault=Fault.MISSING_DEVICE, subject=device, detail=f"{device}: {why}")
             for device, why in self._environment.problems
         ]
         return judged("devices", DEVICES_TITLE, findings=findings)
 
-    def _triggers(self, rig: RigUnderTest) -> CheckResult:
+    def _triggers(self, rig: RigUnderTest) -> AcceptanceCheck:
         result, self._lines = triggers.check_triggers(rig)
         return result
 
-    def _pictures(self, rig: RigUnderTest) -> CheckResult:
+    def _pictures(self, rig: RigUnderTest) -> AcceptanceCheck:
         if not self._environment.stations:
             return not_done("pictures", pictures.TITLE, "the rig file names no station with markers; add one")
         self._turn(rig, self._environment.stations[0])
@@ -209,39 +205,39 @@ class _Run:
         self.pictures["pictures"] = drawings.draw_pictures(self._home, self._environment.layout)
         return result
 
-    def _focus(self, rig: RigUnderTest) -> CheckResult:
+    def _focus(self, rig: RigUnderTest) -> AcceptanceCheck:
         home = _known(self._home, "a look at the markers")
         return pictures.check_focus(home, rig.layout, self._limits)
 
-    def _rest_check(self, rig: RigUnderTest) -> CheckResult:
+    def _rest_check(self, rig: RigUnderTest) -> AcceptanceCheck:
         _known(self._home, "a look at the markers")
         self._rest = repeatability.rest_places(rig)
         self.pictures["rest"] = drawings.draw_rest(self._rest)
         return repeatability.check_rest(self._rest, self._limits)
 
-    def _axes(self, rig: RigUnderTest) -> CheckResult:
+    def _axes(self, rig: RigUnderTest) -> AcceptanceCheck:
         _known(self._home, "a look at the markers")
         result, self._response = axes.check_axes(rig, self._environment.calibration)
         self.pictures["axes"] = drawings.draw_axes(self._response)
         return result
 
-    def _gains(self) -> CheckResult:
+    def _gains(self) -> AcceptanceCheck:
         response = _known(self._response, "the motion of the axes")
         return axes.check_gains(response, self._limits, self._environment.calibration)
 
-    def _sensors(self, rig: RigUnderTest) -> CheckResult:
+    def _sensors(self, rig: RigUnderTest) -> AcceptanceCheck:
         result, taken = sensors.check_sensors(rig, self._limits)
         self.pictures["noise"] = drawings.draw_noise(taken)
         return result
 
-    def _frames(self, rig: RigUnderTest) -> CheckResult:
+    def _frames(self, rig: RigUnderTest) -> AcceptanceCheck:
         result, wide = frames.check_frames(
             rig, self._limits, looks=self._options.looks, wide_s=self._options.wide_s
         )
         self.pictures["frames"] = drawings.draw_frames(wide)
         return result
 
-    def _returns(self, rig: RigUnderTest) -> CheckResult:
+    def _returns(self, rig: RigUnderTest) -> AcceptanceCheck:
         before = _known(self._rest, "the pictures at rest")
         returns = repeatability.measured_returns(rig)
         after = repeatability.rest_places(rig)
@@ -249,7 +245,7 @@ class _Run:
         self.pictures["returns"] = drawings.draw_returns(returns)
         return repeatability.check_returns(returns, before, after, self._limits)
 
-    def _timing(self, rig: RigUnderTest) -> CheckResult:
+    def _timing(self, rig: RigUnderTest) -> AcceptanceCheck:
         result, report = timing.check_timing(
             rig,
             self._limits,
@@ -266,7 +262,7 @@ class _Run:
     def _turn(self, rig: RigUnderTest, station: Station) -> None:
         self._environment.turn(rig.access, station, NotedTurn(self._watch, self._progress.report))
 
-    def _light(self, rig: RigUnderTest) -> CheckResult:
+    def _light(self, rig: RigUnderTest) -> AcceptanceCheck:
         _known(self._home, "a look at the markers")
         station = self._environment.stations[0]
 
@@ -281,7 +277,7 @@ class _Run:
         self.pictures["light"] = drawings.draw_light(samples)
         return result
 
-    def _geometry(self, rig: RigUnderTest) -> CheckResult:
+    def _geometry(self, rig: RigUnderTest) -> AcceptanceCheck:
         _known(self._home, "a look at the markers")
         calibration = self._environment.calibration
         if calibration is None:
@@ -302,12 +298,12 @@ class _Run:
         self.pictures["distances"] = drawings.draw_distances(measures)
         return result
 
-    def _stop(self, rig: RigUnderTest) -> CheckResult:
+    def _stop(self, rig: RigUnderTest) -> AcceptanceCheck:
         _known(self._rest, "the pictures at rest")
         spread_px = math.radians(self._spread_deg) * axes.FOCAL_PX
         return stopping.check_stop(rig, self._limits, spread_px=spread_px)
 
-    def _clock(self, rig: RigUnderTest) -> CheckResult:
+    def _clock(self, rig: RigUnderTest) -> AcceptanceCheck:
         drift_ppm = rig.on_device(lambda devices: devices.mirrors.telemetry).clock_drift_ppm
         if drift_ppm is None:
             return not_done("clock", CLOCK_TITLE, "the controller's clock was not followed for long enough")
@@ -319,7 +315,7 @@ class _Run:
             high=self._limits.clock_ppm,
         )
         detail = f"the controller's clock runs {drift_ppm:+.0f} ppm against the host's"
-        found = Finding(fault=Fault.CONTROLLER_CLOCK, subject="", detail=detail)
+        found = NamedFault(fault=Fault.CONTROLLER_CLOCK, subject="", detail=detail)
         findings = () if figure.is_within else (found,)
         return judged("clock", CLOCK_TITLE, figures=[figure], findings=findings)
 

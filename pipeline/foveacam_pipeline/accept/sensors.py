@@ -20,8 +20,8 @@ from foveacam_hardware.contract import (
     same_exposure,
 )
 from foveacam_pipeline.accept.limits import AcceptanceLimits
-from foveacam_pipeline.accept.rig_under_test import TRIES, RigUnderTest, frame_of
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.rig_under_test import TRIES, RigUnderTest, camera_of, frame_of
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 
 TITLE = "Sensors: format, black level, noise, defective pixels"
 SHARES = (0.25, 0.5, 0.5, 1.0)
@@ -44,6 +44,7 @@ class SensorFrames:
     ladder: tuple[NDArray[np.float32], ...]
     exposures_ns: tuple[int, ...]
     dark: NDArray[np.float32]
+    dark_ns: int
     raw: NDArray[np.uint8] | NDArray[np.uint16]
     """The picture of the longest exposure as it came."""
     bits: int
@@ -53,7 +54,7 @@ class SensorFrames:
 
 def check_sensors(
     rig: RigUnderTest, limits: AcceptanceLimits
-) -> tuple[CheckResult, dict[Role, SensorFrames]]:
+) -> tuple[AcceptanceCheck, dict[Role, SensorFrames]]:
     """Return the result, and the pictures that it is drawn from; all settings are restored."""
     before = rig.settings()
     try:
@@ -69,10 +70,10 @@ def check_sensors(
     return judge_sensors(frames, limits), frames
 
 
-def judge_sensors(frames: Mapping[Role, SensorFrames], limits: AcceptanceLimits) -> CheckResult:
+def judge_sensors(frames: Mapping[Role, SensorFrames], limits: AcceptanceLimits) -> AcceptanceCheck:
     """Return the result of pictures that were taken."""
     figures: list[Measured] = []
-    findings: list[Finding] = []
+    findings: list[NamedFault] = []
     for role, taken in frames.items():
         _judge_camera(role, taken, limits, figures, findings)
     return judged("sensors", TITLE, figures=figures, findings=findings, picture="noise")
@@ -96,12 +97,16 @@ def _exposed(rig: RigUnderTest, before: Mapping[Role, CameraSettings]) -> dict[R
     taken: dict[Role, list[Frame]] = {role: [] for role in Role}
     dark: dict[Role, Frame] = {}
     whole_ns = before[Role.LEFT].exposure_ns
-    for exposure_ns in (DARK_NS, *(round(share * whole_ns) for share in SHARES)):
+    shortest_ns = rig.on_device(
+        lambda devices: max(camera_of(devices, role).ranges.exposure_ns.low for role in Role)
+    )
+    dark_ns = max(DARK_NS, round(shortest_ns))
+    for exposure_ns in (dark_ns, *(round(share * whole_ns) for share in SHARES)):
         rig.configure(Role.WIDE, exposure_ns=exposure_ns, exposure_auto=AutoMode.OFF)
         rig.access.head.expose_foveae(exposure_ns=exposure_ns, gain_db=before[Role.LEFT].gain_db)
         sighting = _exposed_alike(rig)
         for role in Role:
-            if exposure_ns == DARK_NS:
+            if exposure_ns == dark_ns:
                 dark[role] = frame_of(sighting, role)
             else:
                 taken[role].append(frame_of(sighting, role))
@@ -127,6 +132,7 @@ def _frames_of(taken: list[Frame], dark: Frame, settings: CameraSettings) -> Sen
         ladder=tuple(_levels(frame) for frame in taken),
         exposures_ns=tuple(frame.exposure_ns for frame in taken),
         dark=_levels(dark),
+        dark_ns=dark.exposure_ns,
         raw=taken[-1].image,
         bits=taken[-1].bits,
         black_level=settings.black_level,
@@ -142,12 +148,12 @@ def _judge_camera(
     frames: SensorFrames,
     limits: AcceptanceLimits,
     figures: list[Measured],
-    findings: list[Finding],
+    findings: list[NamedFault],
 ) -> None:
     """Add a camera's figures and findings; a wrong format makes the others meaningless."""
 
     def name(fault: Fault, detail: str) -> None:
-        findings.append(Finding(fault=fault, subject=str(role), detail=f"the {role} camera: {detail}"))
+        findings.append(NamedFault(fault=fault, subject=str(role), detail=f"the {role} camera: {detail}"))
 
     wrong = _wrong_format(frames)
     if wrong is not None:
@@ -162,7 +168,7 @@ def _judge_camera(
         most = f"at most {round(limits.hot_fraction * pixels)} of {pixels} may be"
         name(
             Fault.HOT_PIXELS,
-            f"{round(hot * pixels)} pixels are bright after {DARK_NS / 1e6:g} ms, {most}",
+            f"{round(hot * pixels)} pixels are bright after {frames.dark_ns / 1e6:.2g} ms, {most}",
         )
     black = _black_level(frames)
     off = black - frames.black_level

@@ -5,7 +5,7 @@ import numpy as np
 from foveacam_hardware.contract import PARKED, DeviceFault, FoveaError, LookOptions, Sighting
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, REST_US, RigUnderTest, both, marker_px
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 from foveacam_pipeline.capture.run.access import CaptureRig
 
 TITLE = "Stop: from the call to mirrors at rest"
@@ -13,7 +13,7 @@ AWAY_V = 50.0
 CONFIRMED_S = 1.0
 
 
-def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float) -> CheckResult:
+def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float) -> AcceptanceCheck:
     """Return how soon parked mirrors are confirmed, and whether the pictures show them at rest.
 
     `spread_px`: by how much two returns of these mirrors differ anyhow.
@@ -27,7 +27,7 @@ def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float)
     took_ms = (rig.clock.now_ns() - began_ns) / 1e6
     findings = []
     if fault is not None:
-        findings.append(Finding(fault=Fault.NOT_PARKED, subject="", detail=f"the controller: {fault}"))
+        findings.append(NamedFault(fault=Fault.NOT_PARKED, subject="", detail=f"the controller: {fault}"))
     rig.wait(1e-6 * REST_US)
     after = rig.look(PARKED, options=LookOptions(settle_us=0))
     off_px = _off_rest_px(rig, home, after)
@@ -41,7 +41,7 @@ def check_stop(rig: RigUnderTest, limits: AcceptanceLimits, *, spread_px: float)
         ),
     ]
     findings += [
-        Finding(fault=Fault.NOT_PARKED, subject="", detail=f"{each.name}: {each.value:g} {each.unit}")
+        NamedFault(fault=Fault.NOT_PARKED, subject="", detail=f"{each.name}: {each.value:g} {each.unit}")
         for each in figures
         if not each.is_within and not findings
     ]

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.accept.limits import AcceptanceLimits
 from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest
 from foveacam_pipeline.accept.triggers import LineState
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 from foveacam_pipeline.calibrate.settle.settle import characterise_settling
 from foveacam_pipeline.calibrate.settle.settle_values import (
     AxisSettle,
@@ -51,7 +51,7 @@ def check_timing(
     rig_id: str,
     begun_utc: str,
     watch: ProcedureWatcher,
-) -> tuple[CheckResult, SettleReport]:
+) -> tuple[AcceptanceCheck, SettleReport]:
     """Return the result of steps of all four axes, and the traces that it is drawn from."""
     before = rig.settings()[Role.LEFT]
     report = characterise_settling(
@@ -105,19 +105,21 @@ def _figures(
     return found
 
 
-def _slow_filter(timings: Mapping[tuple[Role, str], StepTiming], limits: AcceptanceLimits) -> list[Finding]:
+def _slow_filter(
+    timings: Mapping[tuple[Role, str], StepTiming], limits: AcceptanceLimits
+) -> list[NamedFault]:
     scale = float(np.median([timing.scale for timing in timings.values()]))
     if abs(scale - 1.0) <= limits.filter_rel:
         return []
     detail = f"the mirrors follow as behind a filter of {scale:.2f} times the cut-off that is set"
-    return [Finding(fault=Fault.SLOW_FILTER, subject="", detail=detail)]
+    return [NamedFault(fault=Fault.SLOW_FILTER, subject="", detail=detail)]
 
 
 def _late(
     timings: Mapping[tuple[Role, str], StepTiming],
     lines: Mapping[Role, LineState],
     limits: AcceptanceLimits,
-) -> list[Finding]:
+) -> list[NamedFault]:
     """Return the eyes whose exposure, or whose strobe, is late."""
     found = []
     for role, state in lines.items():
@@ -135,7 +137,7 @@ def _late(
             detail = f"the {role} camera exposes {state.strobe_ms:.2f} ms after the trigger"
         else:
             continue
-        found.append(Finding(fault=fault, subject=str(role), detail=detail))
+        found.append(NamedFault(fault=fault, subject=str(role), detail=detail))
     return found
 
 

@@ -15,7 +15,7 @@ from foveacam_hardware.contract import (
     TriggerSource,
 )
 from foveacam_pipeline.accept.rig_under_test import EYES, RigUnderTest, camera_of, other_eye
-from foveacam_pipeline.accept.values import CheckResult, Fault, Finding, Measured, judged
+from foveacam_pipeline.accept.values import AcceptanceCheck, Fault, Measured, NamedFault, judged
 from foveacam_pipeline.capture.run.access import CaptureRig
 
 EXPOSURE_NS = 2_000_000
@@ -34,7 +34,7 @@ class LineState:
     strobe_ms: float | None
 
 
-def check_triggers(rig: RigUnderTest) -> tuple[CheckResult, dict[Role, LineState]]:
+def check_triggers(rig: RigUnderTest) -> tuple[AcceptanceCheck, dict[Role, LineState]]:
     """Return the result, and the state of each fovea's lines; late strobes are judged by the timing."""
     settings = rig.settings()
     if any(settings[role].trigger_source is TriggerSource.SOFTWARE for role in EYES):
@@ -61,15 +61,15 @@ def check_triggers(rig: RigUnderTest) -> tuple[CheckResult, dict[Role, LineState
 TITLE = "Trigger and strobe lines"
 
 
-def _findings(states: dict[Role, LineState]) -> list[Finding]:
+def _findings(states: dict[Role, LineState]) -> list[NamedFault]:
     found = []
     for role, state in states.items():
         if not state.exposed:
             detail = f"the {role} camera was triggered {TRIES} times and sent no frame"
-            found.append(Finding(fault=Fault.NO_TRIGGER, subject=str(role), detail=detail))
+            found.append(NamedFault(fault=Fault.NO_TRIGGER, subject=str(role), detail=detail))
         elif state.strobe_ms is None:
             detail = f"the {role} camera sent its frames, but no strobe reached the controller"
-            found.append(Finding(fault=Fault.NO_STROBE, subject=str(role), detail=detail))
+            found.append(NamedFault(fault=Fault.NO_STROBE, subject=str(role), detail=detail))
     return found
 
 

@@ -96,7 +96,7 @@ REMEDIES: dict[Fault, str] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class NamedFault:
     """A fault that was named. `subject`: what has it, such as "left" or "left x"; empty for the rig."""
 
     fault: Fault
@@ -127,14 +127,14 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CheckResult:
+class AcceptanceCheck:
     """Result of one check. `picture`: name of the picture that shows it, None without one."""
 
     name: str
     title: str
     verdict: Verdict
     figures: tuple[Measured, ...] = ()
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[NamedFault, ...] = ()
     note: str = ""
     picture: str | None = None
 
@@ -148,14 +148,14 @@ class Acceptance:
     begun_utc: str
     duration_s: float
     complete: bool
-    checks: tuple[CheckResult, ...]
+    checks: tuple[AcceptanceCheck, ...]
     pictures: dict[str, bytes] = field(default_factory=dict)
     """PNG by name."""
     settling: SettleReport | None = None
     """How the mirrors settle; None where it was not measured."""
 
     @property
-    def findings(self) -> tuple[Finding, ...]:
+    def findings(self) -> tuple[NamedFault, ...]:
         """All faults, in the order of the checks."""
         return tuple(found for check in self.checks for found in check.findings)
 
@@ -165,9 +165,9 @@ class Acceptance:
         return self.complete and all(check.verdict is Verdict.PASSED for check in self.checks)
 
 
-def not_done(name: str, title: str, why: str) -> CheckResult:
+def not_done(name: str, title: str, why: str) -> AcceptanceCheck:
     """Return the result of a check that could not be made."""
-    return CheckResult(name=name, title=title, verdict=Verdict.NOT_DONE, note=why)
+    return AcceptanceCheck(name=name, title=title, verdict=Verdict.NOT_DONE, note=why)
 
 
 def judged(
@@ -175,13 +175,13 @@ def judged(
     title: str,
     *,
     figures: Iterable[Measured] = (),
-    findings: Iterable[Finding] = (),
+    findings: Iterable[NamedFault] = (),
     note: str = "",
     picture: str | None = None,
-) -> CheckResult:
+) -> AcceptanceCheck:
     """Return the result of a check that was made: failed where it found something."""
     found = tuple(findings)
-    return CheckResult(
+    return AcceptanceCheck(
         name=name,
         title=title,
         verdict=Verdict.FAILED if found else Verdict.PASSED,

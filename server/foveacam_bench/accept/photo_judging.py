@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_bench.accept.photo_pictures import Camera
+from foveacam_bench.accept.photo_pictures import KnownCamera
 from foveacam_hardware.contract import FoveaError, OutOfRange
 from foveacam_pipeline.calibrate.wide.wide_images import LeftOutImage
 from foveacam_pipeline.models import Intrinsics
@@ -43,7 +43,7 @@ COMPARABLE = 1.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class SetOutcome:
     """What became of a set: `lenses`, the chosen one first, or `refusal`, the message, or `crash`."""
 
     lenses: tuple[Intrinsics, ...] = ()
@@ -64,7 +64,7 @@ class Fits:
     publisher's fit alone.
     """
 
-    camera: Camera
+    camera: KnownCamera
     focal_tolerance: float = FOCAL_TOLERANCE
     centre_tolerance: float = 0.005
     largest_rms_px: float = 0.25
@@ -87,7 +87,7 @@ class Refused:
 Expected: TypeAlias = Fits | Refused
 
 
-def calibrate_folder(folder: Path, options: WideOptions, *, pattern: str = "*") -> Outcome:
+def calibrate_folder(folder: Path, options: WideOptions, *, pattern: str = "*") -> SetOutcome:
     """Return what the step for image files makes of a folder."""
     left_out: list[LeftOutImage] = []
     images = ImageFolder(folder=folder, pattern=pattern, left_out=left_out.extend)
@@ -97,14 +97,14 @@ def calibrate_folder(folder: Path, options: WideOptions, *, pattern: str = "*") 
             measure_on_images(session, images, options, watch=SilentStepWatcher())
             found = session.read(RESULT)
         except FoveaError as error:
-            return Outcome(refusal=str(error), left_out=_by_name(left_out))
+            return SetOutcome(refusal=str(error), left_out=_by_name(left_out))
         except Exception as error:  # noqa: BLE001 - what breaks on a set is counted, and the others follow
-            return Outcome(crash=f"{type(error).__name__}: {error}", left_out=_by_name(left_out))
+            return SetOutcome(crash=f"{type(error).__name__}: {error}", left_out=_by_name(left_out))
     if found is None or found.lens is None or found.wide.fit is None:
-        return Outcome(crash="neither a lens nor a message", left_out=_by_name(left_out))
+        return SetOutcome(crash="neither a lens nor a message", left_out=_by_name(left_out))
     other = found.wide.other_model
     lenses = (found.lens, *([] if other is None else [_lens_of(other, found.lens)]))
-    return Outcome(
+    return SetOutcome(
         lenses=lenses,
         rms_px=found.wide.fit.rms_px,
         views=len(found.wide.samples),
@@ -112,7 +112,7 @@ def calibrate_folder(folder: Path, options: WideOptions, *, pattern: str = "*") 
     )
 
 
-def fault_of(outcome: Outcome, expected: Expected, *, earlier: Mapping[str, Outcome]) -> str:
+def fault_of(outcome: SetOutcome, expected: Expected, *, earlier: Mapping[str, SetOutcome]) -> str:
     """Return what is wrong with an outcome, in words; empty if nothing is."""
     if outcome.crash:
         return f"broke: {outcome.crash}"
@@ -126,7 +126,7 @@ def fault_of(outcome: Outcome, expected: Expected, *, earlier: Mapping[str, Outc
     return "; ".join(filter(None, (_lens_fault(outcome, expected), _views_fault(outcome, expected, earlier))))
 
 
-def focal_error(lens: Intrinsics, camera: Camera) -> float:
+def focal_error(lens: Intrinsics, camera: KnownCamera) -> float:
     """Return the larger relative error of the two focal lengths."""
     return float(np.abs(np.array([lens.fx_px, lens.fy_px]) / camera.focal_px - 1.0).max())
 
@@ -143,7 +143,7 @@ def round_trip_px(lens: Intrinsics) -> float:
     return float(np.where(np.isfinite(off_px), off_px, lens.width).max(initial=0.0))
 
 
-def field_fault(lens: Intrinsics, camera: Camera, *, margin: float, known: float = WHOLE) -> str:
+def field_fault(lens: Intrinsics, camera: KnownCamera, *, margin: float, known: float = WHOLE) -> str:
     """Return how the pixels with a direction differ from those that a camera reaches; empty if they agree.
 
     `margin`: relative doubt of the camera's fold; `known`: least share with directions where it has none.
@@ -167,7 +167,7 @@ def _is_refused(lens: Intrinsics, pixel: NDArray[np.float64]) -> bool:
     return False
 
 
-def _lens_fault(outcome: Outcome, expected: Fits) -> str:
+def _lens_fault(outcome: SetOutcome, expected: Fits) -> str:
     """Return how the chosen lens differs from the camera."""
     lens, camera = outcome.lenses[0], expected.camera
     faults = []
@@ -184,7 +184,7 @@ def _lens_fault(outcome: Outcome, expected: Fits) -> str:
     return "; ".join((*faults, *filter(None, [fault])))
 
 
-def _views_fault(outcome: Outcome, expected: Fits, earlier: Mapping[str, Outcome]) -> str:
+def _views_fault(outcome: SetOutcome, expected: Fits, earlier: Mapping[str, SetOutcome]) -> str:
     """Return what is wrong with the views used and left out, and with the fit beside an earlier one's."""
     faults = []
     if outcome.views < expected.views:

@@ -29,7 +29,7 @@ ROUNDS = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Camera:
+class KnownCamera:
     """A camera that is known exactly; `distortion`: k1, k2, p1, p2, k3, then k4 to k6 or none."""
 
     width: int
@@ -38,7 +38,7 @@ class Camera:
     centre_px: tuple[float, float]
     distortion: tuple[float, ...]
 
-    def halved(self) -> "Camera":
+    def halved(self) -> "KnownCamera":
         """Return the same lens with half as many pixels a side."""
         (fx_px, fy_px), (cx_px, cy_px) = self.focal_px, self.centre_px
         return replace(
@@ -74,7 +74,7 @@ class Camera:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BoardPose:
+class ShownPose:
     """Where the middle of a board is in the camera's frame, m, and its rotation vector, rad."""
 
     place_m: tuple[float, float, float]
@@ -104,24 +104,24 @@ class Series:
 
 
 @lru_cache(maxsize=4)
-def photographs(camera: Camera, board: Board, series: Series) -> tuple[Picture, ...]:
+def photographs(camera: KnownCamera, board: Board, series: Series) -> tuple[Picture, ...]:
     """Return photographs (h, w) of a board that is seen whole, all over the picture and tilted every way."""
     rng = np.random.default_rng(series.seed)
     poses = _poses(camera, board, series, rng)
     return tuple(_photograph(camera, board, pose, series, rng) for pose in poses)
 
 
-def _poses(camera: Camera, board: Board, series: Series, rng: np.random.Generator) -> list[BoardPose]:
+def _poses(camera: KnownCamera, board: Board, series: Series, rng: np.random.Generator) -> list[ShownPose]:
     """Return poses at which the whole board is in the picture."""
     edge_m = np.array([board.columns + 1.0, board.rows + 1.0]) * board.square_m
     ring = np.array([(x, y) for x in np.linspace(-0.5, 0.5, 9) for y in np.linspace(-0.5, 0.5, 9)])
-    poses: list[BoardPose] = []
+    poses: list[ShownPose] = []
     while len(poses) < series.count:
         depth_m = camera.focal_px[0] * edge_m[0] / (rng.uniform(*series.share) * camera.width)
         middle = camera.tangents(rng.uniform(0.0, 1.0, 2) * [camera.width, camera.height])
         x_m, y_m = (middle * depth_m).tolist()
         across, down, roll = rng.uniform(-0.5, 0.5, 3).tolist()
-        pose = BoardPose(place_m=(x_m, y_m, depth_m), turn_rad=(across, down, 0.5 * roll))
+        pose = ShownPose(place_m=(x_m, y_m, depth_m), turn_rad=(across, down, 0.5 * roll))
         points_m = pose.points_m(ring * edge_m)
         if points_m[:, 2].min() <= 0.0:
             continue
@@ -132,7 +132,7 @@ def _poses(camera: Camera, board: Board, series: Series, rng: np.random.Generato
 
 
 def _photograph(
-    camera: Camera, board: Board, pose: BoardPose, series: Series, rng: np.random.Generator
+    camera: KnownCamera, board: Board, pose: ShownPose, series: Series, rng: np.random.Generator
 ) -> Picture:
     """Return the photograph (h, w) of a board at a pose."""
     axes = pose.points_m(np.eye(2)) - pose.place_m
@@ -162,7 +162,7 @@ def _curl(at: NDArray[np.float64], most: float, rng: np.random.Generator) -> NDA
 
 
 @lru_cache(maxsize=2)
-def _fine_tangents(camera: Camera) -> NDArray[np.float64]:
+def _fine_tangents(camera: KnownCamera) -> NDArray[np.float64]:
     """Return the tangents that the parts of all pixels see, (h, w, 2)."""
     step = 1.0 / OVERSAMPLING
     x = np.arange(camera.width * OVERSAMPLING) * step + (step - 1.0) / 2.0

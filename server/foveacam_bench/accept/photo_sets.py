@@ -14,36 +14,36 @@ from foveacam_bench.accept import photo_files as files
 from foveacam_bench.accept.photo_judging import (
     Expected,
     Fits,
-    Outcome,
     Refused,
+    SetOutcome,
     calibrate_folder,
     fault_of,
     field_fault,
     focal_error,
     round_trip_px,
 )
-from foveacam_bench.accept.photo_pictures import Camera, Series, photographs
+from foveacam_bench.accept.photo_pictures import KnownCamera, Series, photographs
 from foveacam_bench.figures import Figures, Report
 from foveacam_pipeline.models import Intrinsics, load_calibration
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.calibrating.sessions.options import BoardOption, LensModel, WideOptions
 from foveacam_server.resources.calibrating.sessions.wide_step import chosen_board
 
-WEBCAM = Camera(
+WEBCAM = KnownCamera(
     width=640,
     height=480,
     focal_px=(536.0, 537.5),
     centre_px=(328.4, 236.7),
     distortion=(-0.25, 0.08, 0.0005, -0.0004, -0.01),
 )
-PHONE = Camera(
+PHONE = KnownCamera(
     width=960,
     height=720,
     focal_px=(804.0, 804.0),
     centre_px=(474.3, 366.1),
     distortion=(0.09, -0.15, 0.0003, 0.0006, 0.05),
 )
-ACTION = Camera(
+ACTION = KnownCamera(
     width=640,
     height=480,
     focal_px=(330.0, 331.0),
@@ -51,7 +51,7 @@ ACTION = Camera(
     distortion=(0.7129, 0.0829, 0.0003, -0.0002, 0.0008, 1.0458, 0.2334, 0.0082),
 )
 """Nearly an equidistant fish-eye, 140 degrees wide: bends a near board by half a square."""
-FOLDING = Camera(
+FOLDING = KnownCamera(
     width=1280,
     height=960,
     focal_px=(563.8, 564.7),
@@ -59,7 +59,7 @@ FOLDING = Camera(
     distortion=(-0.2463, 0.0759, -0.0004, 0.0002, -0.0117),
 )
 """A lens as fitted to photographs of an action camera: it folds back inside the corners."""
-PUBLISHED = Camera(
+PUBLISHED = KnownCamera(
     width=640, height=480, focal_px=(536.0, 536.0), centre_px=(335.0, 240.0), distortion=(0.0,) * 5
 )
 """The cameras of OpenCV's chessboards, f by its tutorial; the centres differ by some ten pixels."""
@@ -86,7 +86,7 @@ class PhotoSet:
 
     name: str
     expected: Expected
-    camera: Camera = WEBCAM
+    camera: KnownCamera = WEBCAM
     board: BoardOption = CHECKERBOARD
     described: BoardOption | None = None
     series: Series = USUAL
@@ -234,7 +234,7 @@ def photo_set_figures(
     }
 
 
-def run_sets(sets: Iterable[PhotoSet], progress: Report) -> dict[str, Outcome]:
+def run_sets(sets: Iterable[PhotoSet], progress: Report) -> dict[str, SetOutcome]:
     """Calibrate from each set and return what became of it, by name."""
     outcomes = {}
     for one in sets:
@@ -243,12 +243,12 @@ def run_sets(sets: Iterable[PhotoSet], progress: Report) -> dict[str, Outcome]:
     return outcomes
 
 
-def faults_of(sets: Iterable[PhotoSet], outcomes: Mapping[str, Outcome]) -> dict[str, str]:
+def faults_of(sets: Iterable[PhotoSet], outcomes: Mapping[str, SetOutcome]) -> dict[str, str]:
     """Return what is wrong with the outcome of each set, by name; empty if nothing is."""
     return {one.name: fault_of(outcomes[one.name], one.expected, earlier=outcomes) for one in sets}
 
 
-def _run_set(one: PhotoSet) -> Outcome:
+def _run_set(one: PhotoSet) -> SetOutcome:
     options = WideOptions(board=one.described or one.board, model=one.model)
     if one.folder is not None:
         return calibrate_folder(one.folder, options, pattern=one.pattern)
@@ -278,7 +278,7 @@ def _real_sets(data: Path | None) -> Sequence[PhotoSet]:
     ]
 
 
-def _largest_focal_error(sets: Iterable[PhotoSet], outcomes: Mapping[str, Outcome]) -> float | None:
+def _largest_focal_error(sets: Iterable[PhotoSet], outcomes: Mapping[str, SetOutcome]) -> float | None:
     """Return the largest relative error of the focal length over sets that fit a camera known exactly."""
     errors = [
         focal_error(outcomes[one.name].lenses[0], one.expected.camera)
@@ -288,7 +288,7 @@ def _largest_focal_error(sets: Iterable[PhotoSet], outcomes: Mapping[str, Outcom
     return max(errors, default=None)
 
 
-def _as_given(camera: Camera) -> Intrinsics:
+def _as_given(camera: KnownCamera) -> Intrinsics:
     """Return a known camera as the product's intrinsics."""
     return Intrinsics(
         width=camera.width,

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.accept.values import Acceptance, Fault, Finding, Measured, judged, not_done
+from foveacam_pipeline.accept.values import Acceptance, Fault, Measured, NamedFault, judged, not_done
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.calibrating.acceptances.records import AcceptanceRecords
@@ -15,7 +15,7 @@ from foveacam_server.resources.calibrating.report.page import report_html
 
 CALIBRATION = load_calibration(SHIPPED / "sim-rig120.json")
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(40)
-SLOW = Finding(fault=Fault.SLOW_FILTER, subject="", detail="a filter of <half> its cut-off")
+SLOW = NamedFault(fault=Fault.SLOW_FILTER, subject="", detail="a filter of <half> its cut-off")
 RUN = Acceptance(
     rig_id="sim-rig120",
     calibration_id=CALIBRATION.id,

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from foveacam_hardware.contract import Role
 from foveacam_hardware.sim.assembly import delivered_image, is_lost, mount_turn_rad, wired_codes
-from foveacam_hardware.simulated_assembly import CameraAssembly, EyeAssembly, SimulatedAssembly
+from foveacam_hardware.simulated_assembly import CameraAssembly, FoveaAssembly, SimulatedAssembly
 
 CODES = (1, 2, 3, 4, 5, 6, 7, 8)
 PICTURE = np.random.default_rng(3).integers(40, 200, (60, 80), dtype=np.uint8)
@@ -75,10 +75,10 @@ def test_a_share_of_the_frames_is_lost_the_same_ones_each_time() -> None:
 
 
 def test_a_loose_mount_jumps_and_a_creeping_one_turns_steadily() -> None:
-    loose = EyeAssembly(loose_mount_deg=0.02)
+    loose = FoveaAssembly(loose_mount_deg=0.02)
     turns = np.array([mount_turn_rad(loose, Role.LEFT, t * 10**9) for t in range(300)])
     assert np.rad2deg(turns[:, :2]).std() == pytest.approx(0.02, rel=0.1)
-    creeping = EyeAssembly(mount_drift_deg_per_min=0.3)
+    creeping = FoveaAssembly(mount_drift_deg_per_min=0.3)
     assert math.degrees(mount_turn_rad(creeping, Role.LEFT, 120 * 10**9)[1]) == pytest.approx(0.6)
 
 

@@ -23,9 +23,9 @@ from foveacam_pipeline.accept.timing import filter_response, step_timing
 from foveacam_pipeline.accept.values import (
     REMEDIES,
     Acceptance,
-    CheckResult,
+    AcceptanceCheck,
     Fault,
-    Finding,
+    NamedFault,
     judged,
     not_done,
 )
@@ -40,7 +40,7 @@ FULL_WELL = 0.024
 """Grey levels per electron."""
 
 
-def faults(found: CheckResult | list[Finding]) -> list[tuple[Fault, str]]:
+def faults(found: AcceptanceCheck | list[NamedFault]) -> list[tuple[Fault, str]]:
     findings = found if isinstance(found, list) else list(found.findings)
     return [(each.fault, each.subject) for each in findings]
 
@@ -183,6 +183,7 @@ def sensor_frames(
         ladder=tuple(each.astype(np.float32) for each in ladder),
         exposures_ns=(2_000_000, 4_000_000, 4_000_000, 8_000_000),
         dark=dark,
+        dark_ns=50_000,
         raw=ladder[-1],
         bits=8,
         black_level=0.0,
@@ -265,7 +266,7 @@ def test_a_calibration_that_states_large_errors_is_held_to_those() -> None:
 
 
 def test_only_a_whole_run_whose_checks_all_passed_is_accepted() -> None:
-    found = Finding(fault=Fault.NOISE, subject="left", detail="the left camera: too noisy")
+    found = NamedFault(fault=Fault.NOISE, subject="left", detail="the left camera: too noisy")
     passed, failed = judged("one", "One"), judged("two", "Two", findings=[found])
     for checks, complete, accepted in (
         ((passed,), True, True),

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from foveacam_bench.accept.photo_judging import Fits, Outcome, field_fault
-from foveacam_bench.accept.photo_pictures import Camera, Series, _poses
+from foveacam_bench.accept.photo_judging import Fits, SetOutcome, field_fault
+from foveacam_bench.accept.photo_pictures import KnownCamera, Series, _poses
 from foveacam_bench.accept.photo_sets import (
     ACTION,
     CHECKERBOARD,
@@ -28,13 +28,13 @@ BY_NAME = {one.name: one for one in SETS}
 PNG = replace(BY_NAME["png"], model="five", series=Series(count=8), expected=Fits(camera=WEBCAM, views=8))
 
 
-def _with_focal_length(camera: Camera, factor: float) -> Camera:
+def _with_focal_length(camera: KnownCamera, factor: float) -> KnownCamera:
     fx_px, fy_px = camera.focal_px
     return replace(camera, focal_px=(factor * fx_px, factor * fy_px))
 
 
 @pytest.mark.parametrize("camera", [WEBCAM, PHONE, ACTION, FOLDING, FOLDING.halved()])
-def test_the_lens_of_the_photographs_is_opencvs(camera: Camera) -> None:
+def test_the_lens_of_the_photographs_is_opencvs(camera: KnownCamera) -> None:
     x, y = np.meshgrid(np.linspace(0.0, camera.width, 33), np.linspace(0.0, camera.height, 25))
     pixels = np.column_stack([x.ravel(), y.ravel()])
     tangents = camera.tangents(pixels)
@@ -81,14 +81,14 @@ def test_a_board_that_was_miscounted_is_refused_by_name() -> None:
 @pytest.mark.parametrize(
     ("name", "outcome", "fault"),
     [
-        ("png", Outcome(refusal="they are too alike"), "refused: they are too alike"),
-        ("png", Outcome(crash="error: (-215)"), "broke: error"),
-        ("all_alike", Outcome(views=20), "should have been refused"),
-        ("all_alike", Outcome(refusal="tilt it"), "for another reason: tilt it"),
-        ("curled_paper", Outcome(refusal="corners scatter by 2.0 px: too alike"), "for another reason"),
+        ("png", SetOutcome(refusal="they are too alike"), "refused: they are too alike"),
+        ("png", SetOutcome(crash="error: (-215)"), "broke: error"),
+        ("all_alike", SetOutcome(views=20), "should have been refused"),
+        ("all_alike", SetOutcome(refusal="tilt it"), "for another reason: tilt it"),
+        ("curled_paper", SetOutcome(refusal="corners scatter by 2.0 px: too alike"), "for another reason"),
     ],
 )
-def test_another_outcome_than_the_right_one_is_a_fault(name: str, outcome: Outcome, fault: str) -> None:
+def test_another_outcome_than_the_right_one_is_a_fault(name: str, outcome: SetOutcome, fault: str) -> None:
     one: PhotoSet = BY_NAME[name]
     assert fault in faults_of([one], {name: outcome})[name]
 

@@ -1,18 +1,17 @@
 """The rig under test of an acceptance run: one that a command owns, or the server's through its thread."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Protocol
 
-from foveacam_hardware.contract import Binning, Clock, MarkerPrint, PanTilt, Station, StationTarget
+from foveacam_hardware.contract import Binning, Clock, MarkerPrint, PanTilt, Station
 from foveacam_hardware.rig import Rig
 from foveacam_pipeline.accept.environment import AcceptanceEnvironment
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
 from foveacam_pipeline.capture.run.access import RigAccess
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_server.resources.calibrating.sessions.step_environment import binned_cameras
+from foveacam_server.resources.calibrating.sessions.step_environment import binned_cameras, marker_stations
 from foveacam_server.resources.calibrating.sessions.turning import turn_to_station
 from foveacam_server.rig.access import StillRigAccess
 from foveacam_server.rig.device_reconnector import MIRRORS
@@ -21,16 +20,8 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.status import RigStatus
 
 
-class AccessOf(Protocol):
-    """Makes the access of a procedure to a rig that its thread owns."""
-
-    def __call__(self, rig: Rig) -> RigAccess:
-        """Return the access."""
-        ...
-
-
 def environment_of_rig(
-    rig: Rig, calibration: Calibration | None, *, access_of: AccessOf
+    rig: Rig, calibration: Calibration | None, *, access_of: Callable[[Rig], RigAccess]
 ) -> AcceptanceEnvironment:
     """Return the environment of a rig that the caller's thread owns, opened as far as it answers."""
 
@@ -95,12 +86,6 @@ def _missing(hardware: HardwareThread, status: RigStatus) -> list[tuple[str, str
     if hardware.pose is not None:
         there.add(MIRRORS)
     return [(problem.device, problem.detail) for problem in status.problems if problem.device not in there]
-
-
-def marker_stations(stations: Sequence[Station]) -> tuple[Station, ...]:
-    """Return the stations with markers, the farthest first."""
-    found = [station for station in stations if station.target is StationTarget.MARKERS]
-    return tuple(sorted(found, key=lambda station: -(station.distance_m or 0.0)))
 
 
 def layout_of(markers: MarkerPrint) -> MarkerLayout:

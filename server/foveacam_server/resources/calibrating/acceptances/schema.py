@@ -6,10 +6,10 @@ from pydantic import Field
 
 from foveacam_pipeline.accept.values import (
     Acceptance,
-    CheckResult,
+    AcceptanceCheck,
     Fault,
-    Finding,
     Measured,
+    NamedFault,
     Verdict,
 )
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
@@ -59,7 +59,7 @@ class AcceptanceFindingDocument(ResponseModel):
     remedy: str
 
     @classmethod
-    def of(cls, found: Finding) -> "AcceptanceFindingDocument":
+    def of(cls, found: NamedFault) -> "AcceptanceFindingDocument":
         """Describe a finding."""
         return cls(fault=found.fault, subject=found.subject, detail=found.detail, remedy=found.remedy)
 
@@ -76,7 +76,7 @@ class AcceptanceCheckDocument(ResponseModel):
     picture: str | None
 
     @classmethod
-    def of(cls, check: CheckResult, *, drawn: bool) -> "AcceptanceCheckDocument":
+    def of(cls, check: AcceptanceCheck, *, drawn: bool) -> "AcceptanceCheckDocument":
         """Describe a check; `drawn`: whether its picture exists."""
         return cls(
             name=check.name,

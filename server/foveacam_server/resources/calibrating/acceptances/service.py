@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from foveacam_hardware.contract import FoveaError
+from foveacam_hardware.contract import Stopped
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.jobs import JobContext
@@ -67,5 +67,8 @@ class Acceptances:
         tools.events.emit("calibration.acceptance", document.summary, data=ended)
         if not document.complete:
             context.check()  # cancelled: what was measured is kept
-            raise FoveaError("the acceptance run was stopped; what was measured until then is kept")
+            raise Stopped(
+                "the acceptance run was stopped, and what was measured until then is kept",
+                remedy="release the stop, and run it again",
+            )
         return f"{ACCEPTANCES_URL}/{document.id}"

@@ -90,9 +90,9 @@ class StepEnvironment:
 
     def sweep_stations(self, names: Sequence[str] | None) -> tuple[Station, ...]:
         """Return the stations to sweep: those named, else all with markers, farthest first."""
-        with_markers = self.stations_of(StationTarget.MARKERS)
+        with_markers = marker_stations(self.stations)
         if names is None:
-            return tuple(sorted(with_markers, key=lambda station: -(station.distance_m or math.inf)))
+            return with_markers
         named = tuple(self.station(name) for name in names)
         for station in named:
             if station.target is not StationTarget.MARKERS:
@@ -104,6 +104,12 @@ class StepEnvironment:
                     remedy=f"choose among {known}",
                 )
         return named
+
+
+def marker_stations(stations: Sequence[Station]) -> tuple[Station, ...]:
+    """Return the stations with markers: first those of unknown distance, then the farthest."""
+    found = [station for station in stations if station.target is StationTarget.MARKERS]
+    return tuple(sorted(found, key=lambda station: -(station.distance_m or math.inf)))
 
 
 class StepWatcher(ProcedureWatcher, Protocol):
