@@ -322,5 +322,5 @@ class _Run:
 
 def _known(value: T | None, what: str) -> T:
     if value is None:
-        raise FoveaError(f"{what} could not be measured before", remedy="see the checks above")
+        raise FoveaError(f"it needs {what}, which a check above could not give")
     return value
