@@ -64,7 +64,7 @@ REMEDIES: dict[Fault, str] = {
     Fault.LATE_EXPOSURE: "remove the camera's trigger delay; if it has none, check its trigger line",
     Fault.FROZEN_PICTURE: "restart the camera; if it repeats its picture again, replace cable or camera",
     Fault.MARKER_NOT_SEEN: "turn the rig until each camera sees its own marker; light and uncover them",
-    Fault.EXCHANGED_CAMERAS: "exchange their serial numbers in the rig file; if it has ports, exchange the cables",
+    Fault.EXCHANGED_CAMERAS: "exchange their serial numbers in the rig file, or the cables if it has ports",
     Fault.MIRRORED_PICTURE: "reverse the readout direction in the camera's settings",
     Fault.ROTATED_PICTURE: "turn the camera upright, or reverse both readout directions in its settings",
     Fault.DEFOCUS: "focus the lens on the markers, and lock its ring",
