@@ -273,6 +273,20 @@ def test_a_plot_reads_values_and_zooms(open_console: OpenConsole, stub: StubServ
     expect_s(0.9 * -11.7)
 
 
+def test_a_finger_reads_a_plot_before_it_leaves(open_console: OpenConsole, stub: StubServer) -> None:
+    # a press that lasts, also on a slow machine, is no tap: the browser sends no mouse events after it
+    put(stub, [followed(1)])
+    page = open_console(f"{stub.url}#/follow", options=TOUCH).page
+    surface = page.locator("#follow-page .u-over")
+    surface.scroll_into_view_if_needed()
+    box = box_of(surface)
+    touch = {"x": box["x"] + 0.1 * box["width"], "y": box["y"] + 20}
+    session = page.context.new_cdp_session(page)
+    session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [touch]})
+    value = page.locator("#follow-page .u-value").first
+    wait_for(page, lambda: number_of(value) == pytest.approx(0.9 * -11.7, abs=0.2))
+
+
 def number_of(value: Locator) -> float:
     return float((value.text_content() or "").replace("−", "-").replace("–", "nan"))
 

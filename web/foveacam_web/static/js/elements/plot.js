@@ -19,10 +19,10 @@ import { MISSING, number } from "./format.js";
 const LEAST_SHARE = 1e-4; // of the value: the axis of a flat curve must not magnify noise
 const LINE_PX = 1.6;
 const MOUSE = Object.freeze({
-  pointerdown: "mousedown",
-  pointermove: "mousemove",
-  pointerup: "mouseup",
-  pointercancel: "mouseup",
+  pointerdown: ["mousemove", "mousedown"], // a press alone reads nothing, and a long one is no tap
+  pointermove: ["mousemove"],
+  pointerup: ["mouseup"],
+  pointercancel: ["mouseup"],
 });
 
 /** @type {Promise<typeof uPlot> | null} */
@@ -111,11 +111,12 @@ class ValuePlot extends HTMLElement {
 
 /** Let one finger do what the mouse does; uPlot knows no other pointers. @param {HTMLElement} element */
 function followFinger(element) {
-  for (const [pointer, mouse] of Object.entries(MOUSE)) {
+  for (const [pointer, events] of Object.entries(MOUSE)) {
     element.addEventListener(pointer, (event) => {
       const { pointerType, clientX, clientY } = /** @type {PointerEvent} */ (event);
       if (pointerType !== "touch") return;
-      element.dispatchEvent(new MouseEvent(mouse, { bubbles: true, clientX, clientY, movementX: 1 }));
+      for (const mouse of events)
+        element.dispatchEvent(new MouseEvent(mouse, { bubbles: true, clientX, clientY, movementX: 1 }));
     });
   }
 }
