@@ -97,22 +97,24 @@ class Follower:
     def step(self, head: Head) -> FollowStep:
         """Look once at the next target of the schedule; if none is in reach, acquire only a wide frame.
 
-        On an `AheadHead` the look at another target begins before this one is evaluated. Call `finish` before
-        changing the targets and before releasing the head.
+        On an `AheadHead` the next look begins before the foveae of this one are evaluated, unless it is at the
+        same target and that is in doubt. Call `finish` before changing the targets and before releasing the
+        head.
         """
         begun, self._begun = self._begun or self._begin_next(head), None
         if begun is None:
             self._see_wide(head.wide(max_age_ms=0.0))
             return FollowStep(t_ns=self._clock.now_ns())
         sighting = begun.pending.result()
-        if isinstance(head, AheadHead) and len(self._targets) > 1:
-            self._begin_another(head, begun.target)
-        return self._measured(begun, sighting)
+        self._see(begun, sighting)
+        if isinstance(head, AheadHead):
+            self._begin_ahead(head, begun.target)
+        return self._read(begun.target, sighting)
 
     def finish(self) -> FollowStep | None:
         """Wait for the pending look and evaluate it; None if there is none."""
         begun, self._begun = self._begun, None
-        return None if begun is None else self._measured(begun, begun.pending.result())
+        return None if begun is None else self._measured(begun)
 
     def round(self, head: Head) -> list[FollowStep]:
         """Look once at each target that both eyes reach, in immediate succession; return the looks."""
@@ -121,7 +123,7 @@ class Follower:
             expected_ns = self._clock.now_ns() + self._lead_ns
             if target.reachable(expected_ns):
                 begun = self._begin(head, target, expected_ns)
-                steps.append(self._measured(begun, begun.pending.result()))
+                steps.append(self._measured(begun))
         return steps
 
     def watching(self, head: Head) -> Head:
@@ -143,11 +145,11 @@ class Follower:
             target = self._chosen(expected_ns)
         return None if target is None else self._begin(head, target, expected_ns)
 
-    def _begin_another(self, head: Head, measured: FollowedTarget) -> None:
-        """Begin the next look, unless it is at `measured`, whose present look is not yet evaluated."""
+    def _begin_ahead(self, head: Head, measured: FollowedTarget) -> None:
+        """Begin the next look; one at `measured` waits for the evaluation of its present one if it is in doubt."""
         expected_ns = self._clock.now_ns() + self._lead_ns
         target = self._chosen(expected_ns, seen=measured)
-        if target is measured:
+        if target is measured and measured.missed:
             self._turn = target
         elif target is not None:
             self._begun = self._begin(head, target, expected_ns)
@@ -160,11 +162,20 @@ class Follower:
         requested_ns = self._clock.now_ns()
         return _BegunLook(target=target, requested_ns=requested_ns, pending=_look(head, volts))
 
-    def _measured(self, begun: _BegunLook, sighting: Sighting) -> FollowStep:
+    def _measured(self, begun: _BegunLook) -> FollowStep:
+        """Wait for a look and evaluate it."""
+        sighting = begun.pending.result()
+        self._see(begun, sighting)
+        return self._read(begun.target, sighting)
+
+    def _see(self, begun: _BegunLook, sighting: Sighting) -> None:
+        """Take the times of a look and its wide frame."""
         self._lead_ns = max(0, sighting.left.t_ns - begun.requested_ns)
         self._time(sighting.left.t_ns)
         self._see_wide(sighting.wide)
-        target = begun.target
+
+    def _read(self, target: FollowedTarget, sighting: Sighting) -> FollowStep:
+        """Evaluate the foveae of a look."""
         reading = target.see_foveae(sighting)
         return FollowStep(
             t_ns=sighting.left.t_ns, target_id=target.target_id, sighting=sighting, reading=reading

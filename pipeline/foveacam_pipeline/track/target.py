@@ -132,6 +132,11 @@ class FollowedTarget:
         return first if self._reaches(first[0]) or not self._reaches(second[0]) else second
 
     @property
+    def missed(self) -> bool:
+        """Whether the last look did not show it."""
+        return self._misses > 0
+
+    @property
     def lost(self) -> bool:
         """Whether the last `LOST_MISSES` looks did not show it."""
         return self._misses >= LOST_MISSES
