@@ -17,6 +17,8 @@ from foveacam_hardware.sim.render.renderer import Renderer
 from foveacam_hardware.sim.render.scene import Lighting, Scene
 from foveacam_hardware.sim.render.smear import MovingLayer, smear
 
+BACK_FRAMES = 2
+"""Cached pictures of what stands still: one of each eye, whose mirrors rest most of the time."""
 BLACK = Lighting(horizon=(0.0, 0.0, 0.0), zenith=(0.0, 0.0, 0.0))
 
 
@@ -87,7 +89,7 @@ class SceneLayers:
         self._place = {number: place for place, number in enumerate(moving)}
         self._moving = scene.selected(moving, BLACK)
         self._front = Renderer(self._moving, threads=threads, cached_frames=1)
-        self._back = Renderer(scene.selected(standing), threads=threads, cached_frames=1)
+        self._back = Renderer(scene.selected(standing), threads=threads, cached_frames=BACK_FRAMES)
         self._threads, self._pool = threads, ThreadPoolExecutor(threads, "smear")
 
     def set_pose(self, number: int, pose: NDArray[np.float64]) -> None:
