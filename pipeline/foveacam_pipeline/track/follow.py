@@ -97,9 +97,9 @@ class Follower:
     def step(self, head: Head) -> FollowStep:
         """Look once at the next target of the schedule; if none is in reach, acquire only a wide frame.
 
-        On an `AheadHead` the next look begins before the foveae of this one are evaluated, unless it is at the
-        same target and that is in doubt. Call `finish` before changing the targets and before releasing the
-        head.
+        On an `AheadHead` the next look begins before the foveae of this one are evaluated, unless it is at
+        the same target and its look before missed it. Call `finish` before changing the targets and before
+        releasing the head.
         """
         begun, self._begun = self._begun or self._begin_next(head), None
         if begun is None:
@@ -146,7 +146,7 @@ class Follower:
         return None if target is None else self._begin(head, target, expected_ns)
 
     def _begin_ahead(self, head: Head, measured: FollowedTarget) -> None:
-        """Begin the next look; one at `measured` waits for the evaluation of its present one if it is in doubt."""
+        """Begin the next look; one at `measured` waits for the evaluation of the present one after a miss."""
         expected_ns = self._clock.now_ns() + self._lead_ns
         target = self._chosen(expected_ns, seen=measured)
         if target is measured and measured.missed:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import pairwise
 from unittest.mock import patch
 
 import numpy as np
@@ -15,6 +14,7 @@ from foveacam_hardware.contract import (
     Frame,
     LookOptions,
     PendingLook,
+    Role,
     Sighting,
     StereoVolts,
     Timeout,
@@ -110,24 +110,32 @@ def test_what_moves_is_followed_in_every_look() -> None:
         np.testing.assert_allclose(report.estimate.position_rig_m[:2], truth_m, atol=0.03)
 
 
-def test_one_target_alone_is_aimed_at_by_what_its_last_look_showed() -> None:
-    head = LookingAheadHead(head_with(walking))
+def test_the_next_look_at_one_target_alone_begins_early_until_a_look_misses_it() -> None:
+    head = LookingAheadHead(head_with(lambda t_ns: (0.0, 0.0)))
     follower = following(head.head, a=1.0)
     with measured_looks(head) as found:
-        for _ in range(5):
-            follower.step(head)
-    assert found == [1, 2, 3, 4, 5]
-    assert follower.finish() is None
+        hits = [follower.step(head).reading is not None for _ in range(5)]
+        head.head.blind = frozenset({Role.LEFT})  # the sixth look is made by now
+        hits += [follower.step(head).reading is not None for _ in range(4)]
+    assert hits == [True] * 6 + [False] * 3
+    assert found == [2, 3, 4, 5, 6, 7, 8, 8, 9]
 
 
-def test_a_target_whose_turn_comes_twice_waits_for_its_measurement_and_keeps_its_share() -> None:
+def test_one_target_that_moves_stays_in_the_foveae_although_each_look_begins_early() -> None:
+    head = LookingAheadHead(head_with(walking))
+    follower = following(head.head, a=1.0)
+    for _ in range(30):
+        follower.step(head)
+    assert [(report.looks, report.hits) for report in follower.reports()] == [(30, 30)]
+
+
+def test_targets_keep_their_shares_when_the_next_look_is_at_the_same_one() -> None:
     head = LookingAheadHead(head_with(lambda t_ns: (0.0, 0.0)))
     follower = following(head.head, a=2.0, b=1.0)
     with measured_looks(head) as found:
         looked_at = [follower.step(head).target_id for _ in range(18)]
     assert looked_at.count("a") == pytest.approx(12, abs=1)
-    for number, (before, after) in enumerate(pairwise(looked_at)):
-        assert found[number] == number + (1 if before == after else 2)
+    assert found == [number + 2 for number in range(18)]
 
 
 def test_a_look_that_has_begun_is_measured_once_before_targets_are_changed() -> None:

@@ -39,6 +39,7 @@ def smear(
     near, spans = np.empty((kept, groups, columns), np.float32), np.empty((kept, groups, 2), np.int32)
     total = np.empty((channels, width), np.float32)
     free, hidden = np.empty(width, np.float32), np.empty(width, np.float32)
+    rows, lefts = np.empty(groups, np.int32), np.empty(groups, np.int32)
     share, all_steps = np.float32(1.0 / count), np.float32(count)
     for v in range(first, first + kept - 1):
         _take_row(layer, v, planes[v % kept], near[v % kept], spans[v % kept])
@@ -47,24 +48,34 @@ def smear(
         _take_row(layer, y + kept - 1, planes[newest], near[newest], spans[newest])
         total[:], hidden[:] = np.float32(0.0), np.float32(0.0)
         for k in range(count):
-            shown = 0
             for g in range(groups):
-                v = (y + layer.margin_y - steps[k, g, 1]) % kept
-                shown += spans[v, g, 0] < spans[v, g, 1]
-            if shown > 1:
-                free[:] = np.float32(1.0)
-            for g in range(groups if shown > 0 else 0):
-                v, left = (y + layer.margin_y - steps[k, g, 1]) % kept, layer.margin_x - steps[k, g, 0]
-                begin, stop = max(0, spans[v, g, 0] - left), min(width, spans[v, g, 1] - left)
-                if shown == 1:
-                    _cover_alone(near[v, g], planes[v], left, begin, stop, still_depth[y], hidden, total)
-                else:
-                    _cover(near[v, g], planes[v], left, begin, stop, still_depth[y], free, total)
-            for x in range(width if shown > 1 else 0):
-                hidden[x] += np.float32(1.0) - free[x]
+                rows[g] = (y + layer.margin_y - steps[k, g, 1]) % kept
+                lefts[g] = layer.margin_x - steps[k, g, 0]
+            _add_step(near, planes, spans, rows, lefts, still_depth[y], free, hidden, total)
         for c in range(channels):
             for x in range(width):
                 out[y, x, c] = share * (total[c, x] + (all_steps - hidden[x]) * still[y, x, c])
+
+
+@part
+def _add_step(
+    near: F32, planes: F32, spans: I32, rows: I32, lefts: I32, depth: F32, free: F32, hidden: F32, total: F32
+) -> None:
+    """Add the groups of one step to a row: of each, the row `rows[g]` of those kept, from `lefts[g]` on."""
+    width, shown = depth.shape[0], 0
+    for g in range(len(rows)):
+        shown += spans[rows[g], g, 0] < spans[rows[g], g, 1]
+    if shown > 1:
+        free[:] = np.float32(1.0)
+    for g in range(len(rows) if shown > 0 else 0):
+        v, left = rows[g], lefts[g]
+        begin, stop = max(0, spans[v, g, 0] - left), min(width, spans[v, g, 1] - left)
+        if shown == 1:
+            _cover_alone(near[v, g], planes[v], left, begin, stop, depth, hidden, total)
+        else:
+            _cover(near[v, g], planes[v], left, begin, stop, depth, free, total)
+    for x in range(width if shown > 1 else 0):
+        hidden[x] += np.float32(1.0) - free[x]
 
 
 @part
@@ -115,8 +126,8 @@ def _cover(
 def _take_row(layer: MovingLayer, v: int, planes: F32, near: F32, spans: I32) -> None:
     """Read row v of the layer: its channels, the depth of each group, and the columns from..to of each.
 
-    The depth is infinite where a group is not; the columns of one that is not in the row are empty. Pixels that an object covers in part, but not at their middle,
-    get the group and the depth beside them.
+    The depth is infinite where a group is not; the columns of one that is not in the row are empty. Pixels
+    that an object covers in part, but not at their middle, get the group and the depth beside them.
     """
     channels, columns = planes.shape
     radiance, ids, depth, group = layer.radiance[v], layer.ids[v], layer.depth[v], layer.group
