@@ -149,7 +149,7 @@ def _take_row(layer: MovingLayer, v: int, planes: F32, near: F32, spans: I32) ->
 
 
 @part
-def _beside(ids: I32, depths: F32, y: int, x: int) -> tuple[int, float]:
+def _beside(ids: I32, depths: F32, y: int, x: int) -> tuple[np.int32, np.float32]:
     """Return object and depth of the nearest of the pixels about one that shows nothing; −1 without any."""
     shown, depth = np.int32(-1), np.float32(np.inf)
     for v in range(max(0, y - 1), min(ids.shape[0], y + 2)):
