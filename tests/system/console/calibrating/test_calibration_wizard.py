@@ -8,6 +8,7 @@ from playwright.sync_api import Locator, Route, expect
 from tests.support.pages import calibration_documents as documents
 from tests.support.pages.awaited import wait_for
 from tests.support.pages.console_page import Console, OpenShared, OpenWizard
+from tests.support.pages.stop import expect_stop_in_reach
 from tests.support.pages.stub_server import StubServer, problem
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120), pytest.mark.usefixtures("measured")]
@@ -65,6 +66,8 @@ def test_calibrating_everything_begins_a_session_and_runs_all_steps(
     console.page.get_by_role("button", name="Calibrate everything").click()
     sheet = console.page.locator("dialog[open]")
     sheet.get_by_label("Label").fill("After the move")
+    sheet.get_by_role("button", name="Start").focus()
+    expect_stop_in_reach(console.page)
     sheet.get_by_role("button", name="Start").click()
     expect(console.page.locator(".job")).to_contain_text("Everything")
     assert stub.posted_bodies("/calibration_sessions") == [{"label": "After the move"}]

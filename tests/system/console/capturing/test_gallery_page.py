@@ -12,6 +12,7 @@ from foveacam_pipeline.capture.dataset import Dataset, DatasetWriter
 from tests.support.pages.awaited import box_of, expect_to_fit
 from tests.support.pages.capture_documents import CAPTURE_ID, JOB_ID, capture, job, reference
 from tests.support.pages.console_page import PHONE, TOUCH, Console, OpenConsole, OpenShared
+from tests.support.pages.stop import expect_stop_in_reach
 from tests.support.pages.stub_server import Json, StubServer, problem
 from tests.support.scenes.dataset_scenes import header, noise_point
 from tests.support.scenes.mosaic_scenes import scan
@@ -117,6 +118,7 @@ def test_every_point_is_shown_large_and_the_arrow_keys_go_on(
         loaded(large.get_by_role("img", name=f"{name}, point 2"))
     console.page.keyboard.press("ArrowLeft")
     expect(large.get_by_role("button", name="Point before")).to_be_disabled()
+    expect_stop_in_reach(console.page)
     console.page.keyboard.press("ArrowRight")
     console.page.keyboard.press("Escape")
     expect(points.nth(1)).to_be_focused()

@@ -22,6 +22,7 @@ from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.resources.studying.planner import routes
 from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, settled, wait_for
 from tests.support.pages.console_page import NO_STORAGE, TOUCH, Console, OpenConsole, console_of
+from tests.support.pages.stop import expect_stop_in_reach
 from tests.support.pages.stub_server import StubServer, application
 from tests.support.servers.local_server import serving
 
@@ -224,6 +225,7 @@ def test_own_maps_are_taken_with_a_scale_and_refused_in_words(
     sheet = page.get_by_role("dialog", name="How large is it?")
     sheet.get_by_role("button", name="Use this picture").click()
     expect(sheet.get_by_role("alert")).to_contain_text("The picture has no scale: press both ends")
+    expect_stop_in_reach(page)
     drawing = sheet.locator(".scale-drawing")
     for x_share in (0.2, 0.7):
         page.mouse.click(*at(drawing, x_share, 0.5))
