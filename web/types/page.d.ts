@@ -477,6 +477,8 @@ export type SharedState = {
   steer_distance_m: number | null;
   /** The recording that is being made, whoever began it. */
   recording: api.RecordingDocument | null;
+  /** Whether the operator asked for marked targets although targets exist. */
+  hints_asked: boolean;
   settings: Settings;
 };
 

@@ -160,6 +160,28 @@ def test_a_rectangle_and_a_known_target_are_followed(open_stub: OpenShared, stub
     expect(follow_switch(page)).to_have_attribute("aria-pressed", "false")
 
 
+def test_a_click_has_one_meaning_at_a_time(open_console: OpenConsole, stub: StubServer) -> None:
+    console = watching(open_console(stub.url), stub)
+    page = console.page
+    measure = page.locator(".pane-wide").get_by_role("button", name="Measure in the view")
+    bar = page.locator(".pane-wide .hint-bar", has_text="Following")
+    measure.click()
+    follow_switch(page).click()
+    expect(measure).to_have_attribute("aria-pressed", "false")
+    expect(page.locator("body.measuring")).to_have_count(0)
+    expect(bar).to_be_visible()
+    expect(page.locator(".pane-wide .surface")).to_have_css("cursor", "cell")
+    measure.click()
+    expect(follow_switch(page)).to_have_attribute("aria-pressed", "false")
+    expect(page.locator(".pane-wide .measure-bar")).to_be_visible()
+    expect(bar).to_be_hidden()
+    page.keyboard.press("t")
+    bar.get_by_role("button", name="Stop following clicks").click()
+    expect(follow_switch(page)).to_have_attribute("aria-pressed", "false")
+    with page.expect_request(lambda request: request.url.endswith("/fixations")):
+        page.mouse.click(*console.page_position(200, 100))
+
+
 def test_marks_follow_every_wide_picture_in_the_colour_of_their_state(
     open_stub: OpenShared, stub: StubServer
 ) -> None:

@@ -121,7 +121,12 @@ rigReader.readRig = () => sync.readRig();
 begun.booted = () => void sync.readAll();
 new ReachReader(store);
 const measure = new MeasureTool({ store, views, orders: measureOrders });
-const help = makeHelp({ showHints: () => changeSettings(store, { hints: true }) });
+const help = makeHelp({
+  showHints: () => {
+    store.set({ hints_asked: true });
+    changeSettings(store, { hints: true });
+  },
+});
 const settings = makeSettings(store);
 const lease = makeLease({ store, commands });
 watchLease({ store, commands });

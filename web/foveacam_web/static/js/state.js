@@ -122,6 +122,7 @@ function sharedState() {
     lease_token: sessionStorage.getItem("foveacam.lease"),
     steer_distance_m: null,
     recording: null,
+    hints_asked: false,
     settings: loadSettings(),
   };
 }

@@ -29,27 +29,20 @@ export class Hints {
   constructor({ store, pane }) {
     this.#store = store;
     this.#pane = pane;
-    this.#bar = h(
-      "div",
-      { class: "hint-bar", hidden: true, role: "note" },
+    this.#bar = hintBar(
       html`<span>
         New here? <b>Click one of the marked things</b>: both foveae look at it, and its distance appears.
       </span>`,
-      html`<button
-        type="button" class="tool" aria-label="Hide the hint" title="Hide; Help shows it again"
-        @click=${() => this.dismiss()}
-      >
-        ${icon("close")}
-      </button>`,
+      { label: "Hide the hint", title: "Hide; Help shows it again", act: () => this.dismiss() },
     );
-    for (const type of ["pointerdown", "pointerup", "click", "dblclick"])
-      this.#bar.addEventListener(type, (event) => event.stopPropagation());
+    this.#bar.classList.add("first");
     pane.surface.append(this.#marks, this.#bar);
-    store.on(["rig", "shown", "settings", "current"], () => this.#follow());
+    store.on(["rig", "shown", "settings", "current", "targets", "hints_asked"], () => this.#follow());
   }
 
   /** Switch the hint off in this browser; the help dialog switches it on again. */
   dismiss() {
+    this.#store.set({ hints_asked: false });
     changeSettings(this.#store, { hints: false });
   }
 
@@ -74,10 +67,11 @@ export class Hints {
   }
 
   #follow() {
-    const { settings, current, rig, shown } = this.#store.state;
+    const { settings, current, rig, shown, targets, hints_asked } = this.#store.state;
     // the operator has clicked
     if (settings.hints && current?.mine && current.state !== "failed") return this.dismiss();
-    const ready = settings.hints && Boolean(rig?.calibration) && (shown.wide?.count ?? 0) > 0;
+    const wanted = settings.hints && (hints_asked || targets?.length === 0);
+    const ready = wanted && Boolean(rig?.calibration) && (shown.wide?.count ?? 0) > 0;
     if (!ready) {
       this.#asked = false;
       this.#show([]);
@@ -100,4 +94,18 @@ export class Hints {
     this.#bar.hidden = found.length === 0;
     this.draw();
   }
+}
+
+/**
+ * Build a line over a picture, hidden at first, with a button that puts it away; a click on it is none on the picture.
+ * @param {import("../elements/dom.js").Child} words
+ * @param {{label: string, title: string, act: () => void}} away
+ */
+export function hintBar(words, { label, title, act }) {
+  const bar = h("div", { class: "hint-bar", hidden: true, role: "note" });
+  const button = html`<button type="button" class="tool" aria-label=${label} title=${title} @click=${act}>${icon("close")}</button>`;
+  fill(bar, words, button);
+  for (const type of ["pointerdown", "pointerup", "click", "dblclick"])
+    bar.addEventListener(type, (event) => event.stopPropagation());
+  return bar;
 }

@@ -6,7 +6,7 @@ import { icon } from "../elements/icons.js";
 import { directionOf, inField } from "./angles.js";
 import { Gestures } from "./gestures.js";
 import { Loupe } from "./loupe.js";
-import { Hints } from "./hints.js";
+import { hintBar, Hints } from "./hints.js";
 import { Overlay, ReachLegend } from "./overlay.js";
 import { seeing } from "./reach.js";
 
@@ -130,9 +130,15 @@ export class WideView {
       icon("follow"),
       html`<span>Follow</span>`,
     );
+    const bar = hintBar(
+      html`<span><b>Following:</b> click what is to be followed, or drag a rectangle about it.</span>`,
+      { label: "Stop following clicks", title: "Clicks look again (Escape)", act: () => this.#follows.end() },
+    );
+    this.#pane.surface.append(bar);
     this.#store.on(["click_follows"], ({ click_follows }) => {
       button.setAttribute("aria-pressed", String(click_follows));
       this.#pane.surface.classList.toggle("following", click_follows);
+      bar.hidden = !click_follows;
     });
     return button;
   }

@@ -35,6 +35,7 @@ export class MeasureTool {
     this.#orders = orders;
     for (const view of VIEWS) this.#equip(view);
     store.on(["clouds"], ({ clouds }) => this.#newLook(clouds[0]?.fixation_id ?? ""));
+    store.on(["click_follows"], ({ click_follows }) => click_follows && this.end()); // a click has one meaning
     views.pane("wide").surface.addEventListener("keydown", (event) => this.#key(event), { capture: true });
   }
 
@@ -64,7 +65,7 @@ export class MeasureTool {
   /** @param {import("#page").Measuring | null} measuring */
   #set(measuring) {
     document.body.classList.toggle("measuring", measuring !== null);
-    this.#store.set({ measuring });
+    this.#store.set(measuring ? { measuring, click_follows: false } : { measuring });
   }
 
   /** @param {MeasuredView} view */
