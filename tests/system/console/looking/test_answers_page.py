@@ -220,14 +220,15 @@ def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
 def test_hint_is_gone_with_the_first_target_until_help_brings_it_back(
     stub: StubServer, open_console: OpenConsole
 ) -> None:
-    stub.answers["/suggestions"] = [{"x_px": 500.0, "y_px": 400.0, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0}]
+    place = {"x_px": 500.0, "y_px": 400.0, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0}
+    stub.answers["/suggestions"] = [place]
     stub.answers["/targets"] = []
     page = open_console(stub.url, settings={"hints": True}).page
     marks = page.locator(".overlay .try")
     expect(marks).to_have_count(1)
-    stub.answers["/targets"] = [target()]
+    stub.answers["/targets"] = [target(**ONE_EYE)]
     page.reload()
-    expect(page.locator("#targets")).to_contain_text("Target 1")
+    expect(page.locator("#targets")).to_contain_text("2.729")
     expect(marks).to_have_count(0)
     page.get_by_role("button", name="Help").click()
     page.get_by_role("button", name="Mark good targets").click()
