@@ -44,7 +44,7 @@ def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing
 ) -> None:
     console = open_stub("#/")
     console.wait_for_frames("wide")
-    console.page.get_by_role("link", name="Calibration", exact=True).click()
+    console.page.get_by_role("link", name="Calibrate", exact=True).click()
     console.page.get_by_role("link", name=re.compile("1 Wide camera")).click()
     picture = step(console, "wide").locator(".pane-wide .surface")
     expect(picture).to_be_visible()

@@ -79,6 +79,7 @@ def test_dialog_leads_to_the_page_and_the_page_fits_a_phone(
     page_server: Server, open_console: OpenConsole
 ) -> None:
     page = open_console(page_server.url, options=TOUCH).page
+    page.get_by_role("button", name="More").click()
     page.get_by_role("button", name="Settings").click()
     page.get_by_role("link", name="All settings").click()
     expect(page.locator("#settings-title")).to_be_visible()

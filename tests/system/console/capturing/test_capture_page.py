@@ -260,13 +260,13 @@ def test_panes_go_from_page_to_page_and_space_stops_from_the_plan(
     )
     console = open_console(stub.url)
     page = console.page
-    page.get_by_role("link", name="Capture: raster datasets").click()
+    page.get_by_role("link", name="Capture", exact=True).click()
     expect(page.locator("#capture-page .pane-left")).to_be_visible()
     expect(page.locator("#capture-page .above")).to_contain_text("The rig has no calibration")
     page.locator(".plan-prints").focus()
     with page.expect_request(lambda order: order.url.endswith("/stop") and order.method == "POST"):
         page.keyboard.press("Space")
-    page.get_by_role("link", name="Rig: cameras, trigger, controller").click()
+    page.get_by_role("link", name="Rig", exact=True).click()
     expect(page.locator("#rig-page .pane-wide")).to_be_visible()
     expect(page.locator("#capture-page")).to_be_hidden()
     expect(page.locator("#rig-page .plan-prints")).to_be_hidden()

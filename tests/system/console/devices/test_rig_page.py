@@ -243,7 +243,7 @@ def test_page_is_usable_on_a_phone_with_the_stop_in_reach(open_rig: OpenRig) -> 
 def test_panes_and_pages_come_and_go_with_the_address(open_rig: OpenRig) -> None:
     console = open_rig()
     page = console.page
-    page.get_by_role("link", name="Calibration", exact=True).click()
+    page.get_by_role("link", name="Calibrate", exact=True).click()
     expect(page.locator("#calibration")).to_be_visible()
     expect(page.locator("#rig-page")).to_be_hidden()
     page.go_back()

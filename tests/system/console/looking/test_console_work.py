@@ -147,6 +147,7 @@ def test_dark_and_light_follow_the_system_and_the_button(open_console: OpenConso
     page.emulate_media(color_scheme="light")
     page.reload()
     expect(ground).not_to_have_css("background-color", dark)
+    page.get_by_role("button", name="More").click()
     page.get_by_role("button", name="Dark or light").click()
     expect(ground).to_have_css("background-color", dark)
 

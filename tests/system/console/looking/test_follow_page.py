@@ -239,6 +239,7 @@ def test_the_page_shows_eight_targets_with_their_trails_also_on_a_phone(
     put(stub, [followed(number + 1, STATES[number % 4]) for number in range(8)])
     console = open_console(stub.url)
     page = console.page
+    page.get_by_role("button", name="More").click()
     page.get_by_role("link", name="Followed targets").click()
     cards = page.locator("#follow-page .follow-card")
     expect(cards).to_have_count(8)

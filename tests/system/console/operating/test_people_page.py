@@ -166,6 +166,7 @@ def test_sign_ins_are_ended_and_the_log_is_searched(stub: StubServer, open_stub:
 
 def test_first_admin_is_added_where_nobody_has_a_name(stub: StubServer, open_console: OpenConsole) -> None:
     page = open_console(stub.url).page
+    page.get_by_role("button", name="More").click()
     page.get_by_role("button", name="Settings").click()
     expect(page.locator("#signed-in button")).to_have_count(0)
     page.get_by_role("link", name="People and rights").click()

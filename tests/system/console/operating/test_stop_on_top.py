@@ -16,6 +16,7 @@ def open_help(page: Page) -> None:
 
 
 def open_settings(page: Page) -> None:
+    page.get_by_role("button", name="More").click()
     page.get_by_role("button", name="Settings").click()
 
 
@@ -27,7 +28,11 @@ def open_faults(page: Page) -> None:
     page.get_by_role("button", name="Faults and warnings").click()
 
 
-DIALOGS = [open_help, open_settings, open_control, open_faults]
+def open_palette(page: Page) -> None:
+    page.keyboard.press("Control+k")
+
+
+DIALOGS = [open_help, open_settings, open_control, open_faults, open_palette]
 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])

@@ -1,28 +1,19 @@
 // Completes the console that main.js has begun: builds every panel and connects them; a page is loaded when it is
 // opened first.
 
-import {
-  CAPTURE_ADDRESS,
-  FOLLOW_ADDRESS,
-  GALLERY_ADDRESS,
-  LOOP_ADDRESS,
-  PLANNER_ADDRESS,
-  RIG_ADDRESS,
-  wizardAddress,
-} from "./addresses.js";
+import { CONSOLE_ADDRESS } from "./addresses.js";
 import { CalibrationOrders } from "./calibrating/calibration/orders.js";
 import { CalibrationReader } from "./calibrating/calibration/reader.js";
 import { WorkFollower } from "./calibrating/calibration/work.js";
 import { CaptureOrders } from "./capturing/capture/orders.js";
 import { CaptureReader } from "./capturing/capture/reader.js";
 import { StillReader } from "./capturing/capture/still_reader.js";
-import { fill, html, need } from "./elements/dom.js";
+import { fill, need } from "./elements/dom.js";
 import { FaultReader } from "./devices/faults/reader.js";
 import { mountFaultTray } from "./devices/faults/tray.js";
 import { mountFollowed } from "./looking/follow/panel.js";
 import { FollowReader } from "./looking/follow/reader.js";
 import { GalleryReader } from "./capturing/gallery/reader.js";
-import { icon } from "./elements/icons.js";
 import { LoopReader } from "./looking/loop/reader.js";
 import {
   actions,
@@ -47,6 +38,8 @@ import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
 import { FullResolution } from "./panels/full_resolution.js";
 import { mountRigStatus } from "./panels/rigstatus.js";
+import { mountNavigation } from "./panels/navigation.js";
+import { makePalette } from "./panels/palette.js";
 import { Scene } from "./panels/scene.js";
 import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountProblems } from "./panels/topbar.js";
@@ -133,6 +126,30 @@ watchLease({ store, commands });
 const faultTray = mountFaultTray(need("faults"), { store, reader: faultReader });
 
 const recordButton = makeRecordButton({ store, live: recording });
+
+/** What the menu does besides opening pages. @type {import("./panels/navigation.js").Order[]} */
+const menuOrders = [
+  { label: "Commands", hint: "Find a page, a command, a target", keys: "Ctrl-K", act: () => openPalette() },
+  { label: "Settings", hint: "Colours, sizes, marks, keys", act: () => settings.showModal() },
+  { label: "Dark or light", hint: "The other colours", act: flipTheme },
+  { label: "Help", hint: "Keys, gestures and the guide", keys: "?", act: () => help.showModal() },
+];
+const openPalette = makePalette({
+  store,
+  lookAt: ({ id }) => void commands.lookAgain(id),
+  orders: [
+    { label: "Stop", hint: "Park the mirrors now", keys: "Space", act: () => void commands.stop() },
+    { label: "Look around", hint: "Measure all of the wide view", act: inConsole(() => wideDepth.press()) },
+    { label: "Follow what is clicked", hint: "On and off", keys: "T", act: inConsole(() => followOrders.toggle()) },
+    { label: "Measure", hint: "Points, lengths, planes, profiles", keys: "M", act: inConsole(() => measure.toggle()) },
+    { label: "Record", hint: "Begin or end a recording", keys: "R", act: () => recordButton.press() },
+    { label: "Fit the wide view", hint: "All of the picture", keys: "0", act: inConsole(() => views.wide.fit()) },
+    { label: "Faults and warnings", hint: "What is wrong now", keys: "E", act: () => faultTray.open() },
+    { label: "Control", hint: "Who may move the mirrors", act: () => lease.showModal() },
+    ...menuOrders.slice(1),
+  ],
+});
+actions.palette = () => openPalette();
 
 Object.assign(actions.keys, {
   "?": () => help.showModal(),
@@ -252,7 +269,12 @@ turnPages({
   },
 });
 followAddress(store);
-mountTools();
+fill(
+  need("tools"),
+  recordButton.element,
+  toolButton("Help (?)", "help", () => help.showModal()),
+);
+mountNavigation(need("activities"), { store, orders: menuOrders });
 connectTabs(["rig", "events"], () => {
   store.set({ rig: store.state.rig }); // makes the panel that appears draw itself
   log.show();
@@ -285,31 +307,17 @@ function onWide(act) {
   };
 }
 
+/** Return an action that opens the console first. @param {() => void} act */
+function inConsole(act) {
+  return () => {
+    if (openPage(store.state)) location.hash = CONSOLE_ADDRESS;
+    act();
+  };
+}
+
 /** @param {"readout" | "footprints"} key */
 function flip(key) {
   changeSettings(store, { [key]: !store.state.settings[key] });
-}
-
-function mountTools() {
-  const link = (
-    /** @type {string} */ label,
-    /** @type {import("./elements/icons.js").IconName} */ name,
-    /** @type {string} */ href,
-  ) => html`<a class="tool" href=${href} aria-label=${label} title=${label}>${icon(name)}</a>`;
-  fill(
-    need("tools"),
-    recordButton.element,
-    link("Capture: raster datasets", "raster", CAPTURE_ADDRESS),
-    link("Followed targets", "follow", FOLLOW_ADDRESS),
-    link("Vergence loop", "verge", LOOP_ADDRESS),
-    link("Gallery: what was captured", "pictures", GALLERY_ADDRESS),
-    link("Planner: where to stand", "map", PLANNER_ADDRESS),
-    link("Rig: cameras, trigger, controller", "sliders", RIG_ADDRESS),
-    link("Calibration", "scope", wizardAddress("overview")),
-    toolButton("Dark or light", "moon", flipTheme),
-    toolButton("Settings", "gear", () => settings.showModal()),
-    toolButton("Help (?)", "help", () => help.showModal()),
-  );
 }
 
 function flipTheme() {

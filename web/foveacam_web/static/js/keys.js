@@ -2,8 +2,10 @@
 // document that may have the focus, so its keys are handled as well, above all the stop.
 
 /**
- * @typedef {{keys: Record<string, () => void>, stop: () => void, escape: () => void, letters: () => boolean}} Actions
- *   `keys`: what each key does, by its `event.key` in lower case; `letters`: whether single keys are wanted
+ * @typedef {{
+ *   keys: Record<string, () => void>, stop: () => void, escape: () => void, letters: () => boolean, palette?: () => void
+ * }} Actions `keys`: what each key does, by its `event.key` in lower case; `letters`: whether single keys are wanted;
+ *   `palette`: what Ctrl-K does
  */
 
 /** The key handler of one page. */
@@ -28,6 +30,11 @@ export class Keyboard {
     if (event.key === " " && !takesSpace(event.target)) {
       event.preventDefault();
       if (!event.repeat) this.#actions.stop();
+      return;
+    }
+    if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey) && this.#actions.palette) {
+      event.preventDefault();
+      if (!document.querySelector("dialog[open]")) this.#actions.palette();
       return;
     }
     if (typing(event.target)) return;

@@ -32,6 +32,9 @@ const PAGES = /** @type {const} */ ([
   { key: "acceptance_page", id: "acceptance-page", title: "acceptance-title", clicked: false },
 ]);
 
+/** What the state of the pages is kept by. */
+export const PAGE_KEYS = PAGES.map(({ key }) => key);
+
 /** Return the page that covers the console, if any. @param {ConsoleState} state */
 export function openPage(state) {
   return PAGES.find(({ key }) => state[key]);
@@ -61,19 +64,16 @@ export function turnPages({ store, views, loaders }) {
     lendPanes(views, built.slots(page), page.clicked);
     focusOn(need(page.title));
   };
-  store.on(
-    PAGES.map(({ key }) => key),
-    (state) => {
-      const page = openPage(state);
-      lendPanes(views, page && built.slots(page), page?.clicked ?? false);
-      if (page === PAGES.find(({ id }) => !need(id).hidden)) return;
-      for (const other of PAGES) need(other.id).hidden = other !== page;
-      need("console").hidden = page !== undefined;
-      window.scrollTo(0, 0);
-      if (page) void open(page);
-      else focusOn(need("console"));
-    },
-  );
+  store.on(PAGE_KEYS, (state) => {
+    const page = openPage(state);
+    lendPanes(views, page && built.slots(page), page?.clicked ?? false);
+    if (page === PAGES.find(({ id }) => !need(id).hidden)) return;
+    for (const other of PAGES) need(other.id).hidden = other !== page;
+    need("console").hidden = page !== undefined;
+    window.scrollTo(0, 0);
+    if (page) void open(page);
+    else focusOn(need("console"));
+  });
 }
 
 /** The pages that were opened so far; each is loaded and built when it is opened first. */

@@ -26,7 +26,7 @@ export class WideDepth {
   /** Id of the calibration whose depth was read; empty where it has to be read with the next news of the rig. */
   #calibration = "";
   #words = h("a", { class: "wide-depth-known", href: `${API}/wide_depth.png`, target: "_blank", rel: "noopener" });
-  #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.#press() } });
+  #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.press() } });
   #status = h("span", { class: "unseen", role: "status" });
 
   /** @param {{store: Store, commands: Commands}} context */
@@ -83,7 +83,7 @@ export class WideDepth {
     void this.readAll();
   }
 
-  async #press() {
+  async press() {
     if (this.#asked) return;
     this.#asked = true;
     if (this.#survey.running) await this.#survey.cancel(this.#commands);
