@@ -21,7 +21,7 @@ import viser
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene_fixation import FixationNode, FixationParts, LimitsNode
 from foveacam_web.scene_lines import MeasurementNode, TrailNode
-from foveacam_web.scene_panel import ScenePanel, approach
+from foveacam_web.scene_panel import ScenePanel, approach, pose_before
 from foveacam_web.scene_rig import RigDrawing
 from foveacam_web.scene_surroundings import SurroundingsNode, draw_field, overlook
 from foveacam_web.scene_values import (
@@ -61,6 +61,8 @@ class ViewerScene:
         self._trails: dict[str, TrailNode] = {}
         self._field: viser.GlbHandle | None = None
         self._surroundings = SurroundingsNode()
+        self._overlooks = False
+        """Whether the surroundings were found after the newest shape."""
         self._selected: str | None = None
         self._shown = FixationParts()
         self._hand_over: tuple[OnSelect, asyncio.AbstractEventLoop] | None = None
@@ -95,9 +97,8 @@ class ViewerScene:
             server.scene.set_up_direction("-y")
             server.scene.configure_environment_map(None)
             server.initial_camera.up = UP
-            server.initial_camera.position = START_POSITION_M
-            server.initial_camera.look_at = START_LOOK_AT_M
             server.initial_camera.fov = START_FOV_RAD
+            self._place_new_viewers()
             self._rig = RigDrawing(server.scene)
             self._rig.draw_floor()
             self._panel = ScenePanel(server, view_url=self._view_url, shown=self._shown)
@@ -149,8 +150,9 @@ class ViewerScene:
             with self._server.atomic():
                 node = FixationNode(self._server.scene, fixation_id, drawing, shown=self._shown)
             node.clickable(self._clicked)
+            self._overlooks = self._overlooks and not node.has_shape
             self._add(fixation_id, node)
-            if self._panel.follows and (drawing.cloud is not None or drawing.mesh is not None):
+            if self._panel.follows and node.has_shape:
                 for viewer in self._server.get_clients().values():
                     approach(viewer, drawing.point_rig_m)
 
@@ -229,10 +231,15 @@ class ViewerScene:
     def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
         """Draw the wide view's surface in place of an older one; `bring`: turn all viewers to it."""
         self._surroundings.show(mesh, bring=bring)
+        with self._lock:
+            self._overlooks = self._overlooks or bring
+            self._place_new_viewers()
 
     def remove_surroundings(self) -> None:
         """Remove the wide view's surface; no effect when there is none."""
         self._surroundings.remove()
+        with self._lock:
+            self._place_new_viewers()
 
     def select(self, fixation_id: str | None) -> None:
         """Highlight one fixation, or none with None."""
@@ -246,6 +253,23 @@ class ViewerScene:
         node = self._fixations.pop(fixation_id, None)
         if node is not None:
             node.remove()
+            self._place_new_viewers()
+
+    def _place_new_viewers(self) -> None:
+        """Let a viewer that connects begin before what was found last: a shape, or the surroundings."""
+        if self._server is None:
+            return
+        found = [
+            pose_before(node.point_rig_m)
+            for node in self._fixations.values()
+            if isinstance(node, FixationNode) and node.has_shape
+        ]
+        whole = self._surroundings.outlook
+        camera = self._server.initial_camera
+        if whole is not None and (self._overlooks or not found):
+            camera.position, camera.look_at = whole
+        else:
+            camera.position, camera.look_at = found[-1] if found else (START_POSITION_M, START_LOOK_AT_M)
 
     def _add(self, fixation_id: str, node: FixationNode | LimitsNode) -> None:
         self._fixations[fixation_id] = node
@@ -253,6 +277,7 @@ class ViewerScene:
         while len(self._fixations) > MAX_FIXATIONS:
             oldest = next(name for name in self._fixations if name != self._selected)
             self._drop(oldest)
+        self._place_new_viewers()
         self._show_parts()
 
     def _show_parts(self) -> None:

@@ -93,6 +93,11 @@ class FixationNode:
         """The target, m, rig frame."""
         return self.drawing.point_rig_m
 
+    @property
+    def has_shape(self) -> bool:
+        """Whether there is more to see than a marker."""
+        return self.drawing.cloud is not None or self.drawing.mesh is not None
+
     def clickable(self, clicked: Clicked) -> None:
         """Call `clicked(id)` on viser's loop when marker or surface is clicked; it must not block."""
         handles = (self._marker, self._surface)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from foveacam_web.scene_fixation import FixationParts
 from foveacam_web.scene_values import UP, Point
@@ -86,12 +87,20 @@ class ScenePanel:
         return self._shown
 
 
+def pose_before(point_rig_m: Point) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where a viewer stands in front of a point and what it looks at, (3,) each, m, rig frame.
+
+    Slightly above and to the right of the line of sight, so close that a fovea fills half of the view.
+    """
+    point_m = np.asarray(point_rig_m, dtype=np.float64)
+    aside_m = float(np.linalg.norm(point_m)) * np.array([*_ASIDE, 0.0])
+    return (1.0 - _STAND_OFF) * point_m + aside_m, point_m
+
+
 def approach(client: viser.ClientHandle, point_rig_m: Point) -> None:
-    """Move one viewer's camera in front of a point (m, rig frame), slightly above and to the right."""
-    point_m = np.asarray(point_rig_m)
-    distance_m = float(np.linalg.norm(point_m))
-    aside_m = distance_m * np.array([*_ASIDE, 0.0])
+    """Move one viewer's camera in front of a point, m, rig frame."""
+    position_m, look_at_m = pose_before(point_rig_m)
     with client.atomic():
         client.camera.up_direction = UP
-        client.camera.position = (1.0 - _STAND_OFF) * point_m + aside_m
-        client.camera.look_at = point_m
+        client.camera.position = position_m
+        client.camera.look_at = look_at_m

@@ -21,12 +21,15 @@ _FLOOR_Y_M = 0.45
 """Height of the grid, below the rig; +y points down."""
 _FLOOR_DEPTH_M = 40.0
 _FLOOR_WIDTH_M = 20.0
-_MARKS_M = (1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 40)
+_MARKS_M = (1, 2, 3, 5, 10, 20, 40)
+"""So far apart that their labels do not overlap, seen from the rig."""
 _MARKS_X_M = -0.8
 _WIDE_DEPTH_M = 0.35
 """Depth of the wide camera's frustum; those of the foveae reach to the distance looked at."""
-_GRID_COLOR: Rgb = (92, 96, 104)
-_SECTION_COLOR: Rgb = (134, 140, 150)
+_GRID_COLOR: Rgb = (146, 151, 160)
+"""Between the grounds of the light and the dark page, so that the grid is quiet on both."""
+_FADE_M = 12.0
+_LINE_PX = 1.0
 _STRAIGHT = EyeGaze(ax_rad=0.0, ay_rad=0.0)
 
 
@@ -74,7 +77,10 @@ class RigDrawing:
             cell_size=1.0,
             section_size=5.0,
             cell_color=_GRID_COLOR,
-            section_color=_SECTION_COLOR,
+            cell_thickness=0.5,
+            section_color=_GRID_COLOR,
+            fade_distance=_FADE_M,
+            fade_strength=1.5,
             shadow_opacity=0.0,
         )
         for z_m in _MARKS_M:
@@ -102,7 +108,7 @@ class RigDrawing:
                 f"/gaze/{eye}",
                 np.zeros((1, 2, 3), dtype=np.float32),
                 color,
-                thickness=1.5,
+                thickness=_LINE_PX,
                 thickness_units="screen",
                 position=(x_m, 0.0, 0.0),
                 visible=self._rays_visible,
@@ -146,7 +152,7 @@ class RigDrawing:
             aspect=math.tan(horizontal_rad / 2.0) / math.tan(vertical_rad / 2.0),
             scale=frustum_scale(fov_rad, depth_m=depth_m),
             color=color,
-            thickness=1.5,
+            thickness=_LINE_PX,
             thickness_units="screen",
             position=(x_m, 0.0, 0.0),
             cast_shadow=False,

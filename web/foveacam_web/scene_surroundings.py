@@ -24,6 +24,8 @@ class SurroundingsNode:
         self._server: viser.ViserServer | None = None
         self._switch: viser.GuiCheckboxHandle | None = None
         self._surface: viser.GlbHandle | None = None
+        self.outlook: tuple[Point, Point] | None = None
+        """Camera position and look-at point, m, rig frame, that show all of it; None without a surface."""
 
     def open(self, server: viser.ViserServer, folder: viser.GuiFolderHandle) -> None:
         """Add the checkbox to a folder of the panel."""
@@ -40,7 +42,7 @@ class SurroundingsNode:
     def close(self) -> None:
         """Drop the handles; the caller closes the server."""
         with self._lock:
-            self._server = self._switch = self._surface = None
+            self._server = self._switch = self._surface = self.outlook = None
 
     def show(self, mesh: DepthMesh, *, bring: bool = False) -> None:
         """Draw a mesh (rig frame, m) in place of an older one; `bring`: turn all viewers to it."""
@@ -51,9 +53,7 @@ class SurroundingsNode:
             self._surface = self._server.scene.add_glb(
                 "/surroundings", content, cast_shadow=False, receive_shadow=False, visible=self._switch.value
             )
-            stand, middle = outlook(mesh)
-            self._server.initial_camera.position = stand
-            self._server.initial_camera.look_at = middle
+            self.outlook = stand, middle = outlook(mesh)
             if bring:
                 for viewer in self._server.get_clients().values():
                     overlook(viewer, from_rig_m=stand, to_rig_m=middle)
@@ -62,6 +62,7 @@ class SurroundingsNode:
         """Remove the surface from the scene."""
         with self._lock:
             surface, self._surface = self._surface, None
+            self.outlook = None
             if surface is not None:
                 surface.remove()
 

@@ -25,12 +25,13 @@ window.setInterval = (run, period_ms, ...rest) =>
   every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
 }</script>"""
 _PACE = Path(__file__).parent / "static" / "js" / "looking" / "scene" / "drawing_pace.js"
-# Inside the console: hides the docked views, which the console itself shows, folds the panel, and hides the
-# bottom sheet, which would cover most of a phone's pane
+# Inside the console: hides the docked views, which the console itself shows, folds the panel, hides it in a
+# low pane, whose picture it would cover, and hides the bottom sheet, which would cover most of a phone's pane
 _BARE = """<style>
 [data-dock-region="left"] { display: none !important; }
 [data-dock-root] > :first-child { inset: 0 !important; }
 .mantine-Paper-root[style*="max-height: 60%"] { display: none !important; }
+@media (max-height: 420px) { [data-testid="floating-panel"] { display: none !important; } }
 </style>
 <script>{
 const parts = [

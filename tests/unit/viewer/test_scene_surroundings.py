@@ -1,12 +1,17 @@
 """The coarse surface of the wide view in the 3D scene: one at a time, seen whole."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from tests.support.servers.viewer import viewer_of
 
 from foveacam_pipeline.stereo.values import DepthMesh
-from foveacam_web.scene import ViewerScene
+from foveacam_web.scene import START_LOOK_AT_M, START_POSITION_M, ViewerScene
+from foveacam_web.scene_panel import pose_before
 from foveacam_web.scene_surroundings import outlook
+from foveacam_web.scene_values import FixationDrawing
 
 
 def _mesh(z_m: float) -> DepthMesh:
@@ -40,7 +45,32 @@ def test_surfaces_follow_each_other_and_go() -> None:
     scene.show_surroundings(_mesh(3.0))  # closed: harmless
 
 
-def test_whoever_comes_later_begins_where_the_surroundings_are_seen() -> None:
+def _begins_at(scene: ViewerScene, pose: tuple[ArrayLike, ArrayLike]) -> bool:
+    camera = viewer_of(scene).initial_camera
+    return np.allclose(camera.position, pose[0]) and np.allclose(camera.look_at, pose[1])
+
+
+def test_whoever_comes_later_begins_before_what_was_found_last() -> None:
+    behind_the_rig = START_POSITION_M, START_LOOK_AT_M
+    point, whole = (0.2, 0.1, 1.8), outlook(_mesh(3.0))
+    seen = FixationDrawing(
+        label="Ball", point_rig_m=point, distance_m=1.8, distance_sigma_m=0.01, mesh=_mesh(1.8)
+    )
     with ViewerScene() as scene:
+        assert _begins_at(scene, behind_the_rig)
         scene.show_surroundings(_mesh(3.0))
-        assert tuple(viewer_of(scene).initial_camera.position) == pytest.approx(outlook(_mesh(3.0))[0])
+        assert _begins_at(scene, whole)
+        scene.show_fixation("fix-1", replace(seen, mesh=None))  # nothing to see but a marker
+        assert _begins_at(scene, whole)
+        scene.show_fixation("fix-2", seen)
+        scene.show_surroundings(_mesh(3.0))  # they grow by each look, which no person asked for
+        assert _begins_at(scene, pose_before(point))
+        scene.show_surroundings(_mesh(3.0), bring=True)
+        assert _begins_at(scene, whole)
+        scene.show_fixation("fix-3", seen)
+        assert _begins_at(scene, pose_before(point))
+        scene.remove_surroundings()
+        for name in ("fix-3", "fix-2"):
+            assert _begins_at(scene, pose_before(point))
+            scene.remove_fixation(name)
+        assert _begins_at(scene, behind_the_rig)

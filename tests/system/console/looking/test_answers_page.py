@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from tests.support.pages.answer_documents import FAR, HIDDEN, NEAR, SEES, fixation, target
 from tests.support.pages.awaited import box_of, expect_to_fit, let_run
-from tests.support.pages.console_page import PHONE, Console, OpenConsole, posted
+from tests.support.pages.console_page import DESKTOP, PHONE, Console, OpenConsole, posted
 from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
@@ -41,7 +41,7 @@ def answered(stub: StubServer, open_console: OpenConsole) -> Answered:
         stub.answers["/fixations"] = [fixation(**answer)]
         stub.answers["/targets"] = [target(**answer)]
         console = open_console(stub.url, options=options)
-        console.page.locator(".outcome .numbers").wait_for()
+        console.page.locator("#fixation .details").wait_for()
         return console
 
     return open_
@@ -69,12 +69,30 @@ def test_repeatability_is_told_and_the_table_of_steps_leaves_it_in_sight(answere
     }
     steps = [step | {"index": index} for index in range(3)]
     page = answered(**NEAR_BY_BOTH, steps=steps, options={"viewport": PHONE}).page
-    value = page.locator(".outcome .numbers dt", has_text="Repeatability").locator("+ dd")
+    value = page.locator(".details .numbers dt", has_text="Repeatability").locator("+ dd")
+    expect(value).to_be_hidden()
+    page.locator(".details > summary").click()
     expect(value).to_have_text("± 0.49 mm")
     page.locator(".steps summary").click()
     expect(page.locator(".steps table")).to_be_visible()
     panel, number = box_of(page.locator("#fixation")), box_of(value)
     assert number["x"] + number["width"] <= panel["x"] + panel["width"]
+
+
+def test_a_phone_shows_the_result_below_the_wide_view_without_scrolling(answered: Answered) -> None:
+    page = answered(**ONE_EYE, options={"viewport": PHONE}).page
+    strip = page.locator("#result")
+    expect(strip).to_be_in_viewport(ratio=1.0)
+    expect(strip).to_contain_text("2.729 ± 0.020 m")
+    expect(strip).to_contain_text("right fovea and wide camera")
+    expect_to_fit(page)
+    page.evaluate("window.scrollTo(0, 700)")
+    expect(page.locator(".pane-wide")).not_to_be_in_viewport()
+    expect(strip).to_be_in_viewport(ratio=1.0)  # it stays below the bar
+    strip.click()
+    expect(page.locator("#fixation [data-role=distance]")).to_be_in_viewport()
+    page.set_viewport_size(DESKTOP)
+    expect(strip).to_be_hidden()  # the card is beside the view
 
 
 def test_limits_are_told_once_with_their_reason_and_the_click_can_be_corrected(

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
-from tests.support.pages.awaited import box_of, expect_to_fit, match_of, settled
+from tests.support.pages.awaited import box_of, expect_to_fit, let_run, match_of, settled
 from tests.support.pages.console_page import (
     BROWSER,
     DESKTOP,
@@ -218,3 +218,15 @@ def test_3d_pane_loads_beside_the_views_and_leaves_the_keyboard_alone(
     canvas.click(position={"x": 30, "y": 60})
     console.page.keyboard.press("Space")
     console.page.locator("#stopped", has_text="parked").wait_for()
+
+
+def test_the_3d_pane_below_the_fold_does_not_scroll_the_page_to_itself(
+    open_console: OpenConsole, page_server: Server
+) -> None:
+    page = open_console(
+        page_server.url, settings={"scene": True}, options={"viewport": {"width": 1024, "height": 768}}
+    ).page
+    scene = page.frame_locator("#scene iframe")
+    scene.locator("[data-dock-minimize]").first.wait_for()  # viser gives the focus to it
+    let_run(page, 500)
+    assert page.evaluate("scrollY") == 0

@@ -37,6 +37,7 @@ import { makeHelp, makeSettings, makeSteerDistance } from "./panels/dialogs.js";
 import { mountEventLog } from "./panels/eventlog.js";
 import { mountFixation } from "./panels/fixation.js";
 import { FullResolution } from "./panels/full_resolution.js";
+import { mountResultStrip } from "./panels/result_strip.js";
 import { mountRigStatus } from "./panels/rigstatus.js";
 import { mountNavigation } from "./panels/navigation.js";
 import { makePalette } from "./panels/palette.js";
@@ -178,7 +179,14 @@ mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
 mountSession({ button: need("signed-in"), strip: need("signed-in-viewer") }, { store, commands, session });
 mountProblems(need("problems"), store);
 mountStart(need("start"), store);
-mountFixation(need("fixation"), need("announcer"), { store, commands, follows: followOrders, full });
+mountFixation(need("fixation"), need("announcer"), {
+  store,
+  commands,
+  follows: followOrders,
+  full,
+  measure: () => measure.toggle(),
+});
+mountResultStrip(need("result"), store);
 need("wide-depth").append(wideDepth.element);
 const scene = new Scene(need("scene"), { store, keyboard });
 need("targets").replaceChildren();

@@ -20,7 +20,7 @@ import { textButton } from "../elements/parts.js";
  * @import { Commands, ConsoleState, CurrentFixation, FullLook, Store } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { FullResolution } from "./full_resolution.js"
- * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution}} Orders
+ * @typedef {{commands: Commands, follows: FollowOrders, full: FullResolution, measure: () => void}} Orders `measure`: take the tool
  * @typedef {{fixation_id: string, size: string, look: FullLook | null}} MoreToSee
  */
 
@@ -37,9 +37,14 @@ const RUNNING = Object.freeze(
 export function mountFixation(place, announcer, { store, ...orders }) {
   const head = h("div", { class: "outcome" });
   const plot = h("div", { class: "step-plot" });
+  const figures = h("div", {});
   const full = h("div", { class: "outcome" });
-  fill(place, head, full, plot);
+  const details = h("details", { class: "details", hidden: true }, html`<summary>Details</summary>`, figures, plot);
+  fill(place, head, full, details);
   const showOutcome = outcomes(head, orders);
+  const showFigures = changing(figures, (/** @type {FixationDocument | null} */ fixation) => [
+    fixation && numbers(fixation),
+  ]);
   const announcement = announcements();
   const showFull = changing(full, (/** @type {MoreToSee | null} */ more) =>
     more ? fullResolution(more, orders.full) : [],
@@ -51,7 +56,10 @@ export function mountFixation(place, announcer, { store, ...orders }) {
     place.dataset["job"] = current?.job_id ?? "";
     place.dataset["fixation"] = current?.fixation?.id ?? "";
     showOutcome(current);
-    showSteps(plot, current?.steps ?? []);
+    const steps = current?.steps ?? [];
+    details.hidden = !current?.fixation && steps.length === 0;
+    showFigures(current?.fixation ?? null);
+    showSteps(plot, steps);
     setText(announcer, announcement(current));
   });
 }
@@ -103,7 +111,9 @@ function outcomes(head, orders) {
   const showEnd = changing(end, (/** @type {CurrentFixation | null} */ current) =>
     current?.fixation ? ended(current.fixation, orders) : otherwise(current),
   );
-  const showFiles = changing(files, (/** @type {string | null} */ cloud_id) => [cloud_id && downloads(cloud_id)]);
+  const showFiles = changing(files, (/** @type {string | null} */ cloud_id) => [
+    cloud_id && uses(cloud_id, orders.measure),
+  ]);
   fill(head, run.element, end, files);
   return (current) => {
     const fixation = current?.fixation ?? null;
@@ -211,7 +221,6 @@ function ended(fixation, { commands, follows }) {
     why && !chosen ? html`<p class="lead">${why}</p>` : null,
     basis || !end.hint || fixation.reason.length > 60 ? null : html`<p class="remedy">${end.hint}</p>`,
     nearerOrFarther(fixation, commands),
-    numbers(fixation),
   ];
 }
 
@@ -263,10 +272,14 @@ function numbers(fixation) {
   </dl>`;
 }
 
-/** @param {string} cloud_id */
-function downloads(cloud_id) {
+/**
+ * Return what can be done with the shape of what was looked at.
+ * @param {string} cloud_id
+ * @param {() => void} measure
+ */
+function uses(cloud_id, measure) {
   const link = (/** @type {string} */ name, /** @type {string} */ path, /** @type {string} */ what) =>
-    html`<a href="${API}/clouds/${cloud_id}${path}" download="" title=${what}>${icon("down")}${name}</a>`;
+    html`<a class="plain" href="${API}/clouds/${cloud_id}${path}" download="" title=${what}>${icon("down")}${name}</a>`;
   const by = h("p", { class: "note" });
   void request("GET", `/clouds/${cloud_id}`)
     .then((found) => {
@@ -275,6 +288,7 @@ function downloads(cloud_id) {
     })
     .catch(() => {}); // the cloud was deleted meanwhile: its links say so
   return html`<p class="downloads">
+      ${textButton("Measure", measure, { picture: "ruler", title: "Lengths and planes on what was looked at (M)" })}
       ${link("PLY", ".ply", "Point cloud with colour and standard error")}
       ${link("GLB", ".glb", "Textured depth mesh")}
       ${link("Depth picture", "/depth.png", "Colour-coded depth")}

@@ -29,6 +29,7 @@ export class Scene {
   #tabbed = false;
   /** @type {Element | null} */
   #focused = null;
+  #scroll_y = 0;
 
   /** @param {HTMLElement} place @param {{store: Store, keyboard: Keyboard}} context */
   constructor(place, { store, keyboard }) {
@@ -64,13 +65,23 @@ export class Scene {
     document.addEventListener("focusin", ({ target }) => {
       if (target !== this.#frame) this.#focused = /** @type {Element} */ (target);
     });
+    window.addEventListener("scroll", () => (this.#scroll_y = window.scrollY), { passive: true });
+    window.addEventListener("blur", () => this.#keepScroll());
     this.#place.addEventListener("pointerenter", () => (this.#pointed = true));
     this.#place.addEventListener("pointerleave", () => (this.#pointed = false));
+  }
+
+  /** Stay where the page was scrolled to: an element of the frame that takes the focus scrolls to itself. */
+  #keepScroll() {
+    if (document.activeElement !== this.#frame || this.#pointed || this.#tabbed) return;
+    const kept = this.#scroll_y; // the event of the scroll comes later
+    requestAnimationFrame(() => window.scrollTo(0, kept));
   }
 
   /** Return the focus that the 3D page took when it loaded, unless the operator pointed or tabbed there. */
   #giveFocusBack() {
     if (this.#pointed || this.#tabbed) return;
+    this.#keepScroll();
     this.#frame?.blur();
     window.focus();
     if (this.#focused instanceof HTMLElement && this.#focused.isConnected) this.#focused.focus();
