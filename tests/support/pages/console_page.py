@@ -113,7 +113,7 @@ class Console:
         answer = self.click(x_px, y_px).response()
         assert answer is not None
         outcome = self.page.locator(f'#fixation[data-job="{answer.json()["id"]}"] .numbers')
-        expect(outcome).to_be_visible(timeout=FIXATION_PATIENCE_MS)
+        expect(outcome).to_be_attached(timeout=FIXATION_PATIENCE_MS)
 
     def wait_until_steered(self, server: Server, ax_deg: float, ay_deg: float) -> None:
         """Wait until both eyes look in this direction, within two wide pixels."""

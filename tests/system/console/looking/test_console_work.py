@@ -56,6 +56,7 @@ def test_click_ends_with_a_distance_and_its_error(console: Console, page_server:
     assert float(match[2]) == pytest.approx(kept["distance_sigma_m"], rel=0.06)
     expect(console.page.locator("#fixation .state.good")).to_have_text("Measured by both foveae")
     steps = len(kept["steps"])
+    console.page.locator("#fixation .details > summary").click()
     plot = console.page.locator("#fixation").get_by_role("img", name=f"Residual per step: {steps} steps")
     expect(plot).to_be_visible()
     expect(console.page.locator("#fixation .steps tbody tr")).to_have_count(steps)
@@ -221,12 +222,15 @@ def test_3d_pane_loads_beside_the_views_and_leaves_the_keyboard_alone(
 
 
 def test_the_3d_pane_below_the_fold_does_not_scroll_the_page_to_itself(
-    open_console: OpenConsole, page_server: Server
+    open_console: OpenConsole, tmp_path: Path
 ) -> None:
-    page = open_console(
-        page_server.url, settings={"scene": True}, options={"viewport": {"width": 1024, "height": 768}}
-    ).page
-    scene = page.frame_locator("#scene iframe")
-    scene.locator("[data-dock-minimize]").first.wait_for()  # viser gives the focus to it
-    let_run(page, 500)
-    assert page.evaluate("scrollY") == 0
+    with running(tmp_path / "data", viewer=True) as found:
+        page = open_console(
+            server_of(found).url,
+            settings={"scene": True},
+            options={"viewport": {"width": 1024, "height": 768}},
+        ).page
+        scene = page.frame_locator("#scene iframe")
+        scene.locator("[data-dock-minimize]").first.wait_for(state="attached")  # viser gives the focus to it
+        let_run(page, 1000)
+        assert page.evaluate("scrollY") == 0
