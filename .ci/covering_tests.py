@@ -121,10 +121,8 @@ class CoveringTests:
         if body:
             return self._contexts(data, path, set(body))
         found: set[str] = set()
-        used = re.compile(rf"\b({'|'.join(map(re.escape, sorted(names)))})\b") if names else None
-        for other in product_files(self._root) if used else ():
-            text = (self._root / other).read_text(encoding="utf-8").splitlines()
-            hits = {number for number, words in enumerate(text, 1) if used and used.search(words)}
+        for other in product_files(self._root) if names else ():
+            hits = used_at((self._root / other).read_text(encoding="utf-8"), names)
             if hits:
                 found |= self._contexts(data, other, hits)
         return found or self._contexts(data, path, None)
@@ -145,6 +143,17 @@ def defined_at(source: str, line: int) -> tuple[range, set[str]]:
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             names = {each.id for each in targets if isinstance(each, ast.Name)}
     return body, names
+
+
+def used_at(source: str, names: set[str]) -> set[int]:
+    """Return the lines that use names; a use in a function's head, as a default, counts as one in its body."""
+    used = re.compile(rf"\b({'|'.join(map(re.escape, sorted(names)))})\b")
+    hits = {number for number, words in enumerate(source.splitlines(), 1) if used.search(words)}
+    for number in sorted(hits):
+        body, _ = defined_at(source, number)
+        if number < body.start:
+            hits |= set(body)
+    return hits
 
 
 def file_of(test: str) -> str:

@@ -98,6 +98,13 @@ def test_lines_that_run_at_the_import_lead_to_what_uses_them() -> None:
     assert defined_at(SOURCE, 7)[0] == range(9, 11)
 
 
+def test_a_constant_that_is_a_default_is_used_by_the_body_of_its_function() -> None:
+    used_at = program("covering_tests").used_at
+    assert used_at(SOURCE, {"FACTOR"}) == {3, 7, 9, 10}
+    assert used_at(SOURCE, {"value"}) == {7, 9, 10}
+    assert used_at(SOURCE, {"FACT"}) == set()
+
+
 def test_isolated_quick_tests_that_run_little_else_come_first(tree: Path, tmp_path: Path) -> None:
     lines_s = {
         "tests/system/test_all.py::test_page": (1, 0.1),
