@@ -40,6 +40,12 @@ class NotFound(FoveaError):
     code = "not_found"
 
 
+class NotLookedAt(NotFound):
+    """A place at which no fovea has looked yet, so that its depth is not known."""
+
+    code = "not_looked_at"
+
+
 class StaleView(FoveaError):
     """A view that no longer shows the look in which to measure."""
 
@@ -130,6 +136,7 @@ KINDS: dict[type[FoveaError], ProblemType] = {
     Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
     DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
+    NotLookedAt: ProblemType(slug="not-looked-at", status=404, title="Nobody has looked there yet"),
     WrongCredentials: ProblemType(slug="wrong-credentials", status=401, title="Wrong credentials"),
     TooManyAttempts: ProblemType(slug="too-many-tries", status=429, title="Too many wrong passwords"),
     PersonLimit: ProblemType(slug="person-limit", status=429, title="Limit per person reached"),

@@ -1,12 +1,14 @@
 """The lens of a fovea on the page of the step wide: its order, its result, its views, what it is for."""
 
+import re
+
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 
 from tests.support.pages import calibration_documents as documents
-from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.awaited import expect_to_fit, let_run, wait_for
 from tests.support.pages.calibration_documents import SESSION_ID
-from tests.support.pages.console_page import PHONE, OpenWizard
+from tests.support.pages.console_page import PHONE, OpenConsole, OpenWizard
 from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -66,6 +68,24 @@ def test_too_few_views_say_so(stub: StubServer, open_wizard: OpenWizard) -> None
     stub.session = documents.empty_session() | {"lenses": [few]}
     page = open_wizard("wide", fresh=True).page
     expect(panel(page)).to_contain_text("2 views of the board, at least 3 are needed")
+
+
+def test_what_is_typed_stays_when_the_session_comes_late(stub: StubServer, open_console: OpenConsole) -> None:
+    stub.session = documents.empty_session()
+    held: list[Route] = []
+    session = re.compile(f"{URL}$")
+    page = open_console(
+        f"{stub.url}#/calibration/wide",
+        prepare=lambda page: page.route(session, lambda route: held.append(route)),
+    ).page
+    options = page.get_by_role("region", name="Views of the board")
+    options.get_by_text("Board and options").click()
+    options.get_by_label("Columns").fill("7")
+    wait_for(page, lambda: bool(held))
+    with page.expect_response(session):
+        held[0].continue_()
+    let_run(page, 200)
+    expect(options.get_by_label("Columns")).to_have_value("7")
 
 
 def test_the_board_is_described_as_it_was_printed(stub: StubServer, open_wizard: OpenWizard) -> None:

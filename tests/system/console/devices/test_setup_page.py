@@ -119,7 +119,7 @@ def test_simulated_rig_is_set_up_from_nothing_opened_and_undone(
     expect(page.locator(".rig-name")).to_have_text("Bench two")
     expect(page.locator(".start-steps .good")).to_have_count(9)
     expect(page.get_by_text("This file's rig is open.")).to_be_visible()
-    expect(page.get_by_label("Command")).to_have_text(f"foveacam serve --rig {path}")
+    expect(page.get_by_label("Command", exact=True)).to_have_text(f"foveacam serve --rig {path}")
 
     enter(page, "name", "Bench three")
     save(page)

@@ -40,7 +40,7 @@ def test_page_shows_what_the_rig_is_and_the_views_of_both_eyes_live_without_a_fi
     console: Console,
 ) -> None:
     expect(console.page).to_have_title("FoveaCam Duo")
-    console.page.get_by_text("Simulated FoveaCam Duo").first.wait_for()
+    expect(console.page.locator(".rig-name")).to_have_text("Simulated FoveaCam Duo")
     console.page.locator(".badge.good", has_text="Ready").wait_for()
     console.page.locator(".badge", has_text="Calibrated").wait_for()
     for view in ("anaglyph", "difference", "depth", "wide_zoom"):

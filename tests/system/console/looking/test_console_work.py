@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
-from tests.support.pages.awaited import box_of, expect_to_fit, let_run, match_of, settled
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, let_run, match_of, settled
 from tests.support.pages.console_page import (
     BROWSER,
     DESKTOP,
@@ -233,4 +233,4 @@ def test_the_3d_pane_below_the_fold_does_not_scroll_the_page_to_itself(
         scene = page.frame_locator("#scene iframe")
         scene.locator("[data-dock-minimize]").first.wait_for(state="attached")  # viser gives the focus to it
         let_run(page, 1000)
-        assert page.evaluate("scrollY") == 0
+        expect_value(page, lambda: page.evaluate("scrollY"), 0)

@@ -4,12 +4,13 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.support.pages.awaited import box_of, match_of
-from tests.support.pages.console_page import OpenConsole
+from tests.support.pages.console_page import FIXATION_PATIENCE_MS, OpenConsole
 from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 TEXTURED_PX = (812.0, 420.0)  # the poster of the scene "bench"
+NOT_LOOKED_AT_PX = (1050.0, 740.0)  # its red ball
 
 
 def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
@@ -54,3 +55,23 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     page.keyboard.press("Escape")
     expect(page.locator(".pane-depth .measure-bar")).to_be_hidden()
     expect(page.locator("body.measuring")).to_have_count(0)
+
+
+def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
+    open_console: OpenConsole, page_server: Server
+) -> None:
+    console = open_console(page_server.url)
+    page = console.page
+    console.wait_for_frames("wide")
+    page.locator("#tab-measurements").click()
+    rows = page.locator(".measurements li")
+    before = len(page_server.send("GET", "/measurements").json())
+    page.keyboard.press("m")
+    page.mouse.click(*console.page_position(*NOT_LOOKED_AT_PX))
+    offer = page.locator(".toast", has_text="Nobody has looked there yet")
+    expect(offer).not_to_contain_text("/api/")
+    offer.get_by_role("button", name="Look here, then measure").click()
+    expect(rows).to_have_count(before + 1, timeout=FIXATION_PATIENCE_MS)
+    newest = page_server.send("GET", "/measurements").json()[0]
+    assert newest["kind"] == "point"
+    page.keyboard.press("Escape")

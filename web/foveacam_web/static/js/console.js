@@ -42,6 +42,7 @@ import { mountRigStatus } from "./panels/rigstatus.js";
 import { mountNavigation } from "./panels/navigation.js";
 import { makePalette } from "./panels/palette.js";
 import { Scene } from "./panels/scene.js";
+import { keepOnTop } from "./panels/stop_on_top.js";
 import { mountTargets } from "./panels/targets.js";
 import { mountBadges, mountProblems } from "./panels/topbar.js";
 import { WideDepth } from "./panels/wide_depth.js";
@@ -173,6 +174,7 @@ Object.assign(actions.keys, {
 });
 actions.escape = escape;
 
+keepOnTop(need("stop"));
 need("eyes").append(views.derived());
 offerWindows(views, need("scene-window"));
 mountBadges(need("badges"), { store, openLease: () => lease.showModal() });

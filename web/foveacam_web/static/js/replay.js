@@ -10,6 +10,7 @@ import { sentence } from "./elements/format.js";
 import { recordingPath } from "./capturing/gallery/recording_words.js";
 import { Keyboard } from "./keys.js";
 import { mountOffline, mountStop } from "./panels/stop_button.js";
+import { keepOnTop } from "./panels/stop_on_top.js";
 import { followPlayer } from "./capturing/replay/link.js";
 import { ReplayPanes } from "./capturing/replay/panes.js";
 import { titleOf } from "./capturing/replay/slot.js";
@@ -30,6 +31,7 @@ const fixations = new Fixations(store);
 const commands = new Commands({ store, toasts, fixations });
 document.body.append(toasts.element);
 mountStop(need("stop"), need("stopped"), { store, commands });
+keepOnTop(need("stop"));
 mountOffline(need("offline"), store);
 new Keyboard({
   stop: () => void commands.stop(),

@@ -15,7 +15,7 @@ from foveacam_pipeline.geometry.angles import angles_from_rays, ray
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.depth import points_rig_m
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, NotLookedAt
 
 MAX_PATCHES = 32
 """Number of depth maps held in memory; older ones are dropped."""
@@ -181,7 +181,7 @@ class DepthPatches:
             return any(patch.covers(x_px, y_px) for patch in self._patches)
 
     def at(self, x_px: float, y_px: float, *, wide: Intrinsics) -> DepthReading:
-        """Return the depth at a wide pixel; raise `OutOfRange` or, where unknown, `NotFound`."""
+        """Return the depth at a wide pixel; raise `OutOfRange`, `NotLookedAt`, or `NotFound` if plain."""
         wide.check_pixel(x_px, y_px)
         with self._lock:
             newest_first = list(reversed(self._patches))
@@ -196,7 +196,7 @@ class DepthPatches:
                 found="no texture there",
                 remedy="try a pixel beside it",
             )
-        raise NotFound(
+        raise NotLookedAt(
             f"no fovea has looked there yet: wide pixel ({x_px:g}, {y_px:g})",
             asked=f"depth at ({x_px:g}, {y_px:g})",
             found="no depth map covers it",

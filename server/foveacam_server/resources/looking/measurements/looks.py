@@ -9,7 +9,7 @@ from typing import Literal, Protocol
 from foveacam_pipeline.measure.look import LookDepth
 from foveacam_pipeline.measure.look_file import load_look
 from foveacam_pipeline.models.intrinsics import Intrinsics
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, NotLookedAt
 
 HELD = 6
 """Number of looks held in memory, 3 MB each."""
@@ -94,7 +94,7 @@ class LookReader:
         """Return the fixation whose look is the newest with depth."""
         newest = self._clouds.newest(1)
         if not newest:
-            raise NotFound(
+            raise NotLookedAt(
                 "no fovea has looked anywhere yet",
                 asked="the newest look",
                 found="no look with depth",

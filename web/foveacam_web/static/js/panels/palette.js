@@ -21,7 +21,7 @@ export function makePalette({ store, orders, lookAt }) {
     type: "search",
     role: "combobox",
     placeholder: "Page, command or target",
-    "aria-label": "Page, command or target",
+    "aria-label": "Find a page, order or target",
     "aria-expanded": "true",
     "aria-controls": "palette-list",
     "aria-autocomplete": "list",
@@ -29,7 +29,7 @@ export function makePalette({ store, orders, lookAt }) {
     spellcheck: "false",
   });
   const list = h("ul", { id: "palette-list", role: "listbox", "aria-label": "What fits" });
-  const dialog = h("dialog", { class: "sheet palette", "aria-label": "Commands" });
+  const dialog = h("dialog", { class: "sheet palette", "aria-label": "Palette" });
   fill(dialog, input, list);
   document.body.append(dialog);
   /** @type {Entry[]} */

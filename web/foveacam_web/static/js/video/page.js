@@ -8,6 +8,7 @@ import { FollowReader } from "../looking/follow/reader.js";
 import { Keyboard } from "../keys.js";
 import { LoopOrders } from "../looking/loop/orders.js";
 import { mountOffline, mountStop } from "../panels/stop_button.js";
+import { keepOnTop } from "../panels/stop_on_top.js";
 import { changeSettings } from "../settings.js";
 import { watchSignIn } from "../operating/session/signed_out.js";
 import { Steering } from "../looking/steer/steering.js";
@@ -36,6 +37,7 @@ export function openViewsPage() {
   });
   document.body.append(toasts.element);
   mountStop(need("stop"), need("stopped"), { store, commands });
+  keepOnTop(need("stop"));
   mountOffline(need("offline"), store);
   const keyboard = new Keyboard({
     stop: () => void commands.stop(),

@@ -4,7 +4,8 @@ import { allHold, choiceField, numberField, tickField } from "../../../elements/
 
 /**
  * @import { BoardDocument } from "#api"
- * @typedef {{elements: HTMLElement[], holds: () => boolean, value: () => BoardDocument | null, put: (board: BoardDocument | null) => void}} BoardForm
+ * @typedef {{elements: HTMLElement[], holds: () => boolean, value: () => BoardDocument | null, put: (board: BoardDocument | null, of?: string | null) => void}} BoardForm
+ *   `put`: show a board, `of` a session; what somebody has typed stays until another session is opened
  */
 
 const CELLS = [4, 5, 6, 7];
@@ -37,9 +38,14 @@ export function boardForm() {
   const offer = () => {
     for (const { element } of [marker, dictionary, legacy]) element.hidden = kind.value() !== "charuco";
   };
-  let known = "";
+  const elements = [kind, columns, rows, square, marker, dictionary, legacy].map(({ element }) => element);
+  let [known, typed] = ["", false];
+  /** @type {string | null} */
+  let source = null;
+  for (const element of elements)
+    for (const type of ["input", "change"]) element.addEventListener(type, () => (typed = true));
   return {
-    elements: [kind, columns, rows, square, marker, dictionary, legacy].map(({ element }) => element),
+    elements,
     holds: () => allHold(columns, rows, square, marker),
     value: () => {
       const lattice = latticeOf(columns.value(), rows.value(), square.value());
@@ -48,10 +54,12 @@ export function boardForm() {
       const markers = { marker_mm: marker.value(), dictionary: name, legacy_pattern: legacy.value() };
       return { ...lattice, kind: "charuco", ...markers };
     },
-    put: (board) => {
-      const now = JSON.stringify(board);
-      if (now === known) return; // what somebody is typing stays
-      known = now;
+    put: (board, of = null) => {
+      const now = JSON.stringify([board, of]);
+      if (now === known) return;
+      typed = typed && (source === null || source === of); // the first answer may come late
+      [known, source] = [now, of];
+      if (typed) return;
       kind.put(board?.kind ?? "charuco");
       columns.put(board?.columns ?? null);
       rows.put(board?.rows ?? null);

@@ -39,7 +39,7 @@ export function makeFoveaLens(context) {
   const showDiagrams = changing(diagrams, (/** @type {PictureDocument[]} */ pictures) => pictures.map(figure));
   const show = (/** @type {SessionDocument | null} */ session) => {
     const lens = shown(session);
-    board.put(lens?.board ?? null);
+    board.put(lens?.board ?? null, session && `${session.id} ${camera.value()}`);
     views_taken.show();
     showResult(lens);
     showDiagrams(picturesOf(session, [`lens_${camera.value()}`]));

@@ -83,7 +83,7 @@ function runForm({ store, orders }) {
     board.holds() &&
     allHold(views) &&
     orders.run("wide", { board: board.value(), views: views.value(), model: model.value() || null });
-  store.on(["session"], ({ session }) => board.put(session?.board ?? null));
+  store.on(["session"], ({ session }) => board.put(session?.board ?? null, session?.id));
   const start = starter({
     label: "Take views",
     store,
