@@ -66,7 +66,7 @@ def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
     page.locator("#tab-measurements").click()
     rows = page.locator(".measurements li")
     before = len(page_server.send("GET", "/measurements").json())
-    page.keyboard.press("m")
+    page.locator(".pane-wide").get_by_role("button", name="Measure in the view").click()
     page.mouse.click(*console.page_position(*NOT_LOOKED_AT_PX))
     offer = page.locator(".toast", has_text="Nobody has looked there yet")
     expect(offer).not_to_contain_text("/api/")

@@ -82,7 +82,7 @@ export class MeasureOrders {
     this.#commands.notify({
       tone: "warn",
       title: error.document.title,
-      detail: error.document.detail,
+      detail: "A place can be measured once a fovea has looked at it.",
       action: there ? { label: "Look here, then measure", act } : null,
       stay_ms: PATIENCE_MS,
     });
