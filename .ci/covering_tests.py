@@ -146,7 +146,10 @@ def defined_at(source: str, line: int) -> tuple[range, set[str]]:
 
 
 def used_at(source: str, names: set[str]) -> set[int]:
-    """Return the lines that use names; one in a function's head, as a default, is one in its body."""
+    """Return the lines that use some names.
+
+    A default value in the head of a function is used wherever the function runs: its body is added.
+    """
     used = re.compile(rf"\b({'|'.join(map(re.escape, sorted(names)))})\b")
     hits = {number for number, words in enumerate(source.splitlines(), 1) if used.search(words)}
     for number in sorted(hits):

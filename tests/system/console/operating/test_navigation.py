@@ -110,3 +110,4 @@ def test_on_a_phone_the_bar_is_at_the_bottom_with_room_for_a_finger(
         assert box_of(menu.get_by_role("link", name=name))["height"] >= LEAST_TOUCH_PX
     menu.get_by_role("link", name="Engine").tap()
     expect(page).to_have_url(re.compile("#/engine$"))
+    expect(bar.locator("[aria-current=page]")).to_have_text("Rig")

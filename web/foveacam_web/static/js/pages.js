@@ -32,7 +32,7 @@ const PAGES = /** @type {const} */ ([
   { key: "acceptance_page", id: "acceptance-page", title: "acceptance-title", clicked: false },
 ]);
 
-/** What the state of the pages is kept by. */
+/** The keys of the state that say which page is open. */
 export const PAGE_KEYS = PAGES.map(({ key }) => key);
 
 /** Return the page that covers the console, if any. @param {ConsoleState} state */

@@ -70,6 +70,7 @@ const HELP = [
     "Everywhere",
     [
       ["Space", "STOP: park the mirrors now"],
+      ["Ctrl-K", "Find a page, a command or a target"],
       ["Escape", "Cancel the fixation; close what is open"],
       ["R", "Record, and end the recording"],
       ["I", "Rate and age of every view, on and off"],

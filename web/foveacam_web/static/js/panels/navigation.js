@@ -1,4 +1,4 @@
-// The bar of the console's pages, by activity, with the menu of what is used less often. The command palette has all of it.
+// Builds the bar with the pages of the console, one for each activity, and the menu More with the other pages.
 
 import {
   ACCEPTANCE_ADDRESS,
@@ -64,7 +64,7 @@ export const ACTIVITIES = [
     hint: "Cameras, trigger, mirrors, steering by hand",
     href: RIG_ADDRESS,
     picture: "sliders",
-    pages: ["rig_page", "setup_page"],
+    pages: ["rig_page", "setup_page", "rigs_page", "engine_page"],
   },
 ];
 
@@ -79,12 +79,12 @@ export const MORE = [
       { label: "Windows of views", hint: "Live views in a window of their own", href: `${ROOT}/windows` },
     ],
   ],
+  ["Calibrate", [{ label: "Acceptance", hint: "The rig measures itself and names faults", href: ACCEPTANCE_ADDRESS }]],
   ["Study", [{ label: "Planner", hint: "Where to stand, and how exact it gets there", href: PLANNER_ADDRESS }]],
   [
     "Rig",
     [
       { label: "Set-up", hint: "Which cameras and controller the rig has", href: SETUP_ADDRESS },
-      { label: "Acceptance", hint: "The rig measures itself and names faults", href: ACCEPTANCE_ADDRESS },
       { label: "Rigs", hint: "Several rigs on one page", href: RIGS_ADDRESS },
       { label: "Engine", hint: "What computes, and how long", href: ENGINE_ADDRESS },
     ],

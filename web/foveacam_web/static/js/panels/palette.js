@@ -1,4 +1,4 @@
-// The command palette (Ctrl-K): pages, commands and targets, found by some letters of their names.
+// Builds the command palette (Ctrl-K), which finds pages, commands and targets by parts of their names.
 
 import { fill, h, html, update } from "../elements/dom.js";
 import { ACTIVITIES, MORE } from "./navigation.js";
@@ -13,7 +13,7 @@ import { fitting } from "./palette_words.js";
 const MOST_SHOWN = 12;
 
 /**
- * Build the palette; the dialog opens by the function that is returned.
+ * Build the palette and return the function that opens it.
  * @param {{store: Store, orders: Order[], lookAt: (target: import("#api").TargetDocument) => void}} context
  */
 export function makePalette({ store, orders, lookAt }) {
@@ -21,7 +21,7 @@ export function makePalette({ store, orders, lookAt }) {
     type: "search",
     role: "combobox",
     placeholder: "Page, command or target",
-    "aria-label": "Find a page, order or target",
+    "aria-label": "Find a page, command or target",
     "aria-expanded": "true",
     "aria-controls": "palette-list",
     "aria-autocomplete": "list",

@@ -1,7 +1,7 @@
 // Finds entries of the command palette by parts of their words. Pure functions.
 
 /**
- * Return how well words fit what was typed: null where a part of it is missing, else less for an earlier place.
+ * Return how well words match what was typed: null where one of the typed parts is missing, else the sum of their positions.
  * @param {string} typed
  * @param {string} words
  */
