@@ -8,15 +8,24 @@ const WELL = {
   event_loop: { worst_lag_ms: 12, window_s: 10, flagged: false },
   threads: [thread("foveacam-hardware", 0.05)],
   cameras: [{ role: "left", flagged: false, lost_last_minute: 0 }],
+  views: [view("wide", 14.6), { ...view("wide_depth", 0.1), expected_hz: null }],
 };
+
+/** @param {string} name @param {number} rate_hz @param {string | null} [slow_reason] */
+function view(name, rate_hz, slow_reason = null) {
+  return { view: name, rate_hz, expected_hz: 15, slow_reason };
+}
 
 /** @param {string} name @param {number | null} share */
 function thread(name, share, count = 1) {
   return { name, count, cpu_share: share, busiest_share: share, flagged: share !== null && share >= 0.9 };
 }
 
-test("while nothing is flagged everything keeps up", () => {
-  assert.deepEqual(words.verdict(only(WELL)), { tone: "good", sentences: ["Everything keeps up."] });
+test("while nothing is flagged everything keeps up, with the rates that this rests on", () => {
+  const sentences = ["Everything keeps up.", "Live pictures a second: wide 15 of 15."];
+  assert.deepEqual(words.verdict(only(WELL)), { tone: "good", sentences });
+  const unwatched = only({ ...WELL, views: [] });
+  assert.deepEqual(words.verdict(unwatched), { tone: "good", sentences: ["Everything keeps up."] });
 });
 
 test("what does not keep up is told with what it means", () => {
@@ -29,6 +38,7 @@ test("what does not keep up is told with what it means", () => {
         { role: "left", flagged: true, lost_last_minute: 12 },
         { role: "right", flagged: true, lost_last_minute: 1 },
       ],
+      views: [view("wide", 0.6, "the scene is drawn no faster")],
     }),
   );
   assert.equal(found.tone, "warn");
@@ -38,6 +48,7 @@ test("what does not keep up is told with what it means", () => {
     "The thread encoder uses 97 % of a core: its work waits.",
     "The left camera lost 12 frames in the last minute.",
     "The right camera lost 1 frame in the last minute.",
+    "The wide view shows 0.6 of 15 pictures a second: the scene is drawn no faster.",
   ]);
 });
 

@@ -3610,20 +3610,28 @@ export interface components {
         ViewDocument: {
             age_ms: number | null;
             description: string;
+            expected_hz: number | null;
             frozen_since_ms: number | null;
             height: number;
             name: string;
             picture_scale: number;
             rate_hz: number;
+            slow_reason: string | null;
             width: number;
         };
-        /** @description Pictures of a view; `dropped`: replaced by a newer picture before the client took them. */
+        /**
+         * @description Pictures of a view; `dropped`: replaced by a newer picture before the client took them.
+         *
+         *     `expected_hz`, `slow_reason`: as of the live views.
+         */
         ViewFlowDocument: {
             dropped: number;
+            expected_hz: number | null;
             published: number;
             rate_hz: number;
             repeated: number;
             sent: number;
+            slow_reason: string | null;
             view: string;
         };
         /** @description Differential volts of each eye's mirror; an eye left out stays unchanged. */

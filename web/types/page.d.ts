@@ -59,9 +59,17 @@ export type FollowMark = {
   x_px: number;
   y_px: number;
 };
+/** What the server measures of a view; `expected_hz` and `slow_reason` as in REST. */
+export type ViewStats = {
+  rate_hz: number | null;
+  age_ms: number | null;
+  frozen_since_ms: number | null;
+  expected_hz?: number | null;
+  slow_reason?: string | null;
+};
 export type ServerStats = {
   type: "stats";
-  views: Partial<Record<ViewName, { rate_hz: number | null; age_ms: number | null; frozen_since_ms: number | null }>>;
+  views: Partial<Record<ViewName, ViewStats>>;
 };
 /** Sensor pixels along each side of a pixel of a picture. */
 export type PictureScale = 1 | 2 | 4;
@@ -79,6 +87,8 @@ export type ShownView = {
   binning: number;
   frozen: boolean;
   silent_ms: number;
+  /** Since the view was subscribed. */
+  watched_ms: number;
 };
 export type StreamReport =
   | { type: "hello"; hello: Hello }

@@ -21,6 +21,7 @@ from foveacam_server.rig.hardware import HardwareThread
 from foveacam_server.rig.live_views import LiveRates
 from foveacam_server.rig.ports import AssembledRig as RigPort
 from foveacam_server.rig.schema import OverlayDocument
+from foveacam_server.rig.view_pace import ExpectedRate
 
 _Answer = TypeVar("_Answer")
 OPEN_PATIENCE_S = 60.0
@@ -104,6 +105,10 @@ class _NullSink:
     def watched(self, view: str) -> bool:
         """Return True, so that frames come at the bench's rate."""
         return True
+
+    def expect(self, view: str, expected: ExpectedRate | None) -> None:
+        """Ignore it."""
+        del view, expected
 
     def wants_every(self, view: str) -> bool:
         """Return False: nothing is recorded."""

@@ -3695,25 +3695,32 @@ class ViewDocument(Document):
 
     age_ms: float | None
     description: str
+    expected_hz: float | None
     frozen_since_ms: float | None
     height: int
     name: str
     picture_scale: int
     rate_hz: float
+    slow_reason: str | None
     width: int
 
 
 class ViewFlowDocument(Document):
-    """Pictures of a view; `dropped`: replaced by a newer picture before the client took them."""
+    """Pictures of a view; `dropped`: replaced by a newer picture before the client took them.
+
+    `expected_hz`, `slow_reason`: as of the live views.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
     )
     dropped: int
+    expected_hz: float | None
     published: int
     rate_hz: float
     repeated: int
     sent: int
+    slow_reason: str | None
     view: str
 
 

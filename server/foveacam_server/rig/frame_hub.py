@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import Binning, Clock, Frame, Image, InvalidInput
 from foveacam_server.foundation.watching.flows import count_flow, this_part, view_part
 from foveacam_server.rig.schema import OverlayDocument
+from foveacam_server.rig.view_pace import ExpectedRate
 from foveacam_server.rig.view_state import VIEWS, ViewPicture, ViewSpec, ViewState, ViewStatus
 
 
@@ -111,6 +112,13 @@ class FrameHub:
         """Publish a computed picture, (h, w, 3) uint8 RGB, of the moment `t_ns`."""
         self.publish(name, image, t_ns=t_ns)
 
+    def expect(self, view: str, expected: ExpectedRate | None) -> None:
+        """State the rate at which `view` should come; None: none is promised. Called a few times a second."""
+        state = self._state(view)
+        with self._lock:
+            now_ns = self._clock.now_ns()
+            state.pace.expect(expected, rate_hz=state.rate_hz(now_ns), now_ns=now_ns)
+
     def newest(self, view: str) -> ViewPicture | None:
         """Return the newest picture of `view`; None before the first."""
         return self._state(view).newest
@@ -134,6 +142,8 @@ class FrameHub:
                 rate_hz=state.rate_hz(now_ns),
                 age_ms=None if newest is None else (now_ns - newest.t_ns) / 1e6,
                 frozen_since_ms=state.frozen_since_ms(now_ns),
+                expected_hz=None if state.pace.expected is None else state.pace.expected.rate_hz,
+                slow_reason=state.pace.slow_reason(now_ns),
                 published=state.published,
                 repeated=state.repeated,
             )

@@ -13,6 +13,7 @@ from foveacam_pipeline.capture.recording.values import TrackedBox
 from foveacam_server.foundation.watching.flows import count_flow, this_part
 from foveacam_server.rig.ports import PictureSink
 from foveacam_server.rig.schema import OverlayDocument
+from foveacam_server.rig.view_pace import ExpectedRate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +46,10 @@ class FrameTap:
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
         """Publish a computed picture, (h, w, 3) uint8 RGB."""
         self._sink.publish_picture(name, image, t_ns=t_ns)
+
+    def expect(self, view: str, expected: ExpectedRate | None) -> None:
+        """State the rate at which `view` should come."""
+        self._sink.expect(view, expected)
 
     def watched(self, view: str) -> bool:
         """Return whether `view` has a viewer or listener."""

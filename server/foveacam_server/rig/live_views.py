@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from foveacam_hardware.contract import Clock, Frame, Role, Sighting, StereoVolts
 from foveacam_server.rig.ports import AssembledRig, PictureSink
 from foveacam_server.rig.schema import OverlayDocument
-from foveacam_server.rig.status import FrameRate
+from foveacam_server.rig.status import FrameRate, RigStatus
 from foveacam_server.rig.stream_messages import wire_seq
+from foveacam_server.rig.view_pace import expected_rate
 
 SESSION_WIDE_HZ = 4.0
 """Rate of wide frames while a job runs; its looks deliver further ones."""
@@ -101,6 +102,7 @@ class LiveViews:
         self._wide_began_ns: int | None = None
         self._look_began_ns: int | None = None
         self._in_session = False
+        self._allowed = {Role.WIDE: False, Role.LEFT: False, Role.RIGHT: False}
         self._used_ns = clock.now_ns()
 
     def show_sighting(self, sighting: Sighting, *, in_session: bool) -> None:
@@ -152,9 +154,21 @@ class LiveViews:
     def wait_s(self, *, wide: bool, looks: bool) -> float:
         """Return the time until a wide frame or a look is due, of those that are enabled."""
         now_ns = self._clock.now_ns()
+        self._allowed = {Role.WIDE: wide, Role.LEFT: looks, Role.RIGHT: looks}
         wanted = [(self._wide_due_ns(), wide), (self._look_due_ns(), looks)]
         waits_s = [(due_ns - now_ns) / 1e9 for due_ns, is_wanted in wanted if is_wanted]
         return max(0.0, min([*waits_s, LONGEST_QUIET_WAIT_S if self.quiet else LONGEST_WAIT_S]))
+
+    def expect(self, status: RigStatus) -> None:
+        """Tell the sink the rate at which each camera's view should come: that of a view that is watched."""
+        for camera in status.cameras:
+            role = camera.role
+            promised = camera.connected and self._allowed[role] and self._sink.watched(role.value)
+            limit_hz = self._limits.fovea_hz
+            if role is Role.WIDE:
+                limit_hz = min(self._limits.wide_hz, SESSION_WIDE_HZ if self._in_session else EVERY_WIDE_HZ)
+            expected = expected_rate(limit_hz, camera.settings, link=camera.link, simulated=status.simulated)
+            self._sink.expect(role.value, expected if promised else None)
 
     def _wide_due_ns(self) -> int:
         """Return when a wide frame is due at the present rate, so that a new viewer need not wait."""

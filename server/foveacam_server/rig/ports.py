@@ -13,6 +13,7 @@ from foveacam_pipeline.capture.run.access import CaptureRig
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.rig.schema import OverlayDocument
+from foveacam_server.rig.view_pace import ExpectedRate
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, MeasurementDrawing, RigShape
 
 
@@ -145,6 +146,10 @@ class PictureSink(Protocol):
 
     def publish_picture(self, name: str, image: NDArray[np.uint8], *, t_ns: int) -> None:
         """Publish a computed picture, (h, w, 3) uint8 RGB, of the time `t_ns` in the view `name`."""
+        ...
+
+    def expect(self, view: str, expected: ExpectedRate | None) -> None:
+        """State the rate at which `view` should come; None: none is promised."""
         ...
 
     def watched(self, view: str) -> bool:

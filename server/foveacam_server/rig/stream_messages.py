@@ -87,7 +87,7 @@ def overlay(picture: ViewPicture) -> str | None:
 
 
 def stats(hub: FrameHub) -> str:
-    """Return the statistics of every view: rate, age, how long frozen."""
+    """Return the statistics of every view: rate, age, how long frozen, whether slow."""
     views = {}
     for name in hub.names:
         status = hub.status(name)
@@ -95,6 +95,8 @@ def stats(hub: FrameHub) -> str:
             "rate_hz": round(status.rate_hz, 2),
             "age_ms": _rounded(status.age_ms),
             "frozen_since_ms": _rounded(status.frozen_since_ms),
+            "expected_hz": _rounded(status.expected_hz),
+            "slow_reason": status.slow_reason,
         }
     return json.dumps({"type": "stats", "views": views})
 

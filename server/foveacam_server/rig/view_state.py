@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Binning, Image
 from foveacam_server.rig.schema import OverlayDocument
+from foveacam_server.rig.view_pace import ViewPace
 
 RATE_WINDOW_NS = 2_000_000_000
 """Window over which the rate of a view is measured."""
@@ -121,6 +122,10 @@ class ViewStatus:
     """Age of the newest picture, from mid-exposure; None before the first."""
     frozen_since_ms: float | None
     """Time for which the view has been frozen; None while it is not."""
+    expected_hz: float | None
+    """Rate at which it should come; None where none is promised: nobody watches it, or a job has the rig."""
+    slow_reason: str | None
+    """Why it comes at less than half of that rate; None while it does not."""
     published: int
     repeated: int
     """Pictures that were published again, or were identical in content."""
@@ -137,6 +142,7 @@ class ViewState:
         self.repeated = 0
         self.changed_ns = 0
         self.watched_ns: int | None = None
+        self.pace = ViewPace()
         self._sample: NDArray[np.uint8] | NDArray[np.uint16] | None = None
 
     def add(self, picture: ViewPicture, *, now_ns: int) -> bool:

@@ -43,6 +43,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_hardware.simulated_faults import FaultInjector
 from foveacam_server.rig.ports import RigOpeningWatch
+from foveacam_server.rig.view_pace import ExpectedRate
 
 STATIONS = (
     Station(name="board", target=StationTarget.BOARD, pose=PanTiltPose(pan_rad=0.5, tilt_rad=0.0)),
@@ -343,6 +344,7 @@ class Pictures:
     watching: set[str] = field(default_factory=lambda: {"wide", "left", "right"})
     recording: set[str] = field(default_factory=set)
     counts: dict[str, int] = field(default_factory=dict)
+    expected: dict[str, ExpectedRate | None] = field(default_factory=dict)
     changed: threading.Condition = field(default_factory=threading.Condition)
 
     def publish_frame(self, frame: Frame, *, meta: object = None) -> None:
@@ -353,6 +355,9 @@ class Pictures:
 
     def watched(self, view: str) -> bool:
         return view in self.watching
+
+    def expect(self, view: str, expected: ExpectedRate | None) -> None:
+        self.expected[view] = expected
 
     def wants_every(self, view: str) -> bool:
         return view in self.recording

@@ -47,7 +47,16 @@ def stage(name: str, *, count: int = 60) -> Document:
 
 
 def view(name: str) -> Document:
-    return {"view": name, "rate_hz": 20.0, "published": 900, "repeated": 2, "sent": 850, "dropped": 12}
+    return {
+        "view": name,
+        "rate_hz": 20.0,
+        "expected_hz": None if name == "wide_depth" else 20.0,
+        "slow_reason": None,
+        "published": 900,
+        "repeated": 2,
+        "sent": 850,
+        "dropped": 12,
+    }
 
 
 def part(name: str, kind: str, *, busy: float | None = None) -> Document:

@@ -60,6 +60,7 @@ class StatusReading:
         problems, rates, gaze = self._reconnector.problems, self._live.rates, self._moves.gaze
         self._status = rig_status(rig, state=state, problems=problems, rates=rates, gaze=gaze)
         self._reconnector.update(rig, self._status)
+        self._live.expect(self._status)
         if state is not before:
             self._emit(state)
 

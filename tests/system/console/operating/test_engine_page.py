@@ -28,7 +28,8 @@ def test_engine_is_told_in_a_sentence_and_in_figures_saved_and_reads_only_while_
     page = open_stub("#/rig").page
     page.get_by_role("link", name="Engine").click()
     told = page.locator(".engine-told")
-    expect(told).to_have_text("Everything keeps up.")
+    expect(told).to_contain_text("Everything keeps up.")
+    expect(told).to_contain_text("Live pictures a second: wide 20 of 20, left 20 of 20, right 20 of 20.")
     expect(table(page, "Threads")).to_contain_text("31 %")
     expect(page.get_by_text("At rest: foveacam-jobs.")).to_be_visible()
     expect(table(page, "Cameras")).to_contain_text("62 ms")
@@ -39,8 +40,11 @@ def test_engine_is_told_in_a_sentence_and_in_figures_saved_and_reads_only_while_
     engine = stub.answers["/engine"]
     engine["hardware"] |= {"busy_share": 0.94, "flagged": True}
     engine["cameras"][1] = documents.camera("left", lost=12)
+    engine["views"][0] |= {"rate_hz": 0.6, "slow_reason": "the scene is drawn no faster"}
     expect(told).to_contain_text("The hardware thread is busy 94 % of the time: live views get slower.")
     expect(told).to_contain_text("The left camera lost 12 frames in the last minute.")
+    expect(told).to_contain_text("The wide view shows 0.6 of 20 pictures a second: the scene is drawn no")
+    expect(told).not_to_contain_text("Everything keeps up.")
     with page.expect_download() as download:
         page.get_by_role("button", name="Save as a file").click()
     kept = json.loads(download.value.path().read_text(encoding="utf-8"))
@@ -60,14 +64,14 @@ def test_who_feeds_whom_is_a_table_that_is_reached_by_keyboard_and_kept_up_to_da
     stub: StubServer, open_stub: OpenShared
 ) -> None:
     page = open_stub("#/engine").page
-    flow = table(page, "Who feeds whom")
+    flow = table(page, "Data flow")
     rows = flow.locator("tbody tr")
     expect(rows).to_have_count(10)
     expect(flow.locator("tr.idle")).to_have_count(1)
     expect(rows.first).to_have_text(
         re.compile(r"Camera left\s*Hardware thread, 41 % busy, 2 waiting\s*12\.0 frames/s\s*1\u202f200")
     )
-    scrolled = page.get_by_role("group", name="Who feeds whom, table")
+    scrolled = page.get_by_role("group", name="Data flow, table")
     scrolled.focus()
     expect(scrolled).to_be_focused()
 

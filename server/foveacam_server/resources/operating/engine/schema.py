@@ -88,10 +88,15 @@ class CameraFlowDocument(ResponseModel):
 
 
 class ViewFlowDocument(ResponseModel):
-    """Pictures of a view; `dropped`: replaced by a newer picture before the client took them."""
+    """Pictures of a view; `dropped`: replaced by a newer picture before the client took them.
+
+    `expected_hz`, `slow_reason`: as of the live views.
+    """
 
     view: str
     rate_hz: float
+    expected_hz: float | None
+    slow_reason: str | None
     published: int
     repeated: int
     sent: int

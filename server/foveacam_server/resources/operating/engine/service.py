@@ -225,6 +225,8 @@ class EngineService:
             ViewFlowDocument(
                 view=name,
                 rate_hz=round(status.rate_hz, 2),
+                expected_hz=status.expected_hz,
+                slow_reason=status.slow_reason,
                 published=status.published,
                 repeated=status.repeated,
                 sent=streams.sent[name],

@@ -64,6 +64,10 @@ class ViewDocument(BaseModel):
     rate_hz: float
     age_ms: float | None
     frozen_since_ms: float | None
+    expected_hz: float | None
+    """Rate at which it should come; null where none is promised: nobody watches it, or a job has the rig."""
+    slow_reason: str | None
+    """Why it comes at less than half of that rate; null while it does not."""
 
 
 ScaleQuery = Annotated[
@@ -86,6 +90,8 @@ async def list_views(streams: Provided[LiveStreams]) -> list[ViewDocument]:
             rate_hz=round(status.rate_hz, 2),
             age_ms=status.age_ms,
             frozen_since_ms=status.frozen_since_ms,
+            expected_hz=status.expected_hz,
+            slow_reason=status.slow_reason,
         )
         for status in statuses
         if status.published or not status.spec.passing

@@ -8,6 +8,7 @@ import { farWords, stateWords } from "../capturing/capture/words.js";
 import { fill, h, html, setText } from "../elements/dom.js";
 import { baseline, remedyOf, sentence } from "../elements/format.js";
 import { icon } from "../elements/icons.js";
+import { paceOf } from "../video/pace.js";
 import { leaseBadge } from "../operating/lease/words.js";
 
 /**
@@ -32,7 +33,7 @@ export function mountBadges(place, { store, openLease }) {
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
   fill(place, rig, simulated, state, calibration, lease);
-  store.on(["rig", "stream", "stop", "signed_out"], (now) => {
+  store.on(["rig", "stream", "stop", "signed_out", "server_stats"], (now) => {
     setText(rig, now.rig ? now.rig.name : "");
     rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
     simulated.hidden = !now.rig?.simulated;
@@ -49,7 +50,9 @@ export function mountBadges(place, { store, openLease }) {
 }
 
 /** @param {HTMLElement} badge @param {ConsoleState} now */
-function showState(badge, { rig, stream, stop, signed_out }) {
+function showState(badge, now) {
+  const { rig, stream, stop, signed_out } = now;
+  const pace = rig?.state === "ready" ? paceWords(now) : null;
   const word = signed_out
     ? { text: "Signed out", tone: "bad" }
     : stream === "down"
@@ -57,11 +60,28 @@ function showState(badge, { rig, stream, stop, signed_out }) {
       : stop?.engaged
         ? STATES["stopped"]
         : rig
-          ? STATES[rig.state]
+          ? (pace ?? STATES[rig.state])
           : { text: "Connecting", tone: "warn" };
   badge.className = `badge ${word?.tone ?? "warn"}`;
   setText(badge, word?.text ?? rig?.state ?? "");
-  badge.title = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`).join("\n") ?? "";
+  const problems = rig?.problems.map(({ device, detail }) => `${device}: ${detail}`) ?? [];
+  badge.title = [...problems, pace?.title].filter(Boolean).join("\n");
+}
+
+/** Return the state of a rig that is ready, but whose live views are not; null while they are. @param {ConsoleState} now */
+function paceWords(now) {
+  const roles = /** @type {import("#page").Role[]} */ (["wide", "left", "right"]);
+  const found = roles.flatMap((role) => {
+    const pace = paceOf(now, role);
+    return pace ? [{ role, pace }] : [];
+  });
+  if (found.length === 0) return null;
+  const title = found
+    .map(({ role, pace }) => `${role}: ${pace.frozen ? "no new pictures" : `${pace.text}: ${pace.reason}`}`)
+    .join("\n");
+  return found.some(({ pace }) => pace.frozen)
+    ? { text: "Frozen", tone: "bad", title }
+    : { text: "Slow", tone: "warn", title };
 }
 
 /** @param {HTMLElement} badge @param {ConsoleState} now */

@@ -2,9 +2,8 @@
 
 import { fill, h, html, setText } from "../elements/dom.js";
 import { clockTime, millis, remedyOf, sentence, span } from "../elements/format.js";
-import { isRunning } from "../calibrating/calibration/state.js";
-import { isCapturing } from "../capturing/capture/state.js";
 import { icon } from "../elements/icons.js";
+import { paceOf } from "./pace.js";
 import { resolutionWords } from "./resolution.js";
 import { Viewport } from "./viewport.js";
 
@@ -30,7 +29,6 @@ export const ANNOTATED = Object.freeze(
   /** @type {AnnotatedName[]} */ (["calibration_wide", "calibration_left", "calibration_right"]),
 );
 
-const SILENT_MS = 2500;
 /** @type {Set<ViewName>} made after each look, not with each frame */
 const STILL = new Set(["wide_depth", ...ANNOTATED]);
 /** @type {Set<ViewName>} made of both foveae */
@@ -160,7 +158,7 @@ export class Pane {
     this.#showNote(state, trouble !== null);
     this.#showRate(state, shown);
     this.#showResolution(state, shown);
-    this.#showFrozen(state, shown, trouble !== null);
+    this.#showPace(state, trouble !== null);
   }
 
   /**
@@ -201,24 +199,18 @@ export class Pane {
     this.resolution.title = words?.meaning ?? "";
   }
 
-  /** @param {ConsoleState} state @param {ShownView | undefined} shown @param {boolean} noticed */
-  #showFrozen(state, shown, noticed) {
-    const server_ms = state.server_stats[this.name]?.frozen_since_ms ?? null;
-    const silent_ms = shown && shown.count > 0 && !STILL.has(this.name) ? shown.silent_ms : 0;
-    const frozen_ms = server_ms ?? (shown?.frozen || silent_ms > SILENT_MS ? silent_ms : null);
-    // a procedure triggers the foveae only when it needs a look
-    const sparing = (isRunning(state.work) || isCapturing(state.capturing)) && this.name !== "wide";
-    const showing = !noticed && !sparing && frozen_ms !== null && (shown?.count ?? 0) > 0 && !STILL.has(this.name);
-    this.badge.hidden = !showing;
-    if (!showing) this.#frozen_since = null;
-    else this.#frozen_since ??= new Date(Date.now() - (frozen_ms ?? 0)).toISOString();
-    if (showing)
-      setText(
-        this.badge,
-        [`Frozen since ${clockTime(this.#frozen_since)}`, reasonOf(state, VIEWS[this.name].needs)]
-          .filter(Boolean)
-          .join(": "),
-      );
+  /** Show that the view stands still or comes slowly. @param {ConsoleState} state @param {boolean} noticed */
+  #showPace(state, noticed) {
+    const found = noticed || STILL.has(this.name) ? null : paceOf(state, this.name);
+    this.badge.hidden = found === null;
+    if (!found?.frozen) this.#frozen_since = null;
+    if (found === null) return;
+    if (found.frozen) this.#frozen_since ??= new Date(Date.now() - found.for_ms).toISOString();
+    const told = found.frozen
+      ? [`Frozen since ${clockTime(this.#frozen_since)}`, reasonOf(state, VIEWS[this.name].needs)]
+      : [found.text, found.reason];
+    setText(this.badge, told.filter(Boolean).join(": "));
+    this.badge.title = this.badge.textContent ?? "";
   }
 
   /**

@@ -250,5 +250,6 @@ function shown(slot, now_ms) {
     binning: header?.binning ?? 1,
     frozen: header?.frozen ?? false,
     silent_ms: since_ms,
+    watched_ms: now_ms - slot.subscribed_ms,
   };
 }

@@ -73,7 +73,7 @@ function verdictOf(engine) {
 /** @param {Load} load */
 function partsOf({ engine, mirrors }) {
   return [
-    html`<div class="whole-row">${panel("Who feeds whom", flowOf(engine))}</div>`,
+    html`<div class="whole-row">${panel("Data flow", flowOf(engine))}</div>`,
     panel("Threads", threadsOf(engine)),
     html`<div class="column">
       ${panel("Queues", figures(queueRows(engine)))} ${panel("Process", figures(processRows(engine)))}
@@ -94,7 +94,7 @@ function partsOf({ engine, mirrors }) {
 /** @param {EngineDocument} engine */
 function flowOf(engine) {
   if (engine.edges.length === 0) return nothing("Nothing has been handed over yet.");
-  return tableOf("Who feeds whom", ["From", "To", "Rate", "Data", "In all", "Dropped"], flowRows(engine));
+  return tableOf("Data flow", ["From", "To", "Rate", "Data", "In all", "Dropped"], flowRows(engine));
 }
 
 /** @param {EngineDocument} engine */
@@ -159,11 +159,13 @@ function viewsOf({ views }) {
   return html`<div class="stack">
     ${tableOf(
       "Views",
-      ["", "Rate", "Published", "Repeated", "Sent", "Dropped"],
+      ["", "Rate", "Wanted", "Published", "Repeated", "Sent", "Dropped"],
       views.map((view) => ({
+        flagged: view.slow_reason !== null,
         cells: [
           view.view.replaceAll("_", " "),
           `${number(view.rate_hz, 1)} Hz`,
+          view.expected_hz === null ? "" : `${number(view.expected_hz, 1)} Hz`,
           ...[view.published, view.repeated, view.sent, view.dropped].map(count),
         ],
       })),

@@ -3,7 +3,7 @@
 import { count, MISSING, millis, number, sentence, span } from "../../elements/format.js";
 
 /**
- * @import { EngineDocument, MirrorsDocument, StartTimeDocument, ThreadDocument } from "#api"
+ * @import { EngineDocument, MirrorsDocument, StartTimeDocument, ThreadDocument, ViewFlowDocument } from "#api"
  */
 
 const FILE_FORMAT = "foveacam-engine";
@@ -37,7 +37,7 @@ export function stageWords(stage) {
  * @param {EngineDocument} engine
  * @returns {{tone: "good" | "warn", sentences: string[]}}
  */
-export function verdict({ hardware, event_loop, threads, cameras }) {
+export function verdict({ hardware, event_loop, threads, cameras, views }) {
   const found = [
     hardware.flagged &&
       `The hardware thread is busy ${percent(hardware.busy_share)} of the time: live views get slower.`,
@@ -49,8 +49,25 @@ export function verdict({ hardware, event_loop, threads, cameras }) {
     ...cameras
       .filter(({ flagged }) => flagged)
       .map(({ role, lost_last_minute }) => `The ${role} camera lost ${frames(lost_last_minute)} in the last minute.`),
+    ...views
+      .filter(({ slow_reason }) => slow_reason !== null)
+      .map((view) => `The ${viewName(view)} view shows ${rateWords(view)} pictures a second: ${view.slow_reason}.`),
   ].filter((text) => text !== false);
-  return found.length > 0 ? { tone: "warn", sentences: found } : { tone: "good", sentences: ["Everything keeps up."] };
+  if (found.length > 0) return { tone: "warn", sentences: found };
+  const rates = views.filter(({ expected_hz }) => expected_hz !== null);
+  const shown = rates.map((view) => `${viewName(view)} ${rateWords(view)}`).join(", ");
+  const told = shown && `Live pictures a second: ${shown}.`;
+  return { tone: "good", sentences: ["Everything keeps up.", told].filter(Boolean) };
+}
+
+/** @param {Pick<ViewFlowDocument, "view">} view */
+function viewName({ view }) {
+  return view.replaceAll("_", " ");
+}
+
+/** @param {Pick<ViewFlowDocument, "rate_hz" | "expected_hz">} view */
+function rateWords({ rate_hz, expected_hz }) {
+  return `${number(rate_hz, rate_hz < 10 ? 1 : 0)} of ${number(expected_hz ?? 0, 0)}`;
 }
 
 /** @param {number} lost */
