@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { visibleIn } from "../foveacam_web/static/js/looking/measure/state.js";
 import { factsOf, valueText } from "../foveacam_web/static/js/looking/measure/words.js";
 import { only } from "./documents.js";
 
@@ -26,6 +27,25 @@ const measured = (fields) =>
     profile: null,
     ...fields,
   });
+
+test("what was measured is drawn over the foveae's views only while both look where they looked then", () => {
+  const views = /** @type {const} */ (["wide", "left", "right", "anaglyph", "difference", "depth"]);
+  const drawn_px = Object.fromEntries(views.map((view) => [view, [[1, 2]]]));
+  const line = { id: "m-1", fixation_ids: ["fix-1"], drawn_px, gaze: { left_v: [10, 0], right_v: [-10, 0] } };
+  const mirrors = (/** @type {number} */ left_x_v) => ({
+    left: { x_v: left_x_v, y_v: 0 },
+    right: { x_v: -10, y_v: 0 },
+  });
+  const shown = (/** @type {number} */ left_x_v, fixation_id = "fix-1") => {
+    const clouds = [{ fixation_id }];
+    const rig = { mirrors: mirrors(left_x_v) };
+    const state = only({ settings: { marks: true }, clouds, rig, measurements: [line], hidden_measurements: [] });
+    return views.filter((view) => visibleIn(state, view).length > 0);
+  };
+  assert.deepEqual(shown(10.05), [...views]);
+  assert.deepEqual(shown(12), ["wide"]); // the eyes moved on
+  assert.deepEqual(shown(10, "fix-2"), ["wide"]); // a newer look
+});
 
 test("a point is its distance, with its place and error along each axis", () => {
   assert.equal(valueText(measured({})), "1.9100 ± 0.0040 m");

@@ -45,8 +45,13 @@ def camera_gone(role: Role) -> FixationEnded:
 
 
 def one_eyed(point: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView]) -> str:
-    """Return the sentence of an answer by one fovea and the wide camera; `views`: what each eye shows."""
+    """Return the sentence of an answer by a fovea and the wide camera.
+
+    `roles`: the foveae that were matched. `views`: what each eye shows now; an eye that shows nothing of the
+    target is not named as one that sees it, so that the sentence agrees with the views.
+    """
     found = _distance_words(point)
+    roles = {role for role in roles if views[role].sees_target} or roles
     if len(roles) == 2:
         return (
             f"{found} by each fovea against the wide view; left and right do not match at the point itself."

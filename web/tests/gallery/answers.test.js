@@ -17,6 +17,9 @@ test("the heading names the eye that measured with the wide camera", () => {
   });
   assert.equal(answers.basisWords(found.basis, found), "right fovea and wide camera");
   assert.equal(answers.basisWords("fovea_and_wide"), "one fovea and wide camera");
+  const each = fixation({ ...FAR, left_view: SEES, right_view: SEES });
+  assert.equal(answers.heading(each).title, "Measured by each fovea and the wide camera");
+  assert.equal(answers.basisWords(each.basis, each), "each fovea and wide camera");
 });
 
 test("the heading tells what was measured from what was inferred", () => {

@@ -20,7 +20,7 @@ const BASES = Object.freeze({
   fovea_and_wide: {
     words: "one fovea and wide camera",
     title: "Measured by one fovea and the wide camera",
-    meaning: "The other eye does not see it. Half the baseline: a larger ±.",
+    meaning: "Left and right cannot be matched with each other there. Half the baseline: a larger ±.",
   },
   surroundings: {
     words: "from its surroundings",
@@ -67,7 +67,7 @@ export function answerOf(fixation) {
  */
 export function basisWords(basis, views = {}) {
   if (!basis) return "";
-  const eye = basis === "fovea_and_wide" ? seeingEye(views) : null;
+  const eye = basis === "fovea_and_wide" ? seeingEyes(views) : null;
   return eye ? `${eye} fovea and wide camera` : BASES[basis].words;
 }
 
@@ -84,8 +84,9 @@ export function basisMeaning(basis) {
 export function heading(fixation) {
   const basis = basisOf(fixation);
   if (!basis) return ENDS[fixation.state];
-  const eye = basis === "fovea_and_wide" ? seeingEye(fixation) : null;
-  const title = eye ? `Measured by the ${eye} fovea and the wide camera` : BASES[basis].title;
+  const eye = basis === "fovea_and_wide" ? seeingEyes(fixation) : null;
+  const by = eye === "each" ? "each fovea" : `the ${eye} fovea`;
+  const title = eye ? `Measured by ${by} and the wide camera` : BASES[basis].title;
   return { title, tone: basis === "bound" || basis === "surroundings" ? "plain" : "good", hint: "" };
 }
 
@@ -132,8 +133,9 @@ export function percent(probability) {
   return `${number(100 * probability, probability > 0.995 || probability < 0.01 ? 1 : 0)} %`;
 }
 
-/** @param {Views} views */
-function seeingEye({ left_view, right_view }) {
-  if (left_view?.sees_target && !right_view?.sees_target) return "left";
-  return right_view?.sees_target && !left_view?.sees_target ? "right" : null;
+/** Return which eyes see the target, each against the wide camera; null where that is not known. @param {Views} views */
+function seeingEyes({ left_view, right_view }) {
+  if (left_view?.sees_target && right_view?.sees_target) return "each";
+  if (left_view?.sees_target) return "left";
+  return right_view?.sees_target ? "right" : null;
 }

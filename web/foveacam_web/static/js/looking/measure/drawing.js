@@ -1,42 +1,16 @@
 // Draws measurements over a view in CSS px: points, lines, outlines, and the value of the selected one.
 
 import { svg } from "../../elements/dom.js";
-import { shownOf } from "./state.js";
 import { valueText } from "./words.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
- * @import { ConsoleState, MeasureDraft, MeasuredView, Point } from "#page"
+ * @import { MeasureDraft, MeasuredView, Point } from "#page"
  * @import { Viewport } from "../../video/viewport.js"
  */
 
-const SAME_GAZE_V = 0.1;
 const LABEL_HEIGHT_PX = 18;
 const LETTER_PX = 7;
-
-/** Return the measurements that a view can show now. @param {ConsoleState} state @param {MeasuredView} view */
-export function visibleIn(state, view) {
-  if (!state.settings.marks) return [];
-  const look = state.clouds[0]?.fixation_id;
-  return shownOf(state).filter(({ fixation_ids, drawn_px, gaze }) => {
-    if (!drawn_px[view]?.length) return false;
-    if (view === "wide") return true;
-    if (fixation_ids.length !== 1 || fixation_ids[0] !== look) return false;
-    return (view !== "left" && view !== "right") || standsAt(state.rig?.mirrors, gaze);
-  });
-}
-
-/** @param {import("#api").MirrorsDocument | null | undefined} mirrors @param {MeasurementDocument["gaze"]} gaze */
-function standsAt(mirrors, gaze) {
-  if (!gaze || !mirrors?.left || !mirrors.right) return false;
-  const off_v = [
-    (mirrors.left.x_v ?? NaN) - gaze.left_v[0],
-    (mirrors.left.y_v ?? NaN) - gaze.left_v[1],
-    (mirrors.right.x_v ?? NaN) - gaze.right_v[0],
-    (mirrors.right.y_v ?? NaN) - gaze.right_v[1],
-  ];
-  return off_v.every((off) => Math.abs(off) < SAME_GAZE_V);
-}
 
 /**
  * @param {MeasurementDocument} measured

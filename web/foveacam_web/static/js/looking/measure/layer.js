@@ -1,7 +1,8 @@
 // The layer over one view while the measuring tool is on: handles its clicks and drags, and draws the measurements.
 
 import { fill, h, html, s } from "../../elements/dom.js";
-import { drawDraft, drawMeasurement, visibleIn } from "./drawing.js";
+import { drawDraft, drawMeasurement } from "./drawing.js";
+import { visibleIn } from "./state.js";
 
 /**
  * @import { ConsoleState, MeasureKind, MeasuredView, Point } from "#page"
