@@ -59,9 +59,24 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+def test_first_draft_is_the_simulated_rig_where_that_opens_and_can_be_saved(
+    tmp_path: Path, events: EventLog
+) -> None:
+    first = service(tmp_path, events).describe()
+    assert (first.simulated, first.file_exists, first.faults) == (True, False, [])
+    assert not service(tmp_path / "of a recording", events, replayed=True).describe().simulated
+
+
+def test_simulated_rig_is_begun_from_again_after_an_empty_draft(tmp_path: Path, events: EventLog) -> None:
+    setup = service(tmp_path, events)
+    assert not setup.begin(None).simulated
+    assert setup.begin(None, simulated=True) == setup.describe()
+    assert setup.describe().simulated
+
+
 def test_new_rig_is_written_from_nothing_into_the_data_folder(tmp_path: Path, events: EventLog) -> None:
     setup = service(tmp_path, events)
-    begun = setup.describe()
+    begun = setup.begin(None)
     assert not begun.file_exists
     assert [fault.field for fault in begun.faults] == ["mirrors.port"]
 

@@ -1,5 +1,6 @@
 """Setting a rig up in the browser, from nothing to a rig that is open, without touching a file."""
 
+import re
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -126,6 +127,37 @@ def test_simulated_rig_is_set_up_from_nothing_opened_and_undone(
     page.get_by_role("button", name="Undo the last saving").click()
     expect(page.locator("#setup-name")).to_have_value("Bench two")
     assert load_rig_config(path).name == "Bench two"
+
+
+def test_wrong_fields_are_listed_beside_save_and_lead_to_themselves(
+    own_server: Server, open_setup: OpenSetup
+) -> None:
+    page = open_setup().page
+    wrong = page.locator(".wrong-fields")
+    expect(wrong.get_by_role("button")).to_have_text("Controller, Port")
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_disabled()
+    wrong.get_by_role("button", name="Controller, Port").click()
+    expect(page.locator("#setup-mirrors-port")).to_be_focused()
+    expect(page.locator("#setup-mirrors-port")).to_be_in_viewport()
+
+
+def test_the_rig_that_runs_is_the_one_that_the_page_shows_with_what_saving_changes_folded(
+    own_server: Server, open_setup: OpenSetup
+) -> None:
+    own_server.send("POST", "/rig/setup/draft", {"path": None, "simulated": True})
+    page = open_setup().page
+    chosen = page.locator("#setup-file option:checked")
+    expect(chosen).to_have_text("the simulated rig, open now")
+    expect(page.locator(".wrong-fields")).to_have_count(0)
+    expect(page.get_by_role("button", name="Save", exact=True)).to_be_enabled()
+    difference = page.locator(".difference")
+    expect(difference).to_be_hidden()
+    page.get_by_text(re.compile("^What saving changes: \\d+ lines$")).click()
+    expect(difference).to_be_visible()
+    page.locator("#setup-file").select_option("a new rig")
+    expect(page.locator(".wrong-fields")).to_be_visible()
+    page.locator("#setup-file").select_option(label="the simulated rig, open now")
+    expect(page.locator(".wrong-fields")).to_have_count(0)
 
 
 def test_edit_by_hand_meanwhile_is_shown_and_kept(own_server: Server, open_setup: OpenSetup) -> None:

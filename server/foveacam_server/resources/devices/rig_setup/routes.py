@@ -93,7 +93,7 @@ def change_draft(request: RigDraft, rig_setup: Provided[RigSetupService]) -> Dra
 @router.post("/draft", summary="Begin a draft anew", responses=problems(404, 507))
 def begin_draft(request: DraftStart, rig_setup: Provided[RigSetupService]) -> DraftDocument:
     """Begin from a rig file of the list, or from an empty draft; unsaved changes are lost."""
-    return rig_setup.begin(request.path)
+    return rig_setup.begin(request.path, simulated=request.simulated)
 
 
 @router.get("/advice", summary="What the doctor finds about the draft")

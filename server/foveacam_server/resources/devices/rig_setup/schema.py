@@ -159,9 +159,11 @@ class DraftDocument(ResponseModel):
 
 
 class DraftStart(RequestModel):
-    """The rig file of the list from which a draft begins; null: an empty draft."""
+    """The rig file of the list from which a draft begins; null: an empty draft, or the built-in simulated rig."""
 
     path: CameraName | None = None
+    simulated: bool = False
+    """Whether a draft without a file begins from the built-in simulated rig."""
 
 
 class AdviceDocument(ResponseModel):

@@ -107,10 +107,10 @@ class RigSetupService:
                 faults=self._faults(proposed),
             )
 
-    def begin(self, path: str | None) -> DraftDocument:
-        """Begin a new draft from a rig file of the list, or an empty one."""
+    def begin(self, path: str | None, *, simulated: bool = False) -> DraftDocument:
+        """Begin a new draft from a rig file of the list, from the built-in simulated rig, or an empty one."""
         with self._lock:
-            self._store(self._begun(None if path is None else self._files.known(path)))
+            self._store(self._begun(None if path is None else self._files.known(path), simulated=simulated))
             return self.describe()
 
     def put(self, draft: RigDraft) -> DraftDocument:
@@ -250,16 +250,16 @@ class RigSetupService:
         return found
 
     def _first(self, given: Path | None) -> StoredDraft:
-        """Return the stored draft; a new one when the command line names another file than the draft's."""
+        """Return the stored draft, or one of the rig that opens where the command line names another file."""
         stored = load_draft(self._folder)
         if stored is None or (given is not None and stored.path != str(given.absolute())):
-            return self._begun(given)
+            return self._begun(given, simulated=not self._replayed)
         return stored
 
-    def _begun(self, path: Path | None) -> StoredDraft:
-        """Return a new draft from a file, or an empty one."""
+    def _begun(self, path: Path | None, *, simulated: bool = False) -> StoredDraft:
+        """Return a new draft from a file; without one, of the built-in simulated rig, or an empty one."""
         if path is None:
-            return StoredDraft()
+            return StoredDraft(draft=draft_of({}) if simulated else RigDraft())
         text = self._files.read(path)
         return StoredDraft(draft=draft_of(content_of(text)), path=str(path.absolute()), text=text)
 

@@ -1,7 +1,7 @@
 // The fields of the draft: each shows its value, changes it, and shows below its faults and the doctor's findings.
 
 import { absent, html } from "../../elements/dom.js";
-import { notesAt, valueAt, withValue } from "./words.js";
+import { fieldId, notesAt, valueAt, withValue } from "./words.js";
 
 /**
  * @import { ConsoleState } from "#page"
@@ -22,7 +22,7 @@ export function fieldOf(
 ) {
   const { setup, advice } = state;
   if (!setup) return null;
-  const id = `setup-${path.replace(".", "-")}`;
+  const id = fieldId(path);
   const notes = notesAt(path, setup, advice);
   const value = valueAt(setup.draft, path);
   const change = (/** @type {{currentTarget: HTMLInputElement}} */ { currentTarget: input }) => {
@@ -45,7 +45,7 @@ export function fieldOf(
 
 /** @param {string} path @param {ConsoleState} state */
 export function notesBeside(path, { setup, advice }) {
-  return notesOf(notesAt(path, setup, advice), `setup-${path.replace(".", "-")}-notes`);
+  return notesOf(notesAt(path, setup, advice), `${fieldId(path)}-notes`);
 }
 
 /** @param {import("./words.js").Note[]} notes @param {string} id */

@@ -55,10 +55,14 @@ export class SetupOrders {
     if (setup) void this.#reader.readAdvice();
   }
 
-  /** Begin a new draft, from a file or empty. @param {string | null} path */
-  async begin(path) {
+  /**
+   * Begin a new draft, from a file, or empty, or from the simulated rig.
+   * @param {string | null} path
+   * @param {boolean} [simulated]
+   */
+  async begin(path, simulated = false) {
     await this.#queue;
-    await this.#commands.send("POST", "/rig/setup/draft", { body: { path } });
+    await this.#commands.send("POST", "/rig/setup/draft", { body: { path, simulated } });
     await this.#reader.readDraft();
     void this.#reader.readAdvice();
   }

@@ -4,12 +4,12 @@ import { ask } from "../../elements/ask.js";
 import { copyCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { FIELDS } from "./values.js";
-import { differenceLines, otherFaults } from "./words.js";
+import { fieldName, FIELDS } from "./values.js";
+import { differenceLines, fieldId, lineCount, otherFaults } from "./words.js";
 import { textButton } from "../../elements/parts.js";
 
 /**
- * @import { RigFileEntry } from "#api"
+ * @import { DraftDocument, RigFileEntry } from "#api"
  * @import { ConsoleState } from "#page"
  * @import { SetupOrders } from "./orders.js"
  */
@@ -21,17 +21,21 @@ const SIMULATED = "simulated";
 export function filesOf({ setup, setup_files }, orders) {
   if (!setup || !setup_files) return null;
   const { files } = setup_files;
-  const chosen = setup.file_exists && files.some(({ path }) => path === setup.path) ? setup.path : NEW;
+  const listed = setup.file_exists && files.some(({ path }) => path === setup.path);
+  const chosen = listed ? setup.path : setup.simulated ? SIMULATED : NEW;
   const begin = async (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget: select }) => {
-    const path = select.value || null;
+    const simulated = select.value === SIMULATED;
     if (setup.changed && setup.file_exists && !(await ask(UNSAVED))) select.value = chosen;
-    else void orders.begin(path);
+    else void orders.begin(simulated ? null : select.value || null, simulated);
   };
   return html`<div class="field">
       <label for="setup-file">Rig file</label>
       <select id="setup-file" .value=${chosen} @change=${begin}>
+        <option value=${SIMULATED} ?selected=${chosen === SIMULATED}>
+          the simulated rig${setup_files.simulated ? ", open now" : ""}
+        </option>
         <option value=${NEW} ?selected=${chosen === NEW}>a new rig</option>
-        ${files.map(({ path, name }) => html`<option value=${path} ?selected=${chosen === path}>${name}</option>`)}
+        ${files.map(({ path, name, open }) => html`<option value=${path} ?selected=${chosen === path}>${name}${open ? ", open now" : ""}</option>`)}
       </select>
     </div>
     <p class="lead number">${setup.path}${setup.file_exists ? "" : " (not written yet)"}</p>`;
@@ -40,10 +44,9 @@ export function filesOf({ setup, setup_files }, orders) {
 /** @param {ConsoleState} state @param {SetupOrders} orders */
 export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
   if (!setup || !setup_file) return null;
-  const faults = setup.faults.length;
   const why =
-    faults > 0
-      ? `${faults} ${faults === 1 ? "field is" : "fields are"} to be corrected first.`
+    setup.faults.length > 0
+      ? "Correct these fields first:"
       : setup.changed
         ? ""
         : "The file contains all of this already.";
@@ -53,7 +56,6 @@ export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
       html`<p class="note warn" role="alert">The file was changed by somebody else meanwhile. Saving keeps these changes:</p>
         ${difference(setup_file.meanwhile, "Changed by others")}`
     }
-    ${setup_file.changes ? difference(setup_file.changes, "What saving changes") : html`<p class="lead">Nothing to save.</p>`}
     <div class="actions">
       ${textButton("Save", () => orders.save(), { kind: "plain primary", disabled: why !== "" || stream === "down" })}
       ${textButton("Undo the last saving", () => orders.undo(), {
@@ -62,8 +64,32 @@ export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
       })}
       <span class="why" role="status">${why}</span>
     </div>
+    ${wrongFields(setup)}
+    ${
+      setup_file.changes &&
+      html`<details class="details">
+        <summary>What saving changes: ${lineCount(setup_file.changes)}</summary>
+        ${difference(setup_file.changes, "What saving changes")}
+      </details>`
+    }
     ${openOf(setup.path, setup_files?.files ?? [], setup_files?.simulated ?? false, orders)}
     ${setup.file_exists && commandOf(setup_file.command)}`;
+}
+
+/** List the fields that keep the rig from being saved; each leads to its field. @param {DraftDocument} setup */
+function wrongFields({ faults }) {
+  const wrong = [...new Set(faults.map(({ field }) => field))].filter((field) => FIELDS.has(field));
+  if (wrong.length === 0) return null;
+  return html`<ul class="wrong-fields">
+    ${wrong.map((field) => html`<li>${textButton(fieldName(field), () => leadTo(field), { picture: "target" })}</li>`)}
+  </ul>`;
+}
+
+/** Show a field and put the focus into it. @param {string} field */
+function leadTo(field) {
+  const entry = document.getElementById(fieldId(field));
+  entry?.scrollIntoView({ block: "center" });
+  entry?.focus({ preventScroll: true });
 }
 
 /** @param {string} path @param {RigFileEntry[]} files @param {boolean} simulated @param {SetupOrders} orders */

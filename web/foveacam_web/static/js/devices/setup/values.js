@@ -4,6 +4,7 @@ import { ask } from "../../elements/ask.js";
 import { panel, textButton } from "../../elements/parts.js";
 import { html } from "../../elements/dom.js";
 import { chooser, fieldOf, notesBeside } from "./fields.js";
+import { CAMERAS } from "../rig/words.js";
 import { withValue } from "./words.js";
 
 /**
@@ -90,6 +91,18 @@ const BINNINGS = [
   { value: "1", text: "1×1: every pixel" },
   { value: "2", text: "2×2: four are one" },
 ];
+
+/** @type {Readonly<Record<string, string>>} */
+const TABLES = Object.freeze({ mirrors: "Controller", markers: "Markers", pan_tilt: "Pan-tilt" });
+
+/** Return the name of a field as the page shows it. @param {string} path */
+export function fieldName(path) {
+  const [table = "", key = ""] = path.split(".");
+  if (table === "cameras") return CAMERAS[/** @type {import("#page").Role} */ (key)] ?? "Cameras";
+  const label = [...RIG, ...CONTROLLER, ...MARKERS, ...TURNED].find((field) => field.path === path)?.label;
+  const named = label ?? { port: "Port", working_binning: "Working binning", fovea_trigger: "Trigger" }[key || table];
+  return [TABLES[table], named].filter(Boolean).join(", ");
+}
 
 /** Every field that the page shows; faults of others stand by themselves. */
 export const FIELDS = new Set(

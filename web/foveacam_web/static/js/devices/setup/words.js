@@ -151,6 +151,19 @@ export function notesAt(path, setup, advice) {
   ];
 }
 
+/** Return the id of a field's element in the page. @param {string} path */
+export function fieldId(path) {
+  const [table, key] = path.split(".");
+  if (table === "cameras") return `setup-role-${key ?? "wide"}`;
+  return path === "pan_tilt" ? "setup-pan-tilt-kind" : `setup-${path.replace(".", "-")}`;
+}
+
+/** Return how many lines a unified difference changes. @param {string} difference */
+export function lineCount(difference) {
+  const lines = differenceLines(difference).filter(({ tone, text }) => tone !== "same" && text.slice(1).trim()).length;
+  return lines === 1 ? "1 line" : `${lines} lines`;
+}
+
 /** Return the faults at none of the fields that the page has. @param {DraftDocument | null} setup @param {Set<string>} fields */
 export function otherFaults(setup, fields) {
   return (setup?.faults ?? []).filter(({ field }) => !fields.has(field));
