@@ -856,9 +856,11 @@ export interface components {
             zero_pan_deg: number | null;
             zero_tilt_deg: number | null;
         };
-        /** @description The rig file of the list from which a draft begins; null: an empty draft. */
+        /** @description The rig file of the list from which a draft begins; null: an empty draft, or the simulated rig. */
         DraftStart: {
             path?: string | null;
+            /** @default false */
+            simulated?: boolean;
         };
         /** @description Result of a drift check, and whether it was applied. */
         DriftCheckDocument: {
@@ -946,6 +948,8 @@ export interface components {
         EstimateDocument: {
             coverage: components["schemas"]["CoverageDocument"];
             distance_assumed: boolean;
+            duration_high_s: number;
+            duration_low_s: number;
             files: number;
             free_bytes: number;
             hand_moves: number;
@@ -955,11 +959,15 @@ export interface components {
                 [key: string]: unknown;
             };
             points: number;
+            preparing_fixations: number;
+            preparing_high_s: number;
+            preparing_low_s: number;
             rail_s: number;
             raw_bytes: number;
             reverge_s: number;
             shots: number;
             stored_bytes: number;
+            timed_captures: number;
             total_s: number;
             warnings: string[];
         };
@@ -2190,9 +2198,10 @@ export interface components {
             /** @default 60 */
             size_m?: number;
         };
-        /** @description The rig file to open; null: the built-in simulated rig. */
+        /** @description The rig file to open; null: the built-in simulated rig, in a shipped scene or the present one. */
         OpenOrder: {
             path: string | null;
+            scene?: string | null;
         };
         /** @description A recording in a folder of the server's machine; `name`: its name here, usually its file's. */
         OpenRequest: {
@@ -2919,10 +2928,16 @@ export interface components {
             path: string;
             problem: string | null;
         };
-        /** @description The rig files that can be opened; `simulated`: whether the built-in simulated rig is open. */
+        /**
+         * @description The rig files that can be opened; `simulated`: whether the built-in simulated rig is open.
+         *
+         *     `scenes`: those in which it can be opened by name; `scene`: the one that is open, null where it is not.
+         */
         RigFiles: {
             files: components["schemas"]["RigFileEntry"][];
             replayed: boolean;
+            scene: string | null;
+            scenes: components["schemas"]["SceneEntry"][];
             simulated: boolean;
         };
         /** @description Where an observer may stand about a target; `empty_because`: in words, why nowhere. */
@@ -2965,6 +2980,11 @@ export interface components {
             along_m: number;
             z_m: number | null;
             z_sigma_m: number | null;
+        };
+        /** @description A scene of the simulated rig. */
+        SceneEntry: {
+            name: string;
+            title: string;
         };
         /** @description The new token; its secret is shown this once. */
         ServiceTokenCreated: {
@@ -4005,6 +4025,7 @@ export type RingDocument = components['schemas']['RingDocument'];
 export type RingRequest = components['schemas']['RingRequest'];
 export type Role = components['schemas']['Role'];
 export type SampleDocument = components['schemas']['SampleDocument'];
+export type SceneEntry = components['schemas']['SceneEntry'];
 export type ServiceTokenCreated = components['schemas']['ServiceTokenCreated'];
 export type ServiceTokenDocument = components['schemas']['ServiceTokenDocument'];
 export type ServiceTokenList = components['schemas']['ServiceTokenList'];

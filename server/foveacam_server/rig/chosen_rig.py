@@ -28,9 +28,17 @@ class ChosenRig:
         """`sim`, or the path of a rig file."""
         return self._settings.rig
 
-    def choose(self, name: str) -> None:
-        """Choose another rig, which takes effect when the rig is opened the next time."""
-        self._settings = self._settings.model_copy(update={"rig": name})
+    @property
+    def scene(self) -> str:
+        """Scene of the built-in simulated rig: a shipped name, or the path of a scene file."""
+        return self._settings.scene
+
+    def choose(self, name: str, *, scene: str | None = None) -> None:
+        """Choose another rig, which takes effect when the rig is opened the next time.
+
+        `scene`: of the built-in simulated rig; None: the present one.
+        """
+        self._settings = self._settings.model_copy(update={"rig": name, "scene": scene or self.scene})
 
     def config(self) -> SimulatedRigConfig | SerialRigConfig:
         """Return the rig's configuration; raise `InvalidInput` for a file that cannot be used."""
@@ -44,6 +52,13 @@ def check_simulation(config: SimulatedRigConfig) -> None:
 
     find_preset(config.preset)
     load_scene(config.scene)
+
+
+def shipped_scenes() -> dict[str, str]:
+    """Return the title of each scene in which the built-in simulated rig can be opened, by its name."""
+    from foveacam_hardware.sim.scenes.loader import scene_titles
+
+    return scene_titles()
 
 
 def compile_renderer(console: Console) -> None:

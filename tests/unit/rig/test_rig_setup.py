@@ -74,6 +74,30 @@ def test_simulated_rig_is_begun_from_again_after_an_empty_draft(tmp_path: Path, 
     assert setup.describe().simulated
 
 
+def test_scenes_of_the_simulated_rig_are_listed_with_the_one_that_is_open(
+    tmp_path: Path, events: EventLog
+) -> None:
+    files = service(tmp_path, events).files()
+    assert files.scene == "bench"
+    assert {scene.name: scene.title for scene in files.scenes}["street"] == "A street with people and cars"
+    assert service(tmp_path / "of a recording", events, replayed=True).files().scene is None
+
+
+@pytest.mark.parametrize(
+    ("path", "scene", "message"),
+    [
+        (None, "moon", "there is no such scene; use one of bench"),
+        (True, "bench", "a rig file names its own"),
+    ],
+)
+def test_scene_that_cannot_be_opened_is_refused_before_the_rig_is_closed(
+    tmp_path: Path, events: EventLog, file: Path, *, path: bool | None, scene: str, message: str
+) -> None:
+    setup = service(tmp_path, events, rig=str(file))
+    with hardware_setup(tmp_path / "rig") as opened, pytest.raises(InvalidInput, match=message):
+        setup.open(str(file) if path else None, opened.hardware, scene=scene)
+
+
 def test_new_rig_is_written_from_nothing_into_the_data_folder(tmp_path: Path, events: EventLog) -> None:
     setup = service(tmp_path, events)
     begun = setup.begin(None)
@@ -191,9 +215,14 @@ def test_rig_is_opened_without_a_restart_and_stays_when_a_job_has_it(
     path = setup.save(None).path
     with hardware_setup(tmp_path / "other") as opened:
         hardware = opened.start()
-        with hardware.session("a job", cancelled=lambda: False), pytest.raises(Busy):
-            setup.open(path, hardware)
-        assert setup.files().simulated
+        with hardware.session("a job", cancelled=lambda: False):
+            with pytest.raises(Busy):
+                setup.open(path, hardware)
+            with pytest.raises(Busy):
+                setup.open(None, hardware, scene="street")
+        assert (setup.files().simulated, setup.files().scene) == (True, "bench")
+        setup.open(None, hardware, scene="street")
+        assert setup.files().scene == "street"
         setup.open(path, hardware)
     assert [entry.open for entry in setup.files().files] == [True]
     assert setup.open_needs().ports == {"mirrors": "auto"}

@@ -8,7 +8,9 @@ import {
   farWords,
   percent,
   sizeText,
+  spanRange,
   stateWords,
+  timeWords,
 } from "../../foveacam_web/static/js/capturing/capture/words.js";
 import { pixelOf } from "../../foveacam_web/static/js/video/angles.js";
 import { LENS, only, problem } from "../documents.js";
@@ -286,4 +288,39 @@ test("a still says what came of each camera", () => {
   assert.deepEqual(stills.missingWords(/** @type {any} */ (still)), ["Right eye: none of 5 frames came. It stalled."]);
   assert.equal(stills.stillWords(/** @type {any} */ (still)), "left eye · 5 frames each, their mean");
   assert.equal(stills.crossingWords(only({ distance_m: null })), "nowhere in front of the rig");
+});
+
+test("an estimated time is a range in the unit that suits it, rounded outwards", () => {
+  assert.equal(spanRange(12.4, 24.2), "12 to 25 s");
+  assert.equal(spanRange(2.71, 5.02), "2.7 to 5.1 s");
+  assert.equal(spanRange(30, 95), "0.5 to 1.6 min");
+  assert.equal(spanRange(700, 1300), "11 to 22 min");
+  assert.equal(spanRange(3600, 7200), "1.0 to 2.0 h");
+  assert.equal(spanRange(12, 12), "12 s");
+});
+
+test("an estimated time says what it is from", () => {
+  const measured = {
+    preparing_fixations: 9,
+    preparing_low_s: 9,
+    preparing_high_s: 18,
+    rail_s: 0,
+    hand_moves: 0,
+    timed_captures: 3,
+    limit_s: 2.7,
+  };
+  const words = (/** @type {object} */ more) => timeWords(only({ ...measured, ...more }));
+  assert.equal(
+    words({}),
+    "9 to 18 s of it to measure the distance by 9 fixations, by the times of the last 3 captures",
+  );
+  assert.equal(
+    words({ preparing_fixations: 0, timed_captures: 0, hand_moves: 5 }),
+    "5 × you push the rig, not counted, " +
+      "assumed until a capture was timed; settling, exposing and reading out alone take 2.7 s",
+  );
+  assert.equal(
+    words({ preparing_fixations: 0, timed_captures: 1, rail_s: 20 }),
+    "20 s on the rail, by the times of the last capture",
+  );
 });

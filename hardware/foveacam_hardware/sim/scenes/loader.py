@@ -1,6 +1,7 @@
 """Finds and reads scene files; errors name the file, the object, the key and the allowed values."""
 
 import tomllib
+from functools import cache
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -15,6 +16,13 @@ SCENES_FOLDER = Path(__file__).parent
 def scene_names() -> list[str]:
     """Return the names of the scenes that ship with the product."""
     return sorted(path.stem for path in SCENES_FOLDER.glob("*.toml"))
+
+
+@cache
+def scene_titles() -> dict[str, str]:
+    """Return the title of each scene that ships with the product, by its name."""
+    texts = {name: (SCENES_FOLDER / f"{name}.toml").read_text(encoding="utf-8") for name in scene_names()}
+    return {name: tomllib.loads(text)["title"] for name, text in texts.items()}
 
 
 def scene_path(name_or_file: str | Path) -> Path:

@@ -121,7 +121,11 @@ def test_rig_without_markers_is_told_how_to_get_them(stub: StubServer, open_stub
     stub.answers["/pan_tilt"] |= {"present": False, "stations": []}
     page = open_stub(ADDRESS).page
     hint = page.locator(HINT)
-    expect(hint).to_contain_text("foveacam serve --scene calibration")
+    expect(hint).to_contain_text("no station with markers")
+    hint.get_by_role("button", name="Open the calibration scene").click()
+    with page.expect_request("**/rig/setup/open") as sent:
+        page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
+    assert sent.value.post_data_json == {"path": None, "scene": "calibration"}
     stub.answers["/acceptances"] = [acceptances.without_markers()]
     stub.wait_for_listener()
     stub.send_event("calibration.acceptance", {"id": "accept-1", "accepted": False, "faults": []})

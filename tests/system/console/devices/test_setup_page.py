@@ -160,6 +160,20 @@ def test_the_rig_that_runs_is_the_one_that_the_page_shows_with_what_saving_chang
     expect(page.locator(".wrong-fields")).to_have_count(0)
 
 
+def test_simulated_rig_is_opened_in_another_scene(own_server: Server, open_setup: OpenSetup) -> None:
+    page = open_setup().page
+    scene = page.get_by_label("Scene of the simulated rig")
+    expect(scene).to_have_value("bench")
+    scene.select_option("toy")
+    page.get_by_role("alertdialog").get_by_role("button", name="Cancel").click()
+    expect(scene).to_have_value("bench")
+    for name in ("toy", "bench"):
+        scene.select_option(name)
+        page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
+        wait_for(page, lambda name=name: own_server.get("/rig")["scene"] == name)
+        expect(scene).to_have_value(name)
+
+
 def test_edit_by_hand_meanwhile_is_shown_and_kept(own_server: Server, open_setup: OpenSetup) -> None:
     page = open_setup().page
     enter(page, "rig_id", "by-hand")

@@ -144,7 +144,7 @@ def open_rig(
     lease.check(x_lease)
     if jobs.open_jobs:
         raise refusals.in_use("open another rig", "a job")
-    rig_setup.open(request.path, hardware)
+    rig_setup.open(request.path, hardware, scene=request.scene)
     return rig_setup.files()
 
 

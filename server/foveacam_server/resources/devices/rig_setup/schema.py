@@ -159,7 +159,7 @@ class DraftDocument(ResponseModel):
 
 
 class DraftStart(RequestModel):
-    """The rig file of the list from which a draft begins; null: an empty draft, or the built-in simulated rig."""
+    """The rig file of the list from which a draft begins; null: an empty draft, or the simulated rig."""
 
     path: CameraName | None = None
     simulated: bool = False
@@ -208,18 +208,31 @@ class RigFileEntry(ResponseModel):
     problem: str | None
 
 
+class SceneEntry(ResponseModel):
+    """A scene of the simulated rig."""
+
+    name: str
+    title: str
+
+
 class RigFiles(ResponseModel):
-    """The rig files that can be opened; `simulated`: whether the built-in simulated rig is open."""
+    """The rig files that can be opened; `simulated`: whether the built-in simulated rig is open.
+
+    `scenes`: those in which it can be opened by name; `scene`: the one that is open, null where it is not.
+    """
 
     files: list[RigFileEntry]
     simulated: bool
     replayed: bool
+    scenes: list[SceneEntry]
+    scene: str | None
 
 
 class OpenOrder(RequestModel):
-    """The rig file to open; null: the built-in simulated rig."""
+    """The rig file to open; null: the built-in simulated rig, in a shipped scene or the present one."""
 
     path: CameraName | None
+    scene: Annotated[str | None, Field(max_length=60)] = None
 
 
 class TryOrder(RequestModel):

@@ -32,8 +32,9 @@ from foveacam_server.resources.devices.rig_setup.schema import (
     RigFileDocument,
     RigFileEntry,
     RigFiles,
+    SceneEntry,
 )
-from foveacam_server.rig.chosen_rig import ChosenRig, check_simulation
+from foveacam_server.rig.chosen_rig import ChosenRig, check_simulation, shipped_scenes
 from foveacam_server.rig.hardware import HardwareThread
 
 HOLDER = "the set-up of another rig"
@@ -173,10 +174,19 @@ class RigSetupService:
             for path in self._files.every()
         ]
         simulated = self._rig.name == "sim" and not self._replayed
-        return RigFiles(files=entries, simulated=simulated, replayed=self._replayed)
+        return RigFiles(
+            files=entries,
+            simulated=simulated,
+            replayed=self._replayed,
+            scenes=[SceneEntry(name=name, title=title) for name, title in shipped_scenes().items()],
+            scene=self._rig.scene if simulated else None,
+        )
 
-    def open(self, path: str | None, hardware: HardwareThread) -> None:
-        """Close the rig and open that of a file, or the simulated one; raise `Busy` while a job has it."""
+    def open(self, path: str | None, hardware: HardwareThread, *, scene: str | None = None) -> None:
+        """Close the rig and open that of a file, or the simulated one; raise `Busy` while a job has it.
+
+        `scene`: a shipped scene for the simulated rig; None: the present one.
+        """
         if self._replayed:
             raise Busy(
                 "asked to open a rig: this server plays a recording",
@@ -189,15 +199,18 @@ class RigSetupService:
             config = load_rig_config(name)
             if isinstance(config, SimulatedRigConfig):
                 check_simulation(config)
-        before = self._rig.name
-        self._rig.choose(name)
+        _check_scene(scene, path)
+        before = self._rig.name, self._rig.scene
+        self._rig.choose(name, scene=scene)
         try:
             hardware.reopen(HOLDER)
         except Busy:
-            self._rig.choose(before)
+            self._rig.choose(before[0], scene=before[1])
             raise
         self._emit(
-            "the simulated rig was opened" if path is None else f"rig file {Path(name).name} was opened"
+            f"the simulated rig was opened in the scene {self._rig.scene}"
+            if path is None
+            else f"rig file {Path(name).name} was opened"
         )
 
     def open_needs(self) -> RigNeeds:
@@ -269,6 +282,20 @@ class RigSetupService:
 
     def _emit(self, message: str) -> None:
         self._events.emit("rig.setup", message)
+
+
+def _check_scene(scene: str | None, path: str | None) -> None:
+    """Raise `InvalidInput` for a scene that is not shipped, or one beside a rig file, which names its own."""
+    if scene is None:
+        return
+    asked = f"open the scene {scene}"
+    if path is not None:
+        raise InvalidInput(
+            asked=asked, found="a rig file names its own scene", remedy="change it in the file"
+        )
+    if scene not in shipped_scenes():
+        names = ", ".join(shipped_scenes())
+        raise InvalidInput(asked=asked, found="there is no such scene", remedy=f"use one of {names}")
 
 
 def _faulty(faults: list[DraftFault]) -> InvalidInput:

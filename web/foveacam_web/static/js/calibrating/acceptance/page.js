@@ -7,7 +7,8 @@ import { badge, nothing, panel, starter } from "../../elements/parts.js";
 import { pageHead } from "../../pages.js";
 import { mountJobBar } from "../calibration/jobbar.js";
 import { mountPanTilt } from "../calibration/pantilt.js";
-import { markersHint, resultOf, when } from "./result.js";
+import { missingStations } from "../missing_stations.js";
+import { resultOf, when, WHY } from "./result.js";
 import { faultWords, findingsOf, hasNoMarkers, lackedMarkers, motionWords, verdictOf } from "./words.js";
 
 /**
@@ -54,7 +55,7 @@ function starting({ store, orders }) {
   store.on(["pan_tilt", "rig", "acceptances"], ({ pan_tilt, rig, acceptances }) => {
     setText(motion, motionWords(pan_tilt));
     const hinted = hasNoMarkers(pan_tilt) && !lackedMarkers(acceptances?.[0]); // else the result says so
-    update(hint, hinted && markersHint(rig?.simulated ?? false));
+    update(hint, hinted && missingStations({ simulated: rig?.simulated ?? false, why: WHY }, orders));
   });
   const start = starter({
     label: "Run the acceptance",
@@ -75,11 +76,11 @@ function starting({ store, orders }) {
 }
 
 /** Build the result and the list of all runs, from which another one is chosen. @param {AcceptanceContext} context */
-function results({ store }) {
+function results({ store, orders }) {
   const [result, list] = [h("div", {}), h("div", {})];
   /** @type {{id: string | null, newest: string | undefined}} `id`: of the chosen run, null for the newest */
   const chosen = { id: null, newest: undefined };
-  const showResult = changing(result, resultOrNone);
+  const showResult = changing(result, (/** @type {Shown} */ shown) => resultOrNone(shown, orders));
   const show = () => {
     const { acceptances, rig } = store.state;
     const newest = acceptances?.[0];
@@ -97,9 +98,9 @@ function results({ store }) {
   return [result, list];
 }
 
-/** @param {Shown} shown */
-function resultOrNone({ run, newest, simulated, loaded }) {
-  if (run) return resultOf({ run, newest, simulated });
+/** @param {Shown} shown @param {AcceptanceContext["orders"]} orders */
+function resultOrNone({ run, newest, simulated, loaded }, orders) {
+  if (run) return resultOf({ run, newest, simulated }, orders);
   const text = loaded ? "Never run yet. Run it on a new rig, and after each move of the rig." : "Loading …";
   return panel("Result", nothing(text));
 }

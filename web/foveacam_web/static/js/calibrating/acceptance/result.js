@@ -5,8 +5,8 @@ import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { badge, panel } from "../../elements/parts.js";
 import { API } from "../../root.js";
-import { SETUP_ADDRESS } from "../../addresses.js";
 import { figure } from "../calibration/pictures.js";
+import { missingStations } from "../missing_stations.js";
 import { circumstances, figureRow, findingsOf, lackedMarkers, VERDICTS, verdictOf } from "./words.js";
 
 /**
@@ -14,33 +14,23 @@ import { circumstances, figureRow, findingsOf, lackedMarkers, VERDICTS, verdictO
  * @typedef {ReturnType<typeof findingsOf>[number]} NamedFinding
  */
 
-/** @param {{run: AcceptanceDocument, newest: boolean, simulated: boolean}} shown */
-export function resultOf({ run, newest, simulated }) {
+/** Why a run needs stations. */
+export const WHY = "Without markers most checks cannot be made.";
+
+/**
+ * @param {{run: AcceptanceDocument, newest: boolean, simulated: boolean}} shown
+ * @param {import("../calibration/orders.js").CalibrationOrders} orders
+ */
+export function resultOf({ run, newest, simulated }, orders) {
   const findings = findingsOf(run);
   return keyed(
     run.id,
     html`<div class="column">
-      ${panel(newest ? "Newest result" : "Earlier result", ...verdict(run), lackedMarkers(run) && markersHint(simulated))}
+      ${panel(newest ? "Newest result" : "Earlier result", ...verdict(run), lackedMarkers(run) && missingStations({ simulated, why: WHY }, orders))}
       ${findings.length > 0 && panel("What was found, and what to do", findingList(findings))}
       ${panel("Checks", checkList(run))}
     </div>`,
   );
-}
-
-/** Tell how a rig gets stations with markers. @param {boolean} simulated */
-export function markersHint(simulated) {
-  const way = simulated
-    ? html`The simulation has them in another scene: stop the server and start it with
-        ${" "}<code>foveacam serve --scene calibration</code>.`
-    : html`Name one in the rig file: where to point, and how far away the markers are.
-        ${" "}<a href=${SETUP_ADDRESS}>Set the rig up.</a>`;
-  return html`<div class="strip warn damage">
-    ${icon("warn")}
-    <p>
-      The rig file names no station with markers, and without markers most checks cannot be made.
-      ${" "}<span class="remedy">${way}</span>
-    </p>
-  </div>`;
 }
 
 /** @param {AcceptanceDocument} run */

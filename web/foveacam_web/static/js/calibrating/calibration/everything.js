@@ -1,13 +1,17 @@
 // The dialog that starts a complete calibration: its steps, its label, and whether the result is put in use.
 
-import { h, html, setText } from "../../elements/dom.js";
+import { h, html, setText, update } from "../../elements/dom.js";
 import { sheet } from "../../panels/dialogs.js";
 import { starter, tickField } from "../../elements/parts.js";
+import { hasNoMarkers } from "../acceptance/words.js";
+import { missingStations } from "../missing_stations.js";
 
 /**
  * @import { SessionDocument } from "#api"
  * @import { WizardContext } from "./page.js"
  */
+
+const WHY = "Without markers neither the mirrors nor their settle times can be measured.";
 
 /** @param {WizardContext} context @returns {() => void} opens the dialog */
 export function makeEverything({ store, orders }) {
@@ -22,6 +26,7 @@ export function makeEverything({ store, orders }) {
   const start = choiceOfStart(() => (named.hidden = !start.fresh()));
   const activate = tickField("Take the result into use", true);
   const turn = h("p", { class: "remedy" });
+  const missing = h("div", {});
   const act = async () => {
     dialog.close();
     if (start.fresh() && !(await orders.newSession(label.value.trim()))) return;
@@ -34,11 +39,16 @@ export function makeEverything({ store, orders }) {
     primary: true,
     keys: ["pan_tilt"],
     why: ({ pan_tilt }) =>
-      pan_tilt && !pan_tilt.present ? "This rig has no pan-tilt, and none by hand is set up." : null,
+      pan_tilt && !pan_tilt.present
+        ? "This rig has no pan-tilt, and none by hand is set up."
+        : hasNoMarkers(pan_tilt)
+          ? "This rig has no station with markers."
+          : null,
   });
   const dialog = sheet(
     "Calibrate everything",
     plan(),
+    missing,
     turn,
     start.element,
     named,
@@ -48,11 +58,17 @@ export function makeEverything({ store, orders }) {
   store.on(["pan_tilt"], ({ pan_tilt }) =>
     setText(
       turn,
-      !pan_tilt?.present
+      !pan_tilt?.present || hasNoMarkers(pan_tilt)
         ? ""
         : pan_tilt.moves_itself
           ? "The rig and its mirrors will move: keep clear. It takes five to ten minutes. STOP and Cancel work at any time, and what was measured is kept."
           : "You turn the rig by hand as the wizard instructs. Cancel works at any time, and what was measured is kept.",
+    ),
+  );
+  store.on(["pan_tilt", "rig"], ({ pan_tilt, rig }) =>
+    update(
+      missing,
+      hasNoMarkers(pan_tilt) && missingStations({ simulated: rig?.simulated ?? false, why: WHY }, orders),
     ),
   );
   /** @type {string | null} */

@@ -11,6 +11,7 @@ import { hand } from "../../elements/download.js";
  * @import { WorkFollower } from "./work.js"
  */
 
+const OPEN_MS = 90_000; // a scene may have to be drawn for the first time
 const UNDO_MS = 15_000;
 const SLOW_MS = 60_000; // a comparison or a new fit of the lens takes long
 
@@ -47,6 +48,13 @@ export class CalibrationOrders {
   /** @param {string} label */
   #begin(label) {
     return this.#showNew("/calibration_sessions", { label: label || usualLabel() });
+  }
+
+  /** Open the simulated rig in another scene. @param {string} scene */
+  async openScene(scene) {
+    const body = { path: null, scene };
+    await this.#commands.send("POST", "/rig/setup/open", { body, patience_ms: OPEN_MS });
+    await this.#reader.readPanTilt();
   }
 
   /** Create a session from the sweeps of several, to be fitted together. @param {string[]} sessions */

@@ -2,9 +2,9 @@
 
 import { figures, nothing } from "../../elements/parts.js";
 import { changing, html } from "../../elements/dom.js";
-import { count, number, sentence, span } from "../../elements/format.js";
+import { count, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
-import { percent, sizeText } from "./words.js";
+import { percent, sizeText, spanRange, timeWords } from "./words.js";
 
 /**
  * @import { Estimate, Store } from "#console"
@@ -47,7 +47,7 @@ function shortened(plan) {
 function figuresOf(estimate) {
   return [
     html`<p class="budget">
-      <strong class="number">${span(estimate.total_s)}</strong>
+      <strong class="number">${spanRange(estimate.duration_low_s, estimate.duration_high_s)}</strong>
       <span class="lead">${timeWords(estimate)}</span>
     </p>`,
     figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
@@ -56,18 +56,6 @@ function figuresOf(estimate) {
         ${estimate.warnings.map((words) => html`<li>${icon("warn")}<span>${sentence(words)}</span></li>`)}
       </ul>`,
   ];
-}
-
-/** @param {Estimate} estimate */
-function timeWords({ limit_s, reverge_s, rail_s, hand_moves }) {
-  const parts =
-    reverge_s + rail_s + hand_moves === 0
-      ? ["at least, by settling, exposing and reading out"]
-      : [`at least: ${span(limit_s)} settling, exposing and reading out`];
-  if (reverge_s > 0) parts.push(`${span(reverge_s)} verging again`);
-  if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
-  if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
-  return parts.join(", ");
 }
 
 /** @param {Estimate} estimate @returns {[string, Child][]} */

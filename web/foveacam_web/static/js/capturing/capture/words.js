@@ -2,7 +2,7 @@
 
 import { count, MISSING, number, remedyOf, sentence, span } from "../../elements/format.js";
 
-/** @import { CaptureEnd, Capturing } from "#page" */
+/** @import { CaptureEnd, Capturing, Estimate } from "#page" */
 
 /** Format a number of bytes with three significant digits. @param {number | null | undefined} bytes */
 export function sizeText(bytes) {
@@ -20,6 +20,42 @@ export function sizeText(bytes) {
 /** @param {number | null} share 0 … 1 */
 export function percent(share) {
   return share === null ? MISSING : `${number(100 * share, share < 0.1 && share > 0 ? 1 : 0)} %`;
+}
+
+/**
+ * Format a range of time in the unit that suits its upper end, rounded outwards, such as "12 to 25 s".
+ * @param {number} low_s
+ * @param {number} high_s
+ */
+export function spanRange(low_s, high_s) {
+  const unit_s = high_s < 90 ? 1 : high_s < 5400 ? 60 : 3600;
+  const name = { 1: "s", 60: "min", 3600: "h" }[unit_s];
+  const decimals = high_s < 10 * unit_s ? 1 : 0;
+  const steps = 10 ** decimals;
+  const low = number(Math.floor((low_s / unit_s) * steps + 1e-9) / steps, decimals);
+  const high = number(Math.ceil((high_s / unit_s) * steps - 1e-9) / steps, decimals);
+  return low === high ? `${high} ${name}` : `${low} to ${high} ${name}`;
+}
+
+/**
+ * Word what an estimated time consists of, and what it is from.
+ * @param {Omit<Estimate, "plan" | "coverage">} estimate
+ */
+export function timeWords({ preparing_fixations, preparing_low_s, preparing_high_s, rail_s, hand_moves, ...rest }) {
+  const { timed_captures, limit_s } = rest;
+  const parts = [];
+  if (preparing_fixations > 0)
+    parts.push(
+      `${spanRange(preparing_low_s, preparing_high_s)} of it to measure the distance by ${preparing_fixations} fixations`,
+    );
+  if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
+  if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
+  if (timed_captures > 0)
+    parts.push(
+      timed_captures === 1 ? "by the times of the last capture" : `by the times of the last ${timed_captures} captures`,
+    );
+  else parts.push(`assumed until a capture was timed; settling, exposing and reading out alone take ${span(limit_s)}`);
+  return parts.join(", ");
 }
 
 const PHASES = Object.freeze({

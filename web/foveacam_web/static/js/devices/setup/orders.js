@@ -67,6 +67,11 @@ export class SetupOrders {
     void this.#reader.readAdvice();
   }
 
+  /** Read the draft and the files again. */
+  refresh() {
+    return this.#reader.readDraft();
+  }
+
   async save() {
     await this.#queue;
     const saved = await this.#withHash("PUT", "/rig/setup/file");
@@ -87,10 +92,14 @@ export class SetupOrders {
     return /** @type {RigFileDocument | null} */ (answer);
   }
 
-  /** Open the rig of a file in the place of the one that is open; null: the simulated one. @param {string | null} path */
-  async open(path) {
+  /**
+   * Open the rig of a file in the place of the one that is open; null: the simulated one.
+   * @param {string | null} path
+   * @param {string | null} [scene] of the simulated rig; null: the present one
+   */
+  async open(path, scene = null) {
     this.#store.set({ start_dismissed: false, tries: {} });
-    const opening = this.#commands.send("POST", "/rig/setup/open", { body: { path }, patience_ms: OPEN_MS });
+    const opening = this.#commands.send("POST", "/rig/setup/open", { body: { path, scene }, patience_ms: OPEN_MS });
     setTimeout(() => void this.#reader.readStart(), 200);
     const files = /** @type {RigFiles | null} */ (await opening);
     if (files) this.#store.set({ setup_files: files });

@@ -4,12 +4,13 @@ import { ask } from "../../elements/ask.js";
 import { copyCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
+import { chooser } from "./fields.js";
 import { fieldName, FIELDS } from "./values.js";
 import { differenceLines, fieldId, lineCount, otherFaults } from "./words.js";
 import { textButton } from "../../elements/parts.js";
 
 /**
- * @import { DraftDocument, RigFileEntry } from "#api"
+ * @import { DraftDocument, RigFiles } from "#api"
  * @import { ConsoleState } from "#page"
  * @import { SetupOrders } from "./orders.js"
  */
@@ -72,7 +73,7 @@ export function reviewOf({ setup, setup_file, setup_files, stream }, orders) {
         ${difference(setup_file.changes, "What saving changes")}
       </details>`
     }
-    ${openOf(setup.path, setup_files?.files ?? [], setup_files?.simulated ?? false, orders)}
+    ${setup_files && openOf(setup.path, setup_files, orders)} ${setup_files && scenesOf(setup_files, orders)}
     ${setup.file_exists && commandOf(setup_file.command)}`;
 }
 
@@ -92,8 +93,8 @@ function leadTo(field) {
   entry?.focus({ preventScroll: true });
 }
 
-/** @param {string} path @param {RigFileEntry[]} files @param {boolean} simulated @param {SetupOrders} orders */
-function openOf(path, files, simulated, orders) {
+/** @param {string} path @param {RigFiles} files @param {SetupOrders} orders */
+function openOf(path, { files, simulated }, orders) {
   const entry = files.find((file) => file.path === path);
   const open = (/** @type {string | null} */ which) => async () => {
     if (await ask(OPENING)) void orders.open(which);
@@ -105,6 +106,20 @@ function openOf(path, files, simulated, orders) {
     })}
     ${!simulated && html`<button type="button" class="plain" data-rig=${SIMULATED} @click=${open(null)}>Open the simulated rig</button>`}
     <span class="why">${entry?.problem ? sentence(entry.problem) : entry?.open ? "This file's rig is open." : ""}</span>
+  </div>`;
+}
+
+/** Build the choice of the simulated rig's scene, where that rig is open. @param {RigFiles} files @param {SetupOrders} orders */
+function scenesOf({ simulated, scene, scenes }, orders) {
+  if (!simulated) return null;
+  const shipped = scenes.map(({ name, title }) => ({ value: name, text: `${name}: ${title}` }));
+  const own = scene === null || scenes.some(({ name }) => name === scene) ? [] : [{ value: scene, text: scene }];
+  const open = async (/** @type {string} */ wanted) => {
+    const agreed = await ask({ ...OPENING, title: `Open the scene ${wanted}` });
+    await (agreed ? orders.open(null, wanted) : orders.refresh());
+  };
+  return html`<div class="field">
+    ${chooser({ id: "setup-scene", label: "Scene of the simulated rig", choices: [...own, ...shipped], value: scene ?? "", change: open })}
   </div>`;
 }
 
