@@ -4,6 +4,7 @@ import { CONSOLE_ADDRESS, pagesAt } from "./addresses.js";
 import { fill, focusOn, html, need } from "./elements/dom.js";
 import { icon } from "./elements/icons.js";
 import { textButton } from "./elements/parts.js";
+import { waiting } from "./elements/waiting.js";
 
 /**
  * @import { ConsoleState, Role, Store } from "#console"
@@ -104,7 +105,7 @@ class BuiltPages {
   /** @param {Page} page */
   async #load(page) {
     const place = need(page.id);
-    fill(place, html`<p class="empty" role="status">Loading …</p>`);
+    fill(place, waiting("Loading the page"));
     const build = await this.#loaders[page.key]().catch((/** @type {unknown} */ error) => {
       fill(place, notLoaded());
       throw error;

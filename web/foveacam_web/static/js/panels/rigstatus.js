@@ -4,6 +4,7 @@ import { RIG_ADDRESS, wizardAddress } from "../addresses.js";
 import { healthReason, healthWord } from "../calibrating/calibration/verdict.js";
 import { fill, h, html } from "../elements/dom.js";
 import { angle, baseline, clockTime, count, millis, MISSING, number, span } from "../elements/format.js";
+import { waiting } from "../elements/waiting.js";
 
 /**
  * @import { CameraDocument, MirrorsDocument, RigDocument } from "#api"
@@ -16,7 +17,7 @@ export function mountRigStatus(place, store) {
   let gaze = "";
   const draw = (/** @type {ConsoleState} */ state) => {
     if (place.hidden) return;
-    if (!state.rig) fill(place, html`<p class="empty">Loading …</p>`);
+    if (!state.rig) fill(place, waiting("Loading the rig"));
     else fill(place, ...tables(state, state.rig));
   };
   store.on(["rig", "server_stats", "health"], draw);

@@ -5,6 +5,7 @@ import { html, repeat, update } from "../elements/dom.js";
 import { angle } from "../elements/format.js";
 import { toolButton } from "../elements/parts.js";
 import { namedRow } from "./named_row.js";
+import { waiting } from "../elements/waiting.js";
 
 /**
  * @import { TargetDocument } from "#api"
@@ -18,7 +19,7 @@ export function mountTargets(place, context) {
   context.store.on(["targets", "hidden_targets", "selected_target"], ({ targets, hidden_targets, selected_target }) => {
     const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
     const row = (/** @type {TargetDocument} */ target) => targetRow(target, target.id === selected_target, context);
-    const empty = targets === null ? "Loading …" : "Everything that you fixate is listed here.";
+    const empty = targets === null ? waiting("Loading the targets") : "Everything that you fixate is listed here.";
     update(
       place,
       html`<ul class="targets">${repeat(shown, ({ id }) => id, row)}</ul>

@@ -10,6 +10,7 @@ import { mountPanTilt } from "../calibration/pantilt.js";
 import { missingStations } from "../missing_stations.js";
 import { resultOf, when, WHY } from "./result.js";
 import { faultWords, findingsOf, hasNoMarkers, lackedMarkers, motionWords, verdictOf } from "./words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { AcceptanceDocument } from "#api"
@@ -101,8 +102,8 @@ function results({ store, orders }) {
 /** @param {Shown} shown @param {AcceptanceContext["orders"]} orders */
 function resultOrNone({ run, newest, simulated, loaded }, orders) {
   if (run) return resultOf({ run, newest, simulated }, orders);
-  const text = loaded ? "Never run yet. Run it on a new rig, and after each move of the rig." : "Loading …";
-  return panel("Result", nothing(text));
+  const none = nothing("Never run yet. Run it on a new rig, and after each move of the rig.");
+  return panel("Result", loaded ? none : waiting("Loading the results"));
 }
 
 /**

@@ -4,6 +4,7 @@ import { changing, fill, h, html, repeat, setText } from "../../elements/dom.js"
 import { MISSING, number } from "../../elements/format.js";
 import { badge, keptButton, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { offers } from "../../operating/session/words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { SessionSummary } from "#page"
@@ -117,7 +118,7 @@ export function mountSessions(place, { store, orders, reader }) {
     fill(
       empty,
       sessions === null
-        ? nothing("Loading …")
+        ? waiting("Loading the measurements")
         : sessions.length === 0
           ? nothing("Nothing measured yet. Calibrate everything, or begin with step 1.")
           : null,

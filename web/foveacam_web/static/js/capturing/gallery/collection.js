@@ -9,6 +9,7 @@ import { sizeWords, whenWords } from "./dataset_words.js";
 import "./drawn.js";
 import { galleryAddress } from "../../addresses.js";
 import { offers } from "../../operating/session/words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { GalleryContext } from "./page.js"
@@ -88,7 +89,7 @@ export function openList(
     );
   };
   const emptiness = (/** @type {T[] | null} */ shown) => {
-    if (shown === null) return nothing("Loading …");
+    if (shown === null) return waiting("Loading the list");
     if (shown.length > 0) return null;
     if (in_trash) return nothing("The trash is empty.");
     if (reader.searched) return nothing(`No ${noun.one} holds “${reader.searched}”.`);
@@ -154,7 +155,7 @@ function cardOf(entry, { state, removed, busy = "", blank, picture, facts, progr
  */
 export function openEntry({ noun, reader, page }, { follow }) {
   const place = h("div", { class: "dataset" });
-  update(place, nothing("Loading …"));
+  update(place, waiting("Loading the list"));
   reader.changed = () => update(place, reader.entry ? page(reader.entry) : missing(reader.missing, noun));
   follow(reader);
   return place;

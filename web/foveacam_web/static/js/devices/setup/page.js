@@ -8,6 +8,7 @@ import { camerasOf, Pictures, rolesOf } from "./devices.js";
 import { filesOf, reviewOf } from "./review.js";
 import { startList } from "./start.js";
 import { valuesOf } from "./values.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { FoundCameraDocument } from "#api"
@@ -32,7 +33,7 @@ export function mountSetupPage(place, { store, orders, reader }) {
   };
   const bodyOf = (/** @type {ConsoleState} */ state) => {
     if (state.setup_problem) return [html`<p class="note bad" role="alert">${state.setup_problem}</p>`];
-    if (!state.setup) return [html`<p class="empty">Loading …</p>`];
+    if (!state.setup) return [waiting("Loading the rig file")];
     return [
       html`<div class="setup-main">
         ${panel("Rig file", filesOf(state, orders))}

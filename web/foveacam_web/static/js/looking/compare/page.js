@@ -5,6 +5,7 @@ import "../../elements/plot.js";
 import { fill, h, html, update } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
 import { figures, nothing, panel, textButton } from "../../elements/parts.js";
+import { waiting } from "../../elements/waiting.js";
 import { backendWords } from "../../video/depth_words.js";
 import { differenceRows, firstPair, histogramCurves, researchOnly, sideRows } from "./words.js";
 
@@ -22,6 +23,7 @@ export function mountComparePage(place, { store, commands }) {
   const body = h("div", { class: "compare-body" });
   /** @type {{backends: DepthBackendsDocument | null, chosen: Chosen, found: BackendComparisonDocument | null, busy: boolean, confirmed: boolean}} */
   const state = { backends: null, chosen: { first: "", second: "" }, found: null, busy: false, confirmed: false };
+  let runs = 0;
   const draw = () => update(body, content());
 
   const open = async () => {
@@ -33,7 +35,14 @@ export function mountComparePage(place, { store, commands }) {
       state.chosen = firstPair(state.backends);
     draw();
   };
+  /** Stop waiting for the answer; the server ends its computation by itself. */
+  const giveUp = () => {
+    runs += 1;
+    state.busy = false;
+    draw();
+  };
   const compare = async () => {
+    const run = ++runs;
     state.busy = true;
     draw();
     const body = { ...state.chosen, research_confirmed: state.confirmed };
@@ -43,6 +52,7 @@ export function mountComparePage(place, { store, commands }) {
           request("POST", "/depth/comparisons", { body, patience_ms: PATIENCE_MS })
         ),
     );
+    if (run !== runs) return; // it was given up
     state.found = found ?? state.found;
     state.busy = false;
     draw();
@@ -50,7 +60,7 @@ export function mountComparePage(place, { store, commands }) {
 
   const content = () => {
     const { backends, chosen, found, busy } = state;
-    if (!backends) return nothing("The list of backends comes …");
+    if (!backends) return waiting("Loading the list of backends");
     const research = researchOnly(backends, [chosen.first, chosen.second]);
     const same = chosen.first === chosen.second;
     return html`<section class="panel" aria-label="What is compared">
@@ -68,14 +78,15 @@ export function mountComparePage(place, { store, commands }) {
               /><span>This is research: the licence of ${research.join(" and ")} allows nothing else</span></label
             >`
           }
-          ${textButton(busy ? "Both compute …" : "Compare on the newest look", () => compare(), {
+          ${textButton("Compare on the newest look", () => compare(), {
             kind: "plain primary",
             disabled: busy || same || (research.length > 0 && !state.confirmed),
           })}
           ${same && html`<span class="note">Choose two different ones.</span>`}
         </div>
       </section>
-      ${found ? resultOf(found) : nothing("Click something in the console, then compare: both backends compute the depth of that look.")}`;
+      ${busy && waiting(`${chosen.first} and ${chosen.second} compute the depth of the newest look`, giveUp)}
+      ${found ? resultOf(found) : !busy && nothing("Click something in the console, then compare: both backends compute the depth of that look.")}`;
   };
   /** @param {string} label @param {keyof Chosen} side */
   const chooser = (label, side) => html`<label class="field"

@@ -4,6 +4,7 @@ import { FOLLOW_ADDRESS } from "../../addresses.js";
 import { html, repeat, update } from "../../elements/dom.js";
 import { followCard } from "./card.js";
 import { textButton } from "../../elements/parts.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { FollowedDocument } from "#api"
@@ -31,7 +32,7 @@ export function mountFollowed(place, { store, orders }) {
  * @param {{orders: FollowOrders, how: string, added?: (followed: FollowedDocument) => {tools: unknown, more: unknown}}} parts `how`: how to follow something here
  */
 export function cards({ followed }, { orders, how, added }) {
-  const empty = followed === null ? "Loading …" : `Nothing is followed: ${how}.`;
+  const empty = followed === null ? waiting("Loading what is followed") : `Nothing is followed: ${how}.`;
   const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, ...added?.(each) });
   return html`<ul class="follow-cards">${repeat(followed ?? [], ({ id }) => id, card)}</ul>
     <p class="empty" ?hidden=${(followed ?? []).length > 0}>${empty}</p>`;

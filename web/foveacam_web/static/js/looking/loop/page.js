@@ -11,6 +11,7 @@ import { distancePlot, errorPlot, SPAN_S } from "./plots.js";
 import { mountSettings } from "./settings_panel.js";
 import { tuningParts } from "./tuning.js";
 import { AXES, detailOf, distanceOf, figuresOf, STATUSES, triggerFigures } from "./words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { LoopDocument, LoopSample, LoopTriggerDocument } from "#api"
@@ -53,7 +54,7 @@ export function mountLoopPage(place, { store, orders }) {
   store.on(["loop", "loop_page", "rig"], (state) => {
     const { loop } = state;
     if (!state.loop_page) return;
-    update(status, loop ? statusParts(loop, orders) : html`<p class="empty">Loading …</p>`);
+    update(status, loop ? statusParts(loop, orders) : waiting("Loading the loop"));
     if (!loop) return;
     update(trigger, triggerParts(loop.trigger, orders));
     const now = {

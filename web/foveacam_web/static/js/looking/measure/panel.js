@@ -7,6 +7,7 @@ import { shownOf } from "./state.js";
 import { profilePlot } from "./plot.js";
 import { factsOf, KINDS, valueText } from "./words.js";
 import { API } from "../../root.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
@@ -53,7 +54,7 @@ function listOf(state, context) {
     rowOf(measured, measured.id === state.selected_measurement, context);
   const empty =
     state.measurements === null
-      ? "Loading …"
+      ? waiting("Loading the measurements")
       : "Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.";
   return html`<ul class="targets measurements">${repeat(shown, ({ id }) => id, row)}</ul>
     <p class="empty" ?hidden=${shown.length > 0}>${empty}</p>`;

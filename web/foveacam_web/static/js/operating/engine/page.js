@@ -22,6 +22,7 @@ import {
   verdict,
   workingAndIdle,
 } from "./words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { EngineDocument, MirrorsDocument } from "#api"
@@ -58,7 +59,7 @@ export function mountEnginePage(place, { store }) {
     hand(new Blob([content], { type: "application/json" }), name);
   });
   fill(place, pageHead("engine-title", "Engine", save), verdictPlace, body);
-  update(body, nothing("Loading …"));
+  update(body, waiting("Measuring the load"));
   store.on(["engine_page"], () => void read());
   document.addEventListener("visibilitychange", () => void read());
   setInterval(() => void read(), READ_MS);

@@ -4,13 +4,13 @@
 import { peopleAddress } from "../../addresses.js";
 import { absent, h, html, update } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
-import { nothing } from "../../elements/parts.js";
 import { openFirst } from "./first.js";
 import { openLog } from "./log.js";
 import { openServices } from "./services.js";
 import { openSignIns } from "./sign_ins.js";
 import { openUsers } from "./users.js";
 import { contentOf } from "./words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { Commands, ConsoleState, PeopleTab, Store } from "#console"
@@ -57,7 +57,7 @@ function tabsOf({ people, sign_in }) {
 
 /** @param {ConsoleState} state @param {PeopleTools} tools @param {AbortSignal} signal */
 function opened({ people, sign_in }, tools, signal) {
-  if (!sign_in) return h("div", {}, nothing("Loading …"));
+  if (!sign_in) return h("div", {}, waiting("Loading the people"));
   const content = contentOf(sign_in);
   const follow = (/** @type {{read: () => unknown}} */ list) =>
     tools.store.on(["events_link"], () => void list.read(), signal);

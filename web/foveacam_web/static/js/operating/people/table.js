@@ -5,6 +5,7 @@ import { nothing } from "../../elements/parts.js";
 import { whenWords } from "../../capturing/gallery/dataset_words.js";
 import { refusal } from "../session/form.js";
 import { agoWords } from "./words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { Listing } from "./listing.js"
@@ -20,7 +21,7 @@ import { agoWords } from "./words.js";
  */
 export function listingTable({ rows, fault, refused }, { label, empty, columns, key, cells }) {
   if (fault) return refusal(fault);
-  if (rows === null) return nothing("Loading …");
+  if (rows === null) return waiting("Loading the people");
   if (rows.length === 0) return nothing(empty);
   return html`<div class="scroll-x">
     <table class="listing" aria-label=${label}>

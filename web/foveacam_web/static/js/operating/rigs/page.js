@@ -3,12 +3,13 @@
 import { fill, h, html, update } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
-import { badge, nothing } from "../../elements/parts.js";
+import { badge } from "../../elements/parts.js";
 import { pageHead } from "../../pages.js";
 import { ROOT } from "../../root.js";
 import { request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";
 import { driverOf, kindOf, pictureOf, stateOf } from "./words.js";
+import { waiting } from "../../elements/waiting.js";
 
 /**
  * @import { RigEntry } from "#api"
@@ -37,7 +38,7 @@ export function mountRigsPage(place, { store }) {
     reading = false;
   };
   fill(place, pageHead("rigs-title", "All rigs"), list, more);
-  update(list, nothing("Loading …"));
+  update(list, waiting("Asking the rigs"));
   store.on(["rigs_page"], () => void read());
   document.addEventListener("visibilitychange", () => void read());
   setInterval(() => void read(), READ_MS);

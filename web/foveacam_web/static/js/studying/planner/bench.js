@@ -55,6 +55,11 @@ export class Bench {
     return this.#own ? (this.#mine?.document ?? null) : this.#drawn.answer.document;
   }
 
+  /** Whether the server computes a map, and none is shown meanwhile. */
+  get drawing() {
+    return !this.#own && this.#drawn.answer.stale && this.map === null;
+  }
+
   get picture() {
     return this.#mine?.picture ?? null;
   }

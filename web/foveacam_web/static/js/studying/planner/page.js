@@ -1,10 +1,11 @@
 // Builds the planner: finds on a map where the rig resolves a feature and stays unnoticed. Needs no rig.
 
-import { panel, textButton } from "../../elements/parts.js";
+import { nothing, panel, textButton } from "../../elements/parts.js";
 import { segments, Troubles } from "../../capturing/capture/parts.js";
-import { fill, h, html, setText } from "../../elements/dom.js";
+import { fill, h, html, setText, update } from "../../elements/dom.js";
 import { hand } from "../../elements/download.js";
 import { sentence } from "../../elements/format.js";
+import { waiting } from "../../elements/waiting.js";
 import { pageHead } from "../../pages.js";
 import { Bench } from "./bench.js";
 import { makeControls } from "./controls.js";
@@ -45,6 +46,10 @@ export function mountPlannerPage(place, { store }) {
     const homeless = troubles.show(bench.troubles);
     fill(above, ...homeless.map((words) => html`<p class="refused" role="alert">${sentence(words)}</p>`));
     plans.classList.toggle("no-map", map === null);
+    update(
+      noMap,
+      bench.drawing ? waiting("The map is computed") : nothing("No map yet: choose under “Map” where it comes from."),
+    );
     const stale = regions.stale || regions.problem !== null;
     if (map)
       view.show({
@@ -57,10 +62,11 @@ export function mountPlannerPage(place, { store }) {
         whole: bench.whole,
       });
   };
+  const noMap = h("div", { class: "no-map-yet" });
   const plans = h(
     "div",
     { class: "column planner-plan" },
-    html`<p class="empty no-map-yet">No map yet: choose under “Map” where it comes from.</p>`,
+    noMap,
     panel("Plan", toolbar(bench, view), nowhere, view.element),
     panel("Targets", targets.element, troubles.place("targets")),
   );

@@ -5,6 +5,7 @@ import { angle, MISSING, number, sentence } from "../../../elements/format.js";
 import { badge, numberField, nothing, starter } from "../../../elements/parts.js";
 import { fresh } from "../pictures.js";
 import { API } from "../../../root.js";
+import { waiting } from "../../../elements/waiting.js";
 
 /**
  * @import { DriftCheckDocument, DriftEyeDocument } from "#api"
@@ -54,7 +55,7 @@ export function mountDrift(place, { store, orders }) {
 /** @param {DriftCheckDocument[] | null} checks */
 function resultOf(checks) {
   const last = checks?.[0];
-  if (!checks || !last) return [nothing(checks ? "Never checked yet." : "Loading …")];
+  if (!checks || !last) return [checks ? nothing("Never checked yet.") : waiting("Loading the checks")];
   const trend = h("img", {
     class: "trend",
     src: fresh(`${API}/drift_checks/trend.png`, last.id),

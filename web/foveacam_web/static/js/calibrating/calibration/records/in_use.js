@@ -5,12 +5,13 @@ import { baseline, MISSING, number, sentence, span } from "../../../elements/for
 import { icon } from "../../../elements/icons.js";
 import { figures } from "../../../elements/parts.js";
 import { verdictOf } from "../verdict.js";
+import { waiting } from "../../../elements/waiting.js";
 
 /** @import { ConsoleState } from "#page" */
 
 /** @param {Pick<ConsoleState, "rig" | "health">} state */
 export function inUse({ rig, health }) {
-  if (rig === null) return html`<p class="empty">Loading …</p>`;
+  if (rig === null) return waiting("Loading the calibration");
   const { tone, text, reason } = verdictOf({ rig, health });
   const { calibration } = rig;
   const picture = icon(tone === "good" ? "check" : tone === "warn" ? "warn" : "info");

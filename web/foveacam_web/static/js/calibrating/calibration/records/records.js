@@ -8,6 +8,7 @@ import { makeImporter } from "./importer.js";
 import { badge, figures, keptButton, nothing, textButton, toolButton } from "../../../elements/parts.js";
 import { API } from "../../../root.js";
 import { offers } from "../../../operating/session/words.js";
+import { waiting } from "../../../elements/waiting.js";
 
 /**
  * @import { CalibrationDocument, ComparisonDocument } from "#api"
@@ -70,7 +71,7 @@ export function mountRecords(place, context) {
     fill(
       empty,
       records === null
-        ? nothing("Loading …")
+        ? waiting("Loading the records")
         : records.length === 0
           ? nothing("No record yet. Calibrate everything, or import a file.")
           : null,

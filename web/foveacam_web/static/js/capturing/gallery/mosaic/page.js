@@ -11,6 +11,7 @@ import { Made } from "../made.js";
 import { makeMix, makeReadout, makeScale, makeZoom } from "./tools.js";
 import { MosaicViewer } from "./viewer.js";
 import { percent, size } from "./words.js";
+import { waiting } from "../../../elements/waiting.js";
 
 /**
  * @import { MadeMosaic, MosaicDocument, MosaicNeedsDocument, MosaicRequest } from "#api"
@@ -47,7 +48,7 @@ export function openMosaic(at, { commands, follow, signal }) {
   const [picture, offer] = [h("div", { class: "mosaic-picture" }), h("div")];
   const showPicture = changing(picture, (/** @type {MadeMosaic} */ made) => pictureOf(made, signal));
   const showOffer = changing(offer, (/** @type {Offer} */ now) => offerOf(now, mosaic));
-  update(place, nothing("Loading …"));
+  update(place, waiting("Loading the mosaic"));
   mosaic.changed = () => {
     const { entry } = mosaic;
     const list = html`<a href=${galleryAddress("datasets")}>To the datasets</a>`;
