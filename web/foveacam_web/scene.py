@@ -16,14 +16,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeAlias
 
+import numpy as np
 import viser
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene_fixation import FixationNode, FixationParts, LimitsNode
 from foveacam_web.scene_lines import MeasurementNode, TrailNode
-from foveacam_web.scene_panel import ScenePanel, approach, pose_before
+from foveacam_web.scene_panel import ScenePanel, Viewpoint
 from foveacam_web.scene_rig import RigDrawing
-from foveacam_web.scene_surroundings import SurroundingsNode, draw_field, overlook
+from foveacam_web.scene_surroundings import SurroundingsNode, draw_field
 from foveacam_web.scene_values import (
     UP,
     EyeGaze,
@@ -33,6 +34,7 @@ from foveacam_web.scene_values import (
     Point,
     RigShape,
 )
+from foveacam_web.scene_viewpoints import START_FOV_RAD, Pose, Viewpoints, pose_at_rig, pose_before, pose_over
 from foveacam_web.viser_server import PrivateViser
 
 MAX_FIXATIONS = 24
@@ -41,7 +43,6 @@ graphics memory."""
 LABELLED = 3
 START_POSITION_M = (0.0, -0.45, -1.3)
 START_LOOK_AT_M = (0.0, 0.1, 2.5)
-START_FOV_RAD = 0.9
 
 OnSelect: TypeAlias = Callable[[str], Awaitable[None]]
 _log = logging.getLogger(__name__)
@@ -61,6 +62,7 @@ class ViewerScene:
         self._trails: dict[str, TrailNode] = {}
         self._field: viser.GlbHandle | None = None
         self._surroundings = SurroundingsNode()
+        self._viewpoints = Viewpoints()
         self._overlooks = False
         """Whether the surroundings were found after the newest shape."""
         self._selected: str | None = None
@@ -102,7 +104,8 @@ class ViewerScene:
             self._rig = RigDrawing(server.scene)
             self._rig.draw_floor()
             self._panel = ScenePanel(server, view_url=self._view_url, shown=self._shown)
-            self._panel.on_change(shown=self._show, rays=self._show_rays, selected_point=self._selected_point)
+            self._panel.on_change(shown=self._show, rays=self._show_rays, place=self._place)
+            self._viewpoints.open(server)
             self._surroundings.open(server, self._panel.folder)
 
     def stop(self) -> None:
@@ -153,8 +156,7 @@ class ViewerScene:
             self._overlooks = self._overlooks and not node.has_shape
             self._add(fixation_id, node)
             if self._panel.follows and node.has_shape:
-                for viewer in self._server.get_clients().values():
-                    approach(viewer, drawing.point_rig_m)
+                self._viewpoints.lead_all(pose_before(drawing.point_rig_m))
 
     def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
         """Add or replace a fixation with only limits of its distance."""
@@ -218,8 +220,9 @@ class ViewerScene:
                 return
             self.remove_field()
             self._field = draw_field(self._server.scene, content)
-            for viewer in self._server.get_clients().values():
-                overlook(viewer, from_rig_m=from_rig_m, to_rig_m=to_rig_m)
+            self._viewpoints.lead_all(
+                Pose(position_m=np.asarray(from_rig_m), look_at_m=np.asarray(to_rig_m)), asked=True
+            )
 
     def remove_field(self) -> None:
         """Remove the mosaic's surface; no effect when there is none."""
@@ -228,12 +231,17 @@ class ViewerScene:
             if field is not None:
                 field.remove()
 
-    def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
-        """Draw the wide view's surface in place of an older one; `bring`: turn all viewers to it."""
-        self._surroundings.show(mesh, bring=bring)
+    def show_surroundings(self, mesh: DepthMesh, backdrop: DepthMesh, *, bring: bool = False) -> None:
+        """Draw the wide view in place of an older one; `bring`: turn all viewers to it.
+
+        `mesh`: where it was measured; `backdrop`: all of it, interpolated between what was.
+        """
+        self._surroundings.show(mesh, backdrop)
         with self._lock:
             self._overlooks = self._overlooks or bring
             self._place_new_viewers()
+            if bring and self._surroundings.outlook is not None:
+                self._viewpoints.lead_all(self._surroundings.outlook, asked=True)
 
     def remove_surroundings(self) -> None:
         """Remove the wide view's surface; no effect when there is none."""
@@ -265,11 +273,29 @@ class ViewerScene:
             if isinstance(node, FixationNode) and node.has_shape
         ]
         whole = self._surroundings.outlook
+        start = Pose(position_m=np.asarray(START_POSITION_M), look_at_m=np.asarray(START_LOOK_AT_M))
+        pose = whole if whole is not None and (self._overlooks or not found) else [start, *found][-1]
         camera = self._server.initial_camera
-        if whole is not None and (self._overlooks or not found):
-            camera.position, camera.look_at = whole
-        else:
-            camera.position, camera.look_at = found[-1] if found else (START_POSITION_M, START_LOOK_AT_M)
+        camera.position, camera.look_at = pose.position_m, pose.look_at_m
+
+    async def _place(self, viewer: viser.ClientHandle, viewpoint: Viewpoint) -> None:
+        """Move a viewer to where its person asked for."""
+        with self._lock:
+            pose = self._pose(viewpoint)
+        if pose is not None:
+            await self._viewpoints.place(viewer, pose)
+
+    def _pose(self, viewpoint: Viewpoint) -> Pose | None:
+        if viewpoint == "rig":
+            return pose_at_rig(None if self._rig is None else self._rig.shape)
+        if viewpoint == "target":
+            point_m = self._selected_point()
+            return None if point_m is None else pose_before(point_m)
+        points_m = [node.point_rig_m for node in self._fixations.values()]
+        whole = self._surroundings.outlook
+        if whole is not None and self._overlooks:
+            return whole
+        return pose_over(points_m) if points_m else whole
 
     def _add(self, fixation_id: str, node: FixationNode | LimitsNode) -> None:
         self._fixations[fixation_id] = node
@@ -323,4 +349,4 @@ class ViewerScene:
 
 def _report(done: "Future[None]") -> None:
     if not done.cancelled() and done.exception() is not None:
-        _log.error("a click in the 3D scene came to nothing", exc_info=done.exception())
+        _log.error("a request to the 3D scene came to nothing", exc_info=done.exception())

@@ -66,6 +66,11 @@ class RigDrawing:
         self._rays: dict[str, viser.LineSegmentsHandle] = {}
         self._rays_visible = True
 
+    @property
+    def shape(self) -> RigShape | None:
+        """The rig that is drawn; None before the first."""
+        return self._shape
+
     def draw_floor(self) -> None:
         """Draw the grid, one line per metre, labelled with distances from the rig."""
         self._scene.add_grid(

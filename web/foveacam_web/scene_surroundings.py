@@ -7,7 +7,7 @@ import viser
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.glb import write_glb
-from foveacam_web.scene_values import UP, Point
+from foveacam_web.scene_viewpoints import Pose
 
 _HALF_TURN_ABOUT_X = (0.0, 1.0, 0.0, 0.0)
 """wxyz: GLB files for other programs are +y up, the rig frame is +y down."""
@@ -24,8 +24,9 @@ class SurroundingsNode:
         self._server: viser.ViserServer | None = None
         self._switch: viser.GuiCheckboxHandle | None = None
         self._surface: viser.GlbHandle | None = None
-        self.outlook: tuple[Point, Point] | None = None
-        """Camera position and look-at point, m, rig frame, that show all of it; None without a surface."""
+        self._backdrop: viser.GlbHandle | None = None
+        self.outlook: Pose | None = None
+        """The pose that shows all of it; None without a surface."""
 
     def open(self, server: viser.ViserServer, folder: viser.GuiFolderHandle) -> None:
         """Add the checkbox to a folder of the panel."""
@@ -42,54 +43,54 @@ class SurroundingsNode:
     def close(self) -> None:
         """Drop the handles; the caller closes the server."""
         with self._lock:
-            self._server = self._switch = self._surface = self.outlook = None
+            self._server = self._switch = self._surface = self._backdrop = self.outlook = None
 
-    def show(self, mesh: DepthMesh, *, bring: bool = False) -> None:
-        """Draw a mesh (rig frame, m) in place of an older one; `bring`: turn all viewers to it."""
-        content = write_glb(mesh)
+    def show(self, mesh: DepthMesh, backdrop: DepthMesh) -> None:
+        """Draw what was measured, and what lies between it, in place of older ones; meshes in m, rig frame.
+
+        A mesh without faces is not drawn.
+        """
+        measured = write_glb(mesh) if len(mesh.faces) else None
+        between = write_glb(backdrop)
         with self._lock:
             if self._server is None or self._switch is None:
                 return
-            self._surface = self._server.scene.add_glb(
-                "/surroundings", content, cast_shadow=False, receive_shadow=False, visible=self._switch.value
-            )
-            self.outlook = stand, middle = outlook(mesh)
-            if bring:
-                for viewer in self._server.get_clients().values():
-                    overlook(viewer, from_rig_m=stand, to_rig_m=middle)
+            scene, visible = self._server.scene, self._switch.value
+            self._backdrop = _draw(scene, "/backdrop", between, visible=visible)
+            if measured is not None:
+                self._surface = _draw(scene, "/surroundings", measured, visible=visible)
+                self.outlook = outlook(mesh)
+            elif self._surface is not None:
+                self._surface.remove()
+                self._surface = self.outlook = None
 
     def remove(self) -> None:
         """Remove the surface from the scene."""
         with self._lock:
-            surface, self._surface = self._surface, None
-            self.outlook = None
-            if surface is not None:
-                surface.remove()
+            drawn = [self._surface, self._backdrop]
+            self._surface = self._backdrop = self.outlook = None
+            for each in drawn:
+                if each is not None:
+                    each.remove()
 
     def _apply(self) -> None:
         with self._lock:
-            if self._surface is not None and self._switch is not None:
-                self._surface.visible = self._switch.value
+            for each in (self._surface, self._backdrop):
+                if each is not None and self._switch is not None:
+                    each.visible = self._switch.value
 
 
-def outlook(mesh: DepthMesh) -> tuple[Point, Point]:
-    """Return the camera's position and its look-at point, m, rig frame, from which a mesh is seen whole."""
+def _draw(scene: viser.SceneApi, name: str, content: bytes, *, visible: bool) -> viser.GlbHandle:
+    return scene.add_glb(name, content, cast_shadow=False, receive_shadow=False, visible=visible)
+
+
+def outlook(mesh: DepthMesh) -> Pose:
+    """Return the pose from which a mesh is seen whole."""
     near_m, middle_m = np.quantile(mesh.vertices_rig_m[:, 2], (_NEAR_QUANTILE, _MIDDLE_QUANTILE)).tolist()
     x_m, y_m = mesh.vertices_rig_m[:, :2].mean(axis=0).tolist()
-    return (
-        (_STAND[0] * near_m, _STAND[1] * near_m, _STAND[2] * near_m),
-        (float(x_m), float(y_m), float(middle_m)),
-    )
+    return Pose(position_m=near_m * np.asarray(_STAND), look_at_m=np.array([x_m, y_m, middle_m]))
 
 
 def draw_field(scene: viser.SceneApi, content: bytes) -> viser.GlbHandle:
     """Draw the fused surface of a mosaic: a GLB file, +y up, metres."""
     return scene.add_glb("/field", content, wxyz=_HALF_TURN_ABOUT_X, cast_shadow=False, receive_shadow=False)
-
-
-def overlook(client: viser.ClientHandle, *, from_rig_m: Point, to_rig_m: Point) -> None:
-    """Move one viewer's camera to `from_rig_m`, looking at `to_rig_m` (m, rig frame)."""
-    with client.atomic():
-        client.camera.up_direction = UP
-        client.camera.position = from_rig_m
-        client.camera.look_at = to_rig_m

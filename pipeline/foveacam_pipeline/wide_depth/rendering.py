@@ -18,6 +18,12 @@ BEHIND = 1.004
 PICTURE_CELL_PX = 4
 """Side of a cell in the picture, px."""
 TEXTURE_WIDTH_PX = 1024
+BACKDROP_COLUMNS, BACKDROP_ROWS = 48, 36
+BACKDROP_WIDTH_PX = 512
+BACKDROP_BEHIND = 1.01
+"""As `BEHIND`, behind the measured surface."""
+PALENESS = 0.55
+"""Contrast of the backdrop's grey picture, as a share of the picture's."""
 
 
 def context_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics) -> DepthMesh:
@@ -31,14 +37,62 @@ def context_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics
     tangents = known.tangents[0].reshape(-1, 2)[used]
     pixels = wide.pixels(np.arctan(tangents))
     z_m = BEHIND / q.ravel()[used]
-    height = round(TEXTURE_WIDTH_PX * picture.shape[0] / picture.shape[1])
-    texture = cv2.resize(picture, (TEXTURE_WIDTH_PX, height), interpolation=cv2.INTER_AREA)
     return DepthMesh(
         vertices_rig_m=np.column_stack([tangents * z_m[:, None], z_m]).astype(np.float32).reshape(-1, 3),
         faces=faces.reshape(-1, 3).astype(np.uint32),
         uv=((pixels + 0.5) / (wide.width, wide.height)).astype(np.float32),
-        texture=np.asarray(texture, dtype=np.uint8),
+        texture=_texture(picture, TEXTURE_WIDTH_PX),
     )
+
+
+def backdrop_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsics) -> DepthMesh | None:
+    """Return the whole wide view as a pale surface through what is known of its depth; None without any.
+
+    Between known cells 1/Z is interpolated, beyond them it is continued: the surface shows what stands where
+    in the view, not its depth, and is grey so that it is not taken for a measurement.
+    """
+    whole = filled(known.inverse_z_per_m[0])
+    if whole is None:
+        return None
+    x_px, y_px = np.meshgrid(
+        np.linspace(-0.5, wide.width - 0.5, BACKDROP_COLUMNS + 1),
+        np.linspace(-0.5, wide.height - 0.5, BACKDROP_ROWS + 1),
+    )
+    q = cv2.resize(whole, (BACKDROP_COLUMNS + 1, BACKDROP_ROWS + 1), interpolation=cv2.INTER_AREA)
+    tangents = np.tan(wide.angles_rad(np.column_stack([x_px.ravel(), y_px.ravel()])))
+    z_m = BACKDROP_BEHIND / q.ravel()
+    grey = cv2.cvtColor(_texture(picture, BACKDROP_WIDTH_PX), cv2.COLOR_RGB2GRAY).astype(np.float32)
+    pale = np.clip(128.0 + PALENESS * (grey - 128.0), 0.0, 255.0).astype(np.uint8)
+    uv = np.column_stack([x_px.ravel() + 0.5, y_px.ravel() + 0.5]) / (wide.width, wide.height)
+    return DepthMesh(
+        vertices_rig_m=np.column_stack([tangents * z_m[:, None], z_m]).astype(np.float32),
+        faces=_grid_faces(*x_px.shape).astype(np.uint32),
+        uv=uv.astype(np.float32),
+        texture=np.repeat(pale[:, :, None], 3, axis=2),
+    )
+
+
+def filled(q: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return a grid (rows, columns) whose NaN cells are filled smoothly from the known ones; None if all are.
+
+    By pyramids: each level averages the known cells of the finer one, until all are known; on the way back
+    unknown cells take the coarser level's value, interpolated.
+    """
+    known = np.isfinite(q)
+    if not known.any():
+        return None
+    if known.all():
+        return q
+    weight, value = known.astype(np.float64), np.where(known, q, 0.0)
+    size = (max(1, (q.shape[1] + 1) // 2), max(1, (q.shape[0] + 1) // 2))
+    coarse_weight = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = cv2.resize(value, size, interpolation=cv2.INTER_AREA) / coarse_weight
+    coarse = filled(np.where(coarse_weight > 0.0, mean, np.nan))
+    if coarse is None:
+        return None
+    between = cv2.resize(coarse, (q.shape[1], q.shape[0]), interpolation=cv2.INTER_LINEAR)
+    return np.where(known, q, between)
 
 
 def context_cloud(known: ContextMap, picture: NDArray[np.uint8] | None, wide: Intrinsics) -> Cloud:
@@ -85,11 +139,22 @@ def without_specks(known: ContextMap) -> ContextMap:
 
 def _faces(q: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return (m, 3) indices into the flattened grid; counter-clockwise as seen from the rig."""
-    rows, columns = q.shape
-    index = np.arange(rows * columns).reshape(rows, columns)
-    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
-    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
-    faces = np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])
+    faces = _grid_faces(*q.shape)
     corners = q.ravel()[faces]
     whole: NDArray[np.int64] = faces[np.ptp(corners, axis=1) <= TEAR_RELATIVE * corners.max(axis=1)]
     return whole
+
+
+def _grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
+    """Return (m, 3) indices of all faces of a grid of vertices; counter-clockwise as seen from the rig."""
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
+    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
+    return np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])
+
+
+def _texture(picture: NDArray[np.uint8], width_px: int) -> NDArray[np.uint8]:
+    """Return a picture (h, w, 3) of another width."""
+    height_px = round(width_px * picture.shape[0] / picture.shape[1])
+    resized = cv2.resize(picture, (width_px, height_px), interpolation=cv2.INTER_AREA)
+    return np.asarray(resized, dtype=np.uint8)

@@ -187,7 +187,7 @@ class SceneViewer(Protocol):
         """Remove the field's surface, if there is one."""
         ...
 
-    def show_surroundings(self, mesh: DepthMesh, *, bring: bool = False) -> None:
+    def show_surroundings(self, mesh: DepthMesh, backdrop: DepthMesh, *, bring: bool = False) -> None:
         """Show the coarse surface of the whole wide view; `bring`: move the viewers' cameras to it."""
         ...
 

@@ -5,10 +5,13 @@ import pytest
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.wide_depth.rendering import (
+    BACKDROP_BEHIND,
     BEHIND,
+    backdrop_mesh,
     context_cloud,
     context_mesh,
     context_picture,
+    filled,
     without_specks,
 )
 from foveacam_pipeline.wide_depth.values import ContextMap
@@ -55,6 +58,33 @@ def test_a_map_without_depth_has_no_faces_and_no_points() -> None:
     assert len(context_mesh(empty, PICTURE, WIDE).faces) == 0
     assert len(context_cloud(empty, PICTURE, WIDE)) == 0
     assert context_picture(empty).shape[0] == 8 * 4
+
+
+def test_the_backdrop_covers_the_whole_view_behind_what_was_measured(known: ContextMap) -> None:
+    mesh = backdrop_mesh(known, PICTURE, WIDE)
+    assert mesh is not None
+    assert (mesh.uv.min(), mesh.uv.max()) == pytest.approx((0.0, 1.0), abs=1e-6)
+    z_m = mesh.vertices_rig_m[:, 2]
+    assert (z_m.min(), z_m.max()) == pytest.approx((2.0 * BACKDROP_BEHIND, 4.0 * BACKDROP_BEHIND), rel=1e-3)
+    a, b, c = (mesh.vertices_rig_m[mesh.faces[:, corner]] for corner in range(3))
+    assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0.0).all()  # faces look towards the rig
+    assert np.ptp(mesh.texture, axis=2).max() == 0  # grey: it is not measured
+    assert mesh.texture.std() < 0.7 * PICTURE.std()
+
+
+def test_without_any_depth_there_is_no_backdrop() -> None:
+    assert backdrop_mesh(ContextMap.empty(rows=8, columns=10, cell_px=8), PICTURE, WIDE) is None
+
+
+def test_unknown_cells_are_filled_from_the_known_ones_which_stay() -> None:
+    q = np.full((37, 50), np.nan)
+    q[5, 5], q[30, 44] = 0.5, 0.1
+    whole = filled(q)
+    assert whole is not None
+    assert (whole[5, 5], whole[30, 44]) == (0.5, 0.1)
+    assert np.isfinite(whole).all() and whole.min() >= 0.1 and whole.max() <= 0.5
+    assert whole[6, 7] > 0.4 and whole[31, 42] < 0.2
+    assert filled(np.full((3, 4), np.nan)) is None
 
 
 def test_points_carry_both_surfaces_with_the_wide_views_colours(known: ContextMap) -> None:

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 from tests.support.servers.viewer import viewer_of
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene import START_LOOK_AT_M, START_POSITION_M, ViewerScene
-from foveacam_web.scene_panel import pose_before
 from foveacam_web.scene_surroundings import outlook
 from foveacam_web.scene_values import FixationDrawing
+from foveacam_web.scene_viewpoints import Pose, pose_before
 
 
 def _mesh(z_m: float) -> DepthMesh:
@@ -25,47 +24,50 @@ def _mesh(z_m: float) -> DepthMesh:
 
 
 def test_viewers_stand_before_the_nearest_thing_and_look_at_the_middle() -> None:
-    stand, middle = outlook(_mesh(3.0))
-    assert 0.0 < stand[2] < 3.0
-    assert stand[1] < 0.0  # above the rig: +y is down
-    assert middle == pytest.approx((0.5, 0.0, 3.0))
+    pose = outlook(_mesh(3.0))
+    assert 0.0 < pose.position_m[2] < 3.0
+    assert pose.position_m[1] < 0.0  # above the rig: +y is down
+    assert pose.look_at_m == pytest.approx((0.5, 0.0, 3.0))
 
 
 def test_surfaces_follow_each_other_and_go() -> None:
     with ViewerScene() as scene:
         nodes = viewer_of(scene).scene._handle_from_node_name
         scene.remove_surroundings()
-        scene.show_surroundings(_mesh(3.0))
+        scene.show_surroundings(_mesh(3.0), _mesh(9.0))
         first = nodes["/surroundings"]
-        scene.show_surroundings(_mesh(4.0), bring=True)
+        scene.show_surroundings(_mesh(4.0), _mesh(9.0), bring=True)
         assert nodes["/surroundings"] is not first
+        assert "/backdrop" in nodes
+        scene.show_surroundings(replace(_mesh(4.0), faces=np.zeros((0, 3), dtype=np.uint32)), _mesh(9.0))
+        assert "/surroundings" not in nodes and "/backdrop" in nodes  # single cells, which make no surface
         scene.remove_surroundings()
-        assert "/surroundings" not in nodes
+        assert "/backdrop" not in nodes
         scene.remove_surroundings()
-    scene.show_surroundings(_mesh(3.0))  # closed: harmless
+    scene.show_surroundings(_mesh(3.0), _mesh(9.0))  # closed: harmless
 
 
-def _begins_at(scene: ViewerScene, pose: tuple[ArrayLike, ArrayLike]) -> bool:
+def _begins_at(scene: ViewerScene, pose: Pose) -> bool:
     camera = viewer_of(scene).initial_camera
-    return np.allclose(camera.position, pose[0]) and np.allclose(camera.look_at, pose[1])
+    return np.allclose(camera.position, pose.position_m) and np.allclose(camera.look_at, pose.look_at_m)
 
 
 def test_whoever_comes_later_begins_before_what_was_found_last() -> None:
-    behind_the_rig = START_POSITION_M, START_LOOK_AT_M
+    behind_the_rig = Pose(position_m=np.array(START_POSITION_M), look_at_m=np.array(START_LOOK_AT_M))
     point, whole = (0.2, 0.1, 1.8), outlook(_mesh(3.0))
     seen = FixationDrawing(
         label="Ball", point_rig_m=point, distance_m=1.8, distance_sigma_m=0.01, mesh=_mesh(1.8)
     )
     with ViewerScene() as scene:
         assert _begins_at(scene, behind_the_rig)
-        scene.show_surroundings(_mesh(3.0))
+        scene.show_surroundings(_mesh(3.0), _mesh(9.0))
         assert _begins_at(scene, whole)
         scene.show_fixation("fix-1", replace(seen, mesh=None))  # nothing to see but a marker
         assert _begins_at(scene, whole)
         scene.show_fixation("fix-2", seen)
-        scene.show_surroundings(_mesh(3.0))  # they grow by each look, which no person asked for
+        scene.show_surroundings(_mesh(3.0), _mesh(9.0))  # they grow by each look, which no person asked for
         assert _begins_at(scene, pose_before(point))
-        scene.show_surroundings(_mesh(3.0), bring=True)
+        scene.show_surroundings(_mesh(3.0), _mesh(9.0), bring=True)
         assert _begins_at(scene, whole)
         scene.show_fixation("fix-3", seen)
         assert _begins_at(scene, pose_before(point))

@@ -135,6 +135,34 @@ def test_inside_the_console_nothing_is_drawn_while_nothing_changes(
     wait_for(page, rests)
 
 
+def test_the_camera_goes_to_each_new_shape_until_the_person_moves_it_and_comes_back_when_asked(
+    scene: ViewerScene, port: int, page: Page
+) -> None:
+    page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    (viewer,) = viewer_of(scene).get_clients().values()
+    let_run(page, 2000)  # the page still places its camera at first
+
+    def looks_at(point_m: Point) -> bool:
+        return bool(np.allclose(viewer.camera.look_at, point_m, atol=0.05))
+
+    scene.show_fixation("fix-2", drawn("Box", (0.4, 0.0, 2.0), distance_m=2.0))
+    wait_for(page, lambda: looks_at((0.4, 0.0, 2.0)))
+    let_run(page, 1000)
+    page.mouse.move(450, 300)
+    page.mouse.down()
+    page.mouse.move(300, 250, steps=4)
+    page.mouse.up()
+    wait_for(page, lambda: scene._viewpoints.has_moved(viewer))
+    scene.show_fixation("fix-3", drawn("Far", (-0.5, 0.1, 6.0), distance_m=6.0))
+    let_run(page, 1500)
+    assert not looks_at((-0.5, 0.1, 6.0))
+    page.locator("body").press("Alt+r")
+    wait_for(page, lambda: bool(np.allclose(viewer.camera.position, 0.0, atol=0.01)))
+    scene.show_fixation("fix-4", drawn("Near", (0.1, 0.1, 1.5), distance_m=1.5))
+    wait_for(page, lambda: looks_at((0.1, 0.1, 1.5)))
+
+
 def test_inside_the_console_the_panels_are_folded_and_the_views_not_loaded_again(
     scene: ViewerScene, port: int, page: Page
 ) -> None:

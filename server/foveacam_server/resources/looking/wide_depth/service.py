@@ -23,6 +23,7 @@ from foveacam_pipeline.verge.values import Fixation
 from foveacam_pipeline.wide_depth.look_around import LookedAround, look_around
 from foveacam_pipeline.wide_depth.looks import fuse_fixation
 from foveacam_pipeline.wide_depth.rendering import (
+    backdrop_mesh,
     context_cloud,
     context_mesh,
     context_picture,
@@ -245,11 +246,12 @@ class WideDepthService:
         if viewer is None:
             return
         mesh = context_mesh(known, picture, context.wide)
-        if len(mesh.faces):
-            count_flow(this_part(), PANE, "drawings")
-            viewer.show_surroundings(mesh, bring=bring)
-        else:
+        backdrop = backdrop_mesh(known, picture, context.wide)
+        if backdrop is None:
             viewer.remove_surroundings()
+        else:
+            count_flow(this_part(), PANE, "drawings")
+            viewer.show_surroundings(mesh, backdrop, bring=bring)
 
     def _emit_change(self, message: str, *, always: bool = False) -> None:
         document = self.document()

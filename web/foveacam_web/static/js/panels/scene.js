@@ -3,7 +3,7 @@
 import { fill, h, html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { ROOT } from "../root.js";
-import { textButton } from "../elements/parts.js";
+import { textButton, toolButton } from "../elements/parts.js";
 
 /**
  * @import { TargetDocument } from "#api"
@@ -100,7 +100,20 @@ export class Scene {
       src: sceneUrl(this.#store.state, null),
       loading: "lazy",
     });
-    fill(this.#place, this.#frame);
+    const tools = h(
+      "div",
+      { class: "scene-tools" },
+      toolButton("Fit", "fit", () => this.#press("F"), { title: "All that was found" }),
+      toolButton("From the rig", "verge", () => this.#press("R"), { title: "As the wide camera sees it" }),
+    );
+    fill(this.#place, this.#frame, tools);
+  }
+
+  /** Press a key of the 3D page, with Alt: the page itself moves its camera. @param {"F" | "R"} key */
+  #press(key) {
+    const inside = this.#frame?.contentDocument;
+    const what = { key: key.toLowerCase(), code: `Key${key}`, altKey: true, bubbles: true };
+    inside?.documentElement.dispatchEvent(new KeyboardEvent("keydown", what));
   }
 
   #failed() {

@@ -1,0 +1,216 @@
+"""Where viewers of the 3D scene stand: before what was found last, over all of it, or at the rig.
+
+A viewer is led to each new shape with a short motion. One whose person has moved the camera stays where it
+is, until that person asks for a view.
+"""
+
+import asyncio
+import logging
+import time
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from foveacam_web.scene_values import UP, Point, RigShape
+
+_log = logging.getLogger(__name__)
+
+START_FOV_RAD = 0.9
+_STAND_OFF = 0.12
+"""Distance of a viewer's camera from a target as a share of the target's (a fovea's view is 0.05 wide)."""
+_ASIDE = (0.03, -0.03)
+"""Offset to the right and up (y down), same unit: seen straight on, a surface looks flat."""
+_ABOVE = (0.16, -0.13, -0.25)
+"""Where the way to a view over everything begins, in units of the median depth."""
+_FILLED = 0.85
+"""Share of the view that everything may fill."""
+_RIG_MARGIN = 1.12
+"""Field of the view from the rig, in units of the wide camera's."""
+STEPS, STEP_S = 5, 0.08
+"""Poses of one motion, and the time between two; a browser that draws in software shows some of them."""
+_MOVED = 0.02
+"""Share of the distance looked at by which a camera must differ from its given pose to count as moved."""
+_SETTLING_S = 1.5
+"""Time after a viewer's first message in which its page still places its camera."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pose:
+    """A viewer's camera: where it stands, what it looks at, (3,) each, m, rig frame; its vertical field."""
+
+    position_m: NDArray[np.float64]
+    look_at_m: NDArray[np.float64]
+    fov_rad: float = START_FOV_RAD
+
+    def near(self, other: "Pose") -> bool:
+        """Return whether both show the same, but for a person's unnoticeable touch."""
+        reach_m = float(np.linalg.norm(self.look_at_m - self.position_m))
+        apart_m = max(
+            float(np.linalg.norm(self.position_m - other.position_m)),
+            float(np.linalg.norm(self.look_at_m - other.look_at_m)),
+        )
+        return apart_m <= _MOVED * reach_m
+
+    def towards(self, other: "Pose", share: float) -> "Pose":
+        """Return the pose after a share of the way to another."""
+        return Pose(
+            position_m=self.position_m + share * (other.position_m - self.position_m),
+            look_at_m=self.look_at_m + share * (other.look_at_m - self.look_at_m),
+            fov_rad=self.fov_rad + share * (other.fov_rad - self.fov_rad),
+        )
+
+
+def pose_before(point_rig_m: Point) -> Pose:
+    """Return the pose in front of a point, m, rig frame.
+
+    Slightly above and to the right of the line of sight, so close that a fovea fills half of the view.
+    """
+    point_m = np.asarray(point_rig_m, dtype=np.float64)
+    aside_m = float(np.linalg.norm(point_m)) * np.array([*_ASIDE, 0.0])
+    return Pose(position_m=(1.0 - _STAND_OFF) * point_m + aside_m, look_at_m=point_m)
+
+
+def pose_over(points_rig_m: Sequence[Point], *, aspect: float = 1.5) -> Pose:
+    """Return the pose, slightly above the rig's own view, as near as all points are seen from.
+
+    `points_rig_m`: at least one, m, rig frame. `aspect`: width over height of the view.
+    """
+    points_m = np.asarray(points_rig_m, dtype=np.float64)
+    median_m = float(np.median(np.linalg.norm(points_m, axis=1)))
+    middle_m = (points_m.min(axis=0) + points_m.max(axis=0)) / 2.0
+    start_m = median_m * np.asarray(_ABOVE)
+    for share in np.arange(0.9, -4.0, -0.02):
+        position_m = start_m + share * (middle_m - start_m)
+        if _sees_all(position_m, middle_m, points_m, aspect=aspect):
+            return Pose(position_m=position_m, look_at_m=middle_m)
+    return Pose(position_m=start_m, look_at_m=middle_m)
+
+
+def _sees_all(
+    position_m: NDArray[np.float64],
+    look_at_m: NDArray[np.float64],
+    points_m: NDArray[np.float64],
+    *,
+    aspect: float,
+) -> bool:
+    ahead = look_at_m - position_m
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
+    right = np.cross(-np.asarray(UP), ahead)
+    right /= max(float(np.linalg.norm(right)), 1e-9)
+    down = np.cross(ahead, right)
+    seen = points_m - position_m
+    depth_m = seen @ ahead
+    limit = _FILLED * np.tan(START_FOV_RAD / 2.0)
+    inside = (np.abs(seen @ down) <= limit * depth_m) & (np.abs(seen @ right) <= limit * aspect * depth_m)
+    return bool(np.all(inside & (depth_m > 0.0)))
+
+
+def pose_at_rig(shape: RigShape | None) -> Pose:
+    """Return the pose of the wide camera, with its field."""
+    fov_rad = START_FOV_RAD if shape is None else _RIG_MARGIN * shape.wide_fov_rad[1]
+    return Pose(position_m=np.zeros(3), look_at_m=np.array([0.0, 0.0, 3.0]), fov_rad=fov_rad)
+
+
+class Viewpoints:
+    """Moves viewers' cameras, and remembers where each was put; all but `lead_all` runs on viser's loop."""
+
+    def __init__(self) -> None:
+        self._server: viser.ViserServer | None = None
+        self._given: dict[int, list[Pose]] = {}
+        self._joined_s: dict[int, float] = {}
+        self._motions: dict[int, int] = {}
+
+    def open(self, server: viser.ViserServer) -> None:
+        """Watch the viewers of a server."""
+        self._server = server
+
+        @server.on_client_connect
+        async def _joined(viewer: viser.ClientHandle) -> None:
+            self.join(viewer)
+
+        @server.on_client_disconnect
+        async def _left(viewer: viser.ClientHandle) -> None:
+            self.leave(viewer)
+
+    def lead_all(self, pose: Pose, *, asked: bool = False) -> None:
+        """Move the viewers to a pose, those alone whose person left the camera; `asked`: all of them.
+
+        From any thread, without waiting for the motion.
+        """
+        if self._server is None:
+            return
+        move = self.place if asked else self.lead
+        for viewer in self._server.get_clients().values():
+            moving = asyncio.run_coroutine_threadsafe(move(viewer, pose), self._server.get_event_loop())
+            moving.add_done_callback(_report)
+
+    def join(self, viewer: viser.ClientHandle) -> None:
+        """Remember where a new viewer begins, as its page places it."""
+        self._joined_s[viewer.client_id] = time.monotonic()
+        self._given[viewer.client_id] = [pose_of(viewer)]
+
+        async def updated(_event: object) -> None:
+            if time.monotonic() - self._joined_s.get(viewer.client_id, 0.0) < _SETTLING_S:
+                self._given.setdefault(viewer.client_id, []).append(pose_of(viewer))
+
+        viewer.camera.on_update(updated)
+
+    def leave(self, viewer: viser.ClientHandle) -> None:
+        """Forget a viewer that has gone."""
+        for each in (self._given, self._joined_s, self._motions):
+            each.pop(viewer.client_id, None)
+
+    def has_moved(self, viewer: viser.ClientHandle) -> bool:
+        """Return whether the person has moved the camera from where it was put."""
+        now = pose_of(viewer)
+        return not any(given.near(now) for given in self._given.get(viewer.client_id, ()))
+
+    async def lead(self, viewer: viser.ClientHandle, pose: Pose) -> None:
+        """Move a viewer to a pose, unless its person has moved the camera."""
+        if not self.has_moved(viewer):
+            await self.place(viewer, pose)
+
+    async def place(self, viewer: viser.ClientHandle, pose: Pose) -> None:
+        """Move a viewer to a pose that its person asked for; a later motion replaces this one."""
+        name = viewer.client_id
+        number = self._motions[name] = self._motions.get(name, 0) + 1
+        begun = pose_of(viewer)
+        way = [begun.towards(pose, _eased(step / STEPS)) for step in range(1, STEPS + 1)]
+        self._given[name] = [begun, *way]  # the page reports each of them, some of them late
+        for each in way:
+            if self._motions.get(name) != number:
+                return
+            set_pose(viewer, each)
+            await asyncio.sleep(STEP_S)
+        self._given[name] = way
+
+
+def _report(done: "Future[None]") -> None:
+    if not done.cancelled() and done.exception() is not None:
+        _log.error("a viewer of the 3D scene was not moved", exc_info=done.exception())
+
+
+def _eased(share: float) -> float:
+    """Return the share of the way after a share of the time: slow at both ends."""
+    return share * share * (3.0 - 2.0 * share)
+
+
+def pose_of(viewer: viser.ClientHandle) -> Pose:
+    """Return where a viewer's camera is, as its page reported last."""
+    camera = viewer.camera
+    return Pose(
+        position_m=np.array(camera.position), look_at_m=np.array(camera.look_at), fov_rad=float(camera.fov)
+    )
+
+
+def set_pose(viewer: viser.ClientHandle, pose: Pose) -> None:
+    """Put a viewer's camera somewhere at once."""
+    with viewer.atomic():
+        viewer.camera.up_direction = UP
+        viewer.camera.position = pose.position_m
+        viewer.camera.look_at = pose.look_at_m
+        viewer.camera.fov = pose.fov_rad
