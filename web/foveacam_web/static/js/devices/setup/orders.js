@@ -67,11 +67,6 @@ export class SetupOrders {
     void this.#reader.readAdvice();
   }
 
-  /** Read the draft and the files again. */
-  refresh() {
-    return this.#reader.readDraft();
-  }
-
   async save() {
     await this.#queue;
     const saved = await this.#withHash("PUT", "/rig/setup/file");

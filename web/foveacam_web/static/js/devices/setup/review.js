@@ -4,7 +4,6 @@ import { ask } from "../../elements/ask.js";
 import { copyCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
-import { chooser } from "./fields.js";
 import { fieldName, FIELDS } from "./values.js";
 import { differenceLines, fieldId, lineCount, otherFaults } from "./words.js";
 import { textButton } from "../../elements/parts.js";
@@ -114,12 +113,16 @@ function scenesOf({ simulated, scene, scenes }, orders) {
   if (!simulated) return null;
   const shipped = scenes.map(({ name, title }) => ({ value: name, text: `${name}: ${title}` }));
   const own = scene === null || scenes.some(({ name }) => name === scene) ? [] : [{ value: scene, text: scene }];
-  const open = async (/** @type {string} */ wanted) => {
-    const agreed = await ask({ ...OPENING, title: `Open the scene ${wanted}` });
-    await (agreed ? orders.open(null, wanted) : orders.refresh());
+  const open = async (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget: select }) => {
+    const wanted = select.value;
+    if (await ask({ ...OPENING, title: `Open the scene ${wanted}` })) await orders.open(null, wanted);
+    else select.value = scene ?? "";
   };
   return html`<div class="field">
-    ${chooser({ id: "setup-scene", label: "Scene of the simulated rig", choices: [...own, ...shipped], value: scene ?? "", change: open })}
+    <label for="setup-scene">Scene of the simulated rig</label>
+    <select id="setup-scene" .value=${scene ?? ""} @change=${open}>
+      ${[...own, ...shipped].map(({ value, text }) => html`<option value=${value} ?selected=${value === scene}>${text}</option>`)}
+    </select>
   </div>`;
 }
 
