@@ -21,6 +21,7 @@ import viser
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.scene_fixation import FixationNode, FixationParts, LimitsNode
+from foveacam_web.scene_labels import free_labels
 from foveacam_web.scene_lines import MeasurementNode, TrailNode
 from foveacam_web.scene_panel import ScenePanel, Viewpoint
 from foveacam_web.scene_rig import RigDrawing
@@ -34,13 +35,12 @@ from foveacam_web.scene_values import (
     Point,
     RigShape,
 )
-from foveacam_web.scene_viewpoints import START_FOV_RAD, Pose, Viewpoints, pose_at_rig, pose_before, pose_over
+from foveacam_web.scene_viewpoints import START_FOV_RAD, Pose, Viewpoints, pose_at_rig, pose_over
 from foveacam_web.viser_server import PrivateViser
 
 MAX_FIXATIONS = 24
 """Number of fixations in the scene; older ones are removed from it (not from the server) to bound viewers'
 graphics memory."""
-LABELLED = 3
 START_POSITION_M = (0.0, -0.45, -1.3)
 START_LOOK_AT_M = (0.0, 0.1, 2.5)
 
@@ -143,7 +143,7 @@ class ViewerScene:
                 self._rig.look(left=left, right=right, distance_m=distance_m)
 
     def show_fixation(self, fixation_id: str, drawing: FixationDrawing) -> None:
-        """Add or replace a fixation; with a cloud or mesh, viewers that follow are moved in front of it."""
+        """Add or replace a fixation, and lead viewers to it."""
         with self._lock:
             if self._server is None or self._panel is None:
                 return
@@ -155,8 +155,8 @@ class ViewerScene:
             node.clickable(self._clicked)
             self._overlooks = self._overlooks and not node.has_shape
             self._add(fixation_id, node)
-            if self._panel.follows and node.has_shape:
-                self._viewpoints.lead_all(pose_before(drawing.point_rig_m))
+            if self._panel.follows:
+                self._viewpoints.lead_all(node.pose)
 
     def show_limits(self, fixation_id: str, drawing: LimitsDrawing) -> None:
         """Add or replace a fixation with only limits of its distance."""
@@ -239,6 +239,8 @@ class ViewerScene:
         self._surroundings.show(mesh, backdrop)
         with self._lock:
             self._overlooks = self._overlooks or bring
+            if self._rig is not None:
+                self._rig.show_floor(visible=False)
             self._place_new_viewers()
             if bring and self._surroundings.outlook is not None:
                 self._viewpoints.lead_all(self._surroundings.outlook, asked=True)
@@ -247,6 +249,8 @@ class ViewerScene:
         """Remove the wide view's surface; no effect when there is none."""
         self._surroundings.remove()
         with self._lock:
+            if self._rig is not None:
+                self._rig.show_floor(visible=True)
             self._place_new_viewers()
 
     def select(self, fixation_id: str | None) -> None:
@@ -268,7 +272,7 @@ class ViewerScene:
         if self._server is None:
             return
         found = [
-            pose_before(node.point_rig_m)
+            node.pose
             for node in self._fixations.values()
             if isinstance(node, FixationNode) and node.has_shape
         ]
@@ -276,7 +280,7 @@ class ViewerScene:
         start = Pose(position_m=np.asarray(START_POSITION_M), look_at_m=np.asarray(START_LOOK_AT_M))
         pose = whole if whole is not None and (self._overlooks or not found) else [start, *found][-1]
         camera = self._server.initial_camera
-        camera.position, camera.look_at = pose.position_m, pose.look_at_m
+        camera.position, camera.look_at, camera.fov = pose.position_m, pose.look_at_m, pose.fov_rad
 
     async def _place(self, viewer: viser.ClientHandle, viewpoint: Viewpoint) -> None:
         """Move a viewer to where its person asked for."""
@@ -289,8 +293,9 @@ class ViewerScene:
         if viewpoint == "rig":
             return pose_at_rig(None if self._rig is None else self._rig.shape)
         if viewpoint == "target":
-            point_m = self._selected_point()
-            return None if point_m is None else pose_before(point_m)
+            newest = next(reversed(self._fixations), None)
+            node = self._fixations.get(self._selected or newest or "")
+            return None if node is None else node.pose
         points_m = [node.point_rig_m for node in self._fixations.values()]
         whole = self._surroundings.outlook
         if whole is not None and self._overlooks:
@@ -307,8 +312,10 @@ class ViewerScene:
         self._show_parts()
 
     def _show_parts(self) -> None:
-        """Set what is visible; labels only of the newest and the selected, as more would overlap."""
-        labelled = {*list(self._fixations)[-LABELLED:], self._selected}
+        """Set what is visible; of labels that would cover each other, seen from the rig, only the newest."""
+        newest_first = list(reversed(self._fixations))
+        newest_first.sort(key=lambda name: name != self._selected)
+        labelled = free_labels([(name, self._fixations[name].point_rig_m) for name in newest_first])
         for name, node in self._fixations.items():
             node.show(replace(self._shown, labels=self._shown.labels and name in labelled))
 
@@ -323,12 +330,6 @@ class ViewerScene:
         with self._lock:
             if self._rig is not None:
                 self._rig.show_rays(visible=visible)
-
-    def _selected_point(self) -> Point | None:
-        with self._lock:
-            newest = next(reversed(self._fixations), None)
-            node = self._fixations.get(self._selected or newest or "")
-            return None if node is None else node.point_rig_m
 
     async def _clicked(self, fixation_id: str) -> None:
         """Select the fixation and schedule the callback of `on_select` on its loop; runs on viser's loop."""

@@ -19,10 +19,11 @@ from foveacam_web.scene_values import (
     LimitsDrawing,
     Point,
 )
+from foveacam_web.scene_viewpoints import Pose, pose_before
 
 LIVE_POINTS = 50_000
 """Most points of a cloud sent to viewers: a browser without a GPU needs 5-7 us per point and frame."""
-_MARKER_PER_DISTANCE = 0.004
+_MARKER_PER_DISTANCE = 0.0025
 """Marker radius as a share of the distance, so that it is as easy to click at 30 m as at 1 m."""
 _LABEL_RISE_PER_DISTANCE = 0.021
 """Height of the label above the target as a share of the distance: half a fovea's 2.15 deg field is 0.019."""
@@ -97,6 +98,14 @@ class FixationNode:
     def has_shape(self) -> bool:
         """Whether there is more to see than a marker."""
         return self.drawing.cloud is not None or self.drawing.mesh is not None
+
+    @property
+    def pose(self) -> Pose:
+        """The pose that frames it."""
+        mesh, cloud = self.drawing.mesh, self.drawing.cloud
+        if mesh is not None and len(mesh.faces):
+            return pose_before(self.point_rig_m, mesh.vertices_rig_m)
+        return pose_before(self.point_rig_m, None if cloud is None else cloud.points_rig_m)
 
     def clickable(self, clicked: Clicked) -> None:
         """Call `clicked(id)` on viser's loop when marker or surface is clicked; it must not block."""
@@ -222,6 +231,11 @@ class LimitsNode:
         """The nearest end of the line, m, rig frame."""
         x_m, y_m, z_m = self._nearest_m.tolist()
         return x_m, y_m, z_m
+
+    @property
+    def pose(self) -> Pose:
+        """The pose that frames its nearest end."""
+        return pose_before(self.point_rig_m)
 
     def clickable(self, clicked: Clicked) -> None:
         """Call `clicked(id)` on viser's loop when an end of the line is clicked; it must not block."""

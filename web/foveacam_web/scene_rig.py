@@ -65,6 +65,7 @@ class RigDrawing:
         self._eyes: dict[str, viser.CameraFrustumHandle] = {}
         self._rays: dict[str, viser.LineSegmentsHandle] = {}
         self._rays_visible = True
+        self._floor: list[viser.GridHandle | viser.LabelHandle] = []
 
     @property
     def shape(self) -> RigShape | None:
@@ -73,7 +74,7 @@ class RigDrawing:
 
     def draw_floor(self) -> None:
         """Draw the grid, one line per metre, labelled with distances from the rig."""
-        self._scene.add_grid(
+        grid = self._scene.add_grid(
             "/floor",
             width=_FLOOR_WIDTH_M,
             height=_FLOOR_DEPTH_M,
@@ -88,15 +89,22 @@ class RigDrawing:
             fade_strength=1.5,
             shadow_opacity=0.0,
         )
+        self._floor.append(grid)
         for z_m in _MARKS_M:
-            self._scene.add_label(
+            mark = self._scene.add_label(
                 f"/floor_marks/{z_m}",
                 f"{z_m} m",
                 position=(_MARKS_X_M, _FLOOR_Y_M, float(z_m)),
                 font_size_mode="scene",
-                font_scene_height=0.025 + 0.011 * z_m,
+                font_scene_height=0.015 + 0.007 * z_m,
                 anchor="center-right",
             )
+            self._floor.append(mark)
+
+    def show_floor(self, *, visible: bool) -> None:
+        """Set whether the floor is visible: it gives a scene its depth until the picture of one does."""
+        for part in self._floor:
+            part.visible = visible
 
     def draw(self, shape: RigShape) -> None:
         """Draw the rig frame and the three cameras in place of earlier ones."""

@@ -59,7 +59,7 @@ BASIS_COLORS = {
     Basis.SURROUNDINGS: SURROUNDINGS_COLOR,
     Basis.BOUND: LIMITS_COLOR,
 }
-BASIS_WORDS = {Basis.FOVEA_AND_WIDE: "one fovea and wide", Basis.SURROUNDINGS: "from surroundings"}
+BASIS_WORDS = {Basis.FOVEA_AND_WIDE: "one fovea", Basis.SURROUNDINGS: "inferred"}
 """Words that a label adds to a distance not measured by both foveae."""
 
 

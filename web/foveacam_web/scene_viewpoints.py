@@ -20,14 +20,23 @@ from foveacam_web.scene_values import UP, Point, RigShape
 _log = logging.getLogger(__name__)
 
 START_FOV_RAD = 0.9
-_STAND_OFF = 0.12
-"""Distance of a viewer's camera from a target as a share of the target's (a fovea's view is 0.05 wide)."""
-_ASIDE = (0.03, -0.03)
-"""Offset to the right and up (y down), same unit: seen straight on, a surface looks flat."""
-_ABOVE = (0.16, -0.13, -0.25)
-"""Where the way to a view over everything begins, in units of the median depth."""
-_FILLED = 0.85
+_ON_THE_WAY = 0.1
+"""Where a viewer stands on the way from the rig to what was found: near the rig the backdrop looks as the
+wide view does; farther on, what was interpolated between near and far is stretched."""
+_ASIDE = (0.025, -0.02)
+"""Offset to the right and up (y down), in units of the distance: seen straight on, a surface looks flat."""
+_SHAPE_FILLS = 0.42
+"""Share of the view's height that a shape fills."""
+_LEAST_FOV_RAD, _MOST_FOV_RAD = 0.02, 0.26
+_FOVEA_HEIGHT = 0.0375
+"""Height of a fovea's view, in units of the distance (2.15 deg): that of a target without a shape."""
+_EDGE_QUANTILE = 0.03
+_ABOVE = (0.14, -0.1, 0.0)
+"""Where a viewer stands to see everything, in units of the least distance."""
+_FILLED = 0.8
 """Share of the view that everything may fill."""
+_FOV_OVER_ALL_RAD = (0.35, START_FOV_RAD)
+"""Least and most field of that view; the least is that of the wide camera, whose picture lies behind."""
 _RIG_MARGIN = 1.12
 """Field of the view from the rig, in units of the wide camera's."""
 STEPS, STEP_S = 5, 0.08
@@ -64,49 +73,45 @@ class Pose:
         )
 
 
-def pose_before(point_rig_m: Point) -> Pose:
-    """Return the pose in front of a point, m, rig frame.
+def pose_before(point_rig_m: Point, shape_rig_m: NDArray[np.float32] | None = None) -> Pose:
+    """Return the pose that frames a shape, (n, 3) m, rig frame, or the surroundings of a point without one.
 
-    Slightly above and to the right of the line of sight, so close that a fovea fills half of the view.
+    Slightly above and to the right of the line of sight.
     """
     point_m = np.asarray(point_rig_m, dtype=np.float64)
-    aside_m = float(np.linalg.norm(point_m)) * np.array([*_ASIDE, 0.0])
-    return Pose(position_m=(1.0 - _STAND_OFF) * point_m + aside_m, look_at_m=point_m)
+    distance_m = max(float(np.linalg.norm(point_m)), 1e-3)
+    middle_m, height_m = point_m, _FOVEA_HEIGHT * distance_m
+    if shape_rig_m is not None and len(shape_rig_m) > 0:
+        low_m, high_m = np.quantile(shape_rig_m, (_EDGE_QUANTILE, 1.0 - _EDGE_QUANTILE), axis=0)
+        middle_m, height_m = (low_m + high_m) / 2.0, float(high_m[1] - low_m[1])
+    position_m = _ON_THE_WAY * middle_m + distance_m * np.array([*_ASIDE, 0.0])
+    away_m = float(np.linalg.norm(middle_m - position_m))
+    fov_rad = 2.0 * np.arctan(height_m / 2.0 / away_m / _SHAPE_FILLS)
+    return Pose(
+        position_m=position_m,
+        look_at_m=middle_m,
+        fov_rad=float(np.clip(fov_rad, _LEAST_FOV_RAD, _MOST_FOV_RAD)),
+    )
 
 
 def pose_over(points_rig_m: Sequence[Point], *, aspect: float = 1.5) -> Pose:
-    """Return the pose, slightly above the rig's own view, as near as all points are seen from.
+    """Return a pose beside and above the rig from which all points are seen, with no more field than needed.
 
     `points_rig_m`: at least one, m, rig frame. `aspect`: width over height of the view.
     """
     points_m = np.asarray(points_rig_m, dtype=np.float64)
-    median_m = float(np.median(np.linalg.norm(points_m, axis=1)))
     middle_m = (points_m.min(axis=0) + points_m.max(axis=0)) / 2.0
-    start_m = median_m * np.asarray(_ABOVE)
-    for share in np.arange(0.9, -4.0, -0.02):
-        position_m = start_m + share * (middle_m - start_m)
-        if _sees_all(position_m, middle_m, points_m, aspect=aspect):
-            return Pose(position_m=position_m, look_at_m=middle_m)
-    return Pose(position_m=start_m, look_at_m=middle_m)
-
-
-def _sees_all(
-    position_m: NDArray[np.float64],
-    look_at_m: NDArray[np.float64],
-    points_m: NDArray[np.float64],
-    *,
-    aspect: float,
-) -> bool:
-    ahead = look_at_m - position_m
-    ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
+    position_m = float(np.linalg.norm(points_m, axis=1).min()) * np.asarray(_ABOVE)
+    ahead = (middle_m - position_m) / max(float(np.linalg.norm(middle_m - position_m)), 1e-9)
     right = np.cross(-np.asarray(UP), ahead)
     right /= max(float(np.linalg.norm(right)), 1e-9)
-    down = np.cross(ahead, right)
-    seen = points_m - position_m
-    depth_m = seen @ ahead
-    limit = _FILLED * np.tan(START_FOV_RAD / 2.0)
-    inside = (np.abs(seen @ down) <= limit * depth_m) & (np.abs(seen @ right) <= limit * aspect * depth_m)
-    return bool(np.all(inside & (depth_m > 0.0)))
+    seen_m = points_m - position_m
+    across, down = np.abs(seen_m @ right) / aspect, np.abs(seen_m @ np.cross(ahead, right))
+    half = float(np.max(np.maximum(across, down) / np.maximum(seen_m @ ahead, 1e-3)))
+    fov_rad = 2.0 * float(np.arctan(half / _FILLED))
+    return Pose(
+        position_m=position_m, look_at_m=middle_m, fov_rad=float(np.clip(fov_rad, *_FOV_OVER_ALL_RAD))
+    )
 
 
 def pose_at_rig(shape: RigShape | None) -> Pose:

@@ -20,6 +20,8 @@ PICTURE_CELL_PX = 4
 TEXTURE_WIDTH_PX = 1024
 BACKDROP_COLUMNS, BACKDROP_ROWS = 48, 36
 BACKDROP_WIDTH_PX = 512
+NEARBY_CELLS = 8
+"""A fovea covers some twenty cells: the backdrop takes the farthest surface that one shows."""
 BACKDROP_BEHIND = 1.01
 """As `BEHIND`, behind the measured surface."""
 PALENESS = 0.55
@@ -51,7 +53,7 @@ def backdrop_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsic
     Between known cells 1/Z is interpolated, beyond them it is continued: the surface shows what stands where
     in the view, not its depth, and is grey so that it is not taken for a measurement.
     """
-    whole = filled(known.inverse_z_per_m[0])
+    whole = filled(_farthest_nearby(known.inverse_z_per_m[0]))
     if whole is None:
         return None
     x_px, y_px = np.meshgrid(
@@ -93,6 +95,14 @@ def filled(q: NDArray[np.float64]) -> NDArray[np.float64] | None:
         return None
     between = cv2.resize(coarse, (q.shape[1], q.shape[0]), interpolation=cv2.INTER_LINEAR)
     return np.where(known, q, between)
+
+
+def _farthest_nearby(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a grid whose known cells have the least 1/Z nearby, so that near surfaces stand before it."""
+    kernel = np.ones((2 * NEARBY_CELLS + 1,) * 2, dtype=np.uint8)
+    known = np.isfinite(q)
+    least = cv2.erode(np.where(known, q, np.inf), kernel, borderType=cv2.BORDER_REPLICATE)
+    return np.where(known, least, np.nan)
 
 
 def context_cloud(known: ContextMap, picture: NDArray[np.uint8] | None, wide: Intrinsics) -> Cloud:

@@ -17,8 +17,9 @@ from foveacam_pipeline.stereo.values import Cloud, DepthMesh
 from foveacam_pipeline.verge.values import Basis
 from foveacam_web import scene as scene_module
 from foveacam_web import viser_server
-from foveacam_web.scene import LABELLED, MAX_FIXATIONS, ViewerScene
+from foveacam_web.scene import MAX_FIXATIONS, ViewerScene
 from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, FixationParts, thin
+from foveacam_web.scene_labels import MOST, free_labels
 from foveacam_web.scene_lines import trail_segments
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
 from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
@@ -317,7 +318,7 @@ def test_label_says_how_a_distance_is_known_unless_both_foveae_measured_it() -> 
         ).text
 
     assert text(Basis.BOTH_FOVEAE) == "globe  2.00 ± 0.03 m"
-    assert text(Basis.SURROUNDINGS) == "globe  2.00 ± 0.03 m (from surroundings)"
+    assert text(Basis.SURROUNDINGS) == "globe  2.00 ± 0.03 m (inferred)"
 
 
 @pytest.mark.parametrize(
@@ -340,20 +341,28 @@ def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
     assert not list(scene._fixations)
 
 
-def test_the_newest_and_the_selected_alone_are_labelled_for_more_would_cover_each_other(
+def test_of_labels_that_would_cover_each_other_the_selected_s_or_the_newest_is_shown(
     scene: ViewerScene,
 ) -> None:
     def labelled() -> set[str]:
         return {name for name in scene._fixations if fixation_in(scene, name)._label.visible}
 
-    names = [f"fix-{number}" for number in range(LABELLED + 2)]
+    names = ["fix-0", "fix-1", "fix-2"]  # in one place
     for name in names:
         show(scene, name, with_cloud=False, with_mesh=False)
-    assert labelled() == set(names[2:])
-    scene.select(names[0])
-    assert labelled() == {names[0], *names[2:]}
+    assert labelled() == {"fix-2"}
+    scene.select("fix-0")
+    assert labelled() == {"fix-0"}
     scene._show(FixationParts(labels=False))
     assert labelled() == set()
+
+
+def test_labels_apart_are_shown_together_but_never_so_many_that_they_fill_the_view() -> None:
+    apart = [(f"t{at}", (2.0 * math.tan(math.radians(21.0 * at)), 0.0, 2.0)) for at in range(-3, 4)]
+    assert free_labels(apart[:3]) == {"t-3", "t-2", "t-1"}
+    assert len(free_labels(apart)) == MOST
+    above = [("low", (0.0, 0.1, 2.0)), ("high", (0.0, 0.0, 2.0)), ("covered", (0.01, 0.01, 2.0))]
+    assert free_labels(above) == {"low", "high"}
 
 
 def test_a_followed_target_leaves_a_trail_until_it_is_let_go(scene: ViewerScene) -> None:

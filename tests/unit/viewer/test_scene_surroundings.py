@@ -58,6 +58,7 @@ def test_whoever_comes_later_begins_before_what_was_found_last() -> None:
     seen = FixationDrawing(
         label="Ball", point_rig_m=point, distance_m=1.8, distance_sigma_m=0.01, mesh=_mesh(1.8)
     )
+    before = pose_before(point, _mesh(1.8).vertices_rig_m)
     with ViewerScene() as scene:
         assert _begins_at(scene, behind_the_rig)
         scene.show_surroundings(_mesh(3.0), _mesh(9.0))
@@ -66,13 +67,13 @@ def test_whoever_comes_later_begins_before_what_was_found_last() -> None:
         assert _begins_at(scene, whole)
         scene.show_fixation("fix-2", seen)
         scene.show_surroundings(_mesh(3.0), _mesh(9.0))  # they grow by each look, which no person asked for
-        assert _begins_at(scene, pose_before(point))
+        assert _begins_at(scene, before)
         scene.show_surroundings(_mesh(3.0), _mesh(9.0), bring=True)
         assert _begins_at(scene, whole)
         scene.show_fixation("fix-3", seen)
-        assert _begins_at(scene, pose_before(point))
+        assert _begins_at(scene, before)
         scene.remove_surroundings()
         for name in ("fix-3", "fix-2"):
-            assert _begins_at(scene, pose_before(point))
+            assert _begins_at(scene, before)
             scene.remove_fixation(name)
         assert _begins_at(scene, behind_the_rig)

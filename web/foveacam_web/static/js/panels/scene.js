@@ -3,7 +3,7 @@
 import { fill, h, html } from "../elements/dom.js";
 import { icon } from "../elements/icons.js";
 import { ROOT } from "../root.js";
-import { textButton, toolButton } from "../elements/parts.js";
+import { textButton } from "../elements/parts.js";
 
 /**
  * @import { TargetDocument } from "#api"
@@ -103,8 +103,8 @@ export class Scene {
     const tools = h(
       "div",
       { class: "scene-tools" },
-      toolButton("Fit", "fit", () => this.#press("F"), { title: "All that was found" }),
-      toolButton("From the rig", "verge", () => this.#press("R"), { title: "As the wide camera sees it" }),
+      textButton("Fit", () => this.#press("F"), { kind: "tool", title: "All that was found" }),
+      textButton("From the rig", () => this.#press("R"), { kind: "tool", title: "As the wide camera sees it" }),
     );
     fill(this.#place, this.#frame, tools);
   }

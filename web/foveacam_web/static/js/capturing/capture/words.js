@@ -30,11 +30,16 @@ export function percent(share) {
 export function spanRange(low_s, high_s) {
   const unit_s = high_s < 90 ? 1 : high_s < 5400 ? 60 : 3600;
   const name = { 1: "s", 60: "min", 3600: "h" }[unit_s];
-  const decimals = high_s < 10 * unit_s ? 1 : 0;
-  const steps = 10 ** decimals;
-  const low = number(Math.floor((low_s / unit_s) * steps + 1e-9) / steps, decimals);
-  const high = number(Math.ceil((high_s / unit_s) * steps - 1e-9) / steps, decimals);
+  const fine = high_s < 10 * unit_s ? 1 : 0;
+  const low = rounded(Math.floor, low_s / unit_s, low_s < unit_s ? 1 : fine);
+  const high = rounded(Math.ceil, high_s / unit_s, fine);
   return low === high ? `${high} ${name}` : `${low} to ${high} ${name}`;
+}
+
+/** @param {(value: number) => number} towards @param {number} value @param {number} decimals */
+function rounded(towards, value, decimals) {
+  const steps = 10 ** decimals;
+  return number(towards(Number((value * steps).toFixed(6))) / steps, decimals); // an error of division rounds nothing
 }
 
 /**
