@@ -41,6 +41,8 @@ MODEL_OPTIONS = (
     "--disable-warnings",
 )
 
+BY_HAND = ("transport", "lease", "job_waiting", "following", "remote_dataset", "rig")
+"""Modules whose asynchronous form, `async_NAME.py`, is written by hand."""
 WITHOUT_AWAIT = (
     (r"`generated/(\w+)\.py` is this module without `await`", r"Written from `async_\1.py`"),
     (r"from asyncio import CancelledError, sleep", "from time import sleep"),
@@ -55,7 +57,7 @@ WITHOUT_AWAIT = (
     (r"\baclosing\b", "closing"),
     (r"\basynccontextmanager\b", "contextmanager"),
     (r"\ba(close|read|iter_bytes|iter_lines)\(", r"\1("),
-    (r"__a(enter|exit)__", r"__\1__"),
+    (r"__a(enter|exit|iter)__", r"__\1__"),
 )
 """What a module without `await` has instead, in this order."""
 
@@ -130,9 +132,7 @@ def modules(document: Schema) -> dict[str, str]:
         "models.py": models_source(document),
         "async_operations.py": asynchronous,
         "operations.py": synchronous(asynchronous),
-        "transport.py": synchronous((PACKAGE / "async_transport.py").read_text()),
-        "lease.py": synchronous((PACKAGE / "async_lease.py").read_text()),
-        "rig.py": synchronous((PACKAGE / "async_rig.py").read_text()),
+        **{f"{name}.py": synchronous((PACKAGE / f"async_{name}.py").read_text()) for name in BY_HAND},
     }
     return {name: formatted(source, name) for name, source in sources.items()}
 

@@ -10,11 +10,17 @@ README.md beside it has all of it on a page, with recipes.
 import os
 from pathlib import Path
 
+from foveacam_client.async_following import AsyncFollowing
+from foveacam_client.async_remote_dataset import AsyncRemoteDataset
 from foveacam_client.async_rig import AsyncRig
 from foveacam_client.call import StartedJob
 from foveacam_client.clouds import PointCloud
 from foveacam_client.connection import DEFAULT_URL, URL_VARIABLE, Connection, token_of
+from foveacam_client.dataset_values import RemotePoint
+from foveacam_client.fixation_result import FixationResult
 from foveacam_client.generated import models
+from foveacam_client.generated.following import Following
+from foveacam_client.generated.remote_dataset import RemoteDataset
 from foveacam_client.generated.rig import Rig
 from foveacam_client.pictures import decode_picture
 from foveacam_client.problems import (
@@ -45,6 +51,8 @@ from foveacam_client.problems import (
 from foveacam_client.retries import RetryPolicy
 
 __all__ = [
+    "AsyncFollowing",
+    "AsyncRemoteDataset",
     "AsyncRig",
     "ClientError",
     "Conflict",
@@ -53,6 +61,8 @@ __all__ = [
     "DeviceMissing",
     "DeviceTimeout",
     "DiskFull",
+    "FixationResult",
+    "Following",
     "InvalidRequest",
     "JobCancelled",
     "JobInterrupted",
@@ -62,6 +72,8 @@ __all__ = [
     "NotSignedIn",
     "PointCloud",
     "ProblemError",
+    "RemoteDataset",
+    "RemotePoint",
     "RetryPolicy",
     "Rig",
     "RigBusy",

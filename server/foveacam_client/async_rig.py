@@ -14,25 +14,26 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import httpx
 
+from foveacam_client.async_following import AsyncFollowing
+from foveacam_client.async_job_waiting import AsyncJobWaiting
 from foveacam_client.async_lease import held_lease
-from foveacam_client.async_transport import SILENCE_S, AsyncTransport
+from foveacam_client.async_remote_dataset import AsyncRemoteDataset
+from foveacam_client.async_transport import AsyncTransport
 from foveacam_client.call import Call, ResultT, StartedJob
 from foveacam_client.clouds import PointCloud
 from foveacam_client.connection import Connection
+from foveacam_client.fixation_result import FixationResult
 from foveacam_client.generated import models
 from foveacam_client.generated.async_operations import AsyncOperations
 from foveacam_client.pictures import decode_picture
-from foveacam_client.problems import ProblemError, Unreachable
-from foveacam_client.retries import Absence
-from foveacam_client.server_sent import EventReader
-from foveacam_client.waiting import CloudWatch, Deadline, EstimateWatch, JobWatch, OnProgress, Watch
+from foveacam_client.requests import raster_request, recording_request
+from foveacam_client.server_source import ServerSource
+from foveacam_client.waiting import CloudWatch, Deadline, EstimateWatch, JobWatch, OnProgress
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _STOP = Call("POST", "/api/v1/stop", idempotent=True)  # idempotent: a second stop has no effect
-POLL_S = 1.0
-"""Polling interval."""
 RECENT_EVENTS = 200
 """Number of past events searched for earlier estimates of a fixation."""
 RENEWAL_S = 4.0
@@ -51,10 +52,15 @@ class AsyncRig:
     ) -> None:
         self._connect = partial(AsyncTransport, http_transport=http_transport, pause=pause)
         self._connection = connection
+        self._source = ServerSource(connection)
         self._transport = self._connect(connection)
-        self._pause = pause
-        self._reconnect_s = connection.retries.reconnect_s
+        self._waiting = AsyncJobWaiting(
+            self._transport, reconnect_s=connection.retries.reconnect_s, pause=pause
+        )
         self.api = AsyncOperations(self._transport)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._connection.url!r})"
 
     async def __aenter__(self) -> Self:
         return self
@@ -113,13 +119,50 @@ class AsyncRig:
         timeout_s: float | None = None,
         on_progress: OnProgress | None = None,
         cancel_on_interrupt: bool = False,
-    ) -> models.FixationDocument:
+    ) -> FixationResult:
         """Point both foveae at a pixel of the wide view, wait, and return the distance with its error."""
         request = models.FixationRequest(pixel=models.Pixel(x_px=x_px, y_px=y_px))
         if label is not None:
             request.label = label
+        started = await self.api.fixations.create(request)
+        found = await self.wait(
+            StartedJob(started.job, FixationResult),
+            timeout_s=timeout_s,
+            on_progress=on_progress,
+            cancel_on_interrupt=cancel_on_interrupt,
+        )
+        return found.read_from(self._source)
+
+    async def fixation(self, fixation: models.FixationDocument | str) -> FixationResult:
+        """Return an earlier fixation, by its document or id, as a notebook shows it."""
+        found = await self.api.fixations.get(fixation if isinstance(fixation, str) else fixation.id)
+        return FixationResult.model_validate(found, from_attributes=True).read_from(self._source)
+
+    async def follow(
+        self, x_px: float, y_px: float, *, label: str | None = None, priority: float = 1.0
+    ) -> AsyncFollowing:
+        """Follow the target at a pixel of the wide view until `stop()`, or the end of a block.
+
+        `priority`: how often it is looked at, compared with other followed targets, 0.1 to 10.
+        """
+        request = models.FollowRequest(pixel=models.Pixel(x_px=x_px, y_px=y_px), priority=priority)
+        if label is not None:
+            request.label = label
+        return AsyncFollowing(self.api, await self.api.follows.create(request))
+
+    async def look_around(
+        self,
+        *,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.WideDepthDocument:
+        """Look over the whole field, wait, and return the figures of the wide depth.
+
+        What was found stays when it is cancelled; `api.wide_depth.ply()` has its points.
+        """
         return await self.wait(
-            await self.api.fixations.create(request),
+            await self.api.wide_depth.look_around(),
             timeout_s=timeout_s,
             on_progress=on_progress,
             cancel_on_interrupt=cancel_on_interrupt,
@@ -158,8 +201,9 @@ class AsyncRig:
 
         late = f"fixation {fixation.id} ({fixation.state}) has no point cloud; a measured distance gives one"
         if not watch.ended:
-            await self._follow(watch, ask, Deadline(timeout_s, late=late))
-        return PointCloud(await self.api.clouds.ply(str(watch.cloud_id)).read())
+            await self._waiting.until_ended(watch, ask, Deadline(timeout_s, late=late))
+        cloud_id = str(watch.cloud_id)
+        return PointCloud(await self.api.clouds.ply(cloud_id).read(), cloud_id, self._source)
 
     async def frame(
         self, view: str = "wide", *, scale: Literal["1", "2", "4"] = "1"
@@ -185,6 +229,71 @@ class AsyncRig:
             timeout_s=timeout_s,
             on_progress=on_progress,
             cancel_on_interrupt=cancel_on_interrupt,
+        )
+
+    async def raster(
+        self,
+        *,
+        columns: int = 9,
+        rows: int = 9,
+        name: str | None = None,
+        distance_m: float | None = None,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.CaptureDocument:
+        """Capture a raster over the whole field as a dataset and wait for it.
+
+        `name`: else the time. `distance_m`: at which both foveae meet; None: measured at the start.
+        """
+        request = raster_request(columns=columns, rows=rows, name=name, distance_m=distance_m)
+        return await self.wait(
+            await self.api.captures.create(request),
+            timeout_s=timeout_s,
+            on_progress=on_progress,
+            cancel_on_interrupt=cancel_on_interrupt,
+        )
+
+    async def record(
+        self,
+        name: str | None = None,
+        *,
+        seconds: float | None = None,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.RecordingDocument:
+        """Record all cameras for so many seconds and wait for it; without `seconds`, begin and return.
+
+        Then `stop_recording` ends it, or the server after 300 s. `name`: else `recording` with a number.
+        """
+        started = await self.api.recordings.create(recording_request(name, duration_s=seconds))
+        if seconds is None:
+            for found in await self.api.recordings.list():
+                if found.job_id == started.id:
+                    return found
+        return await self.wait(  # without seconds: it has failed already
+            started, timeout_s=timeout_s, on_progress=on_progress, cancel_on_interrupt=cancel_on_interrupt
+        )
+
+    async def stop_recording(self, recording: models.RecordingDocument | str) -> models.RecordingDocument:
+        """End a recording, by what `record` returned or its id; return it when its file is complete."""
+        return await self.api.recordings.stop(recording if isinstance(recording, str) else recording.id)
+
+    async def dataset(
+        self, capture: models.CaptureDocument | str, *, cameras: Collection[str] | None = None
+    ) -> AsyncRemoteDataset:
+        """Return a captured dataset, by its document or id, to be read point by point.
+
+        `cameras`: those whose pictures are read, of left, right and wide; None: all.
+        """
+        capture_id = capture if isinstance(capture, str) else capture.id
+        return AsyncRemoteDataset(
+            self.api,
+            self._connection,
+            capture=await self.api.captures.get(capture_id),
+            points=await self.api.captures.points(capture_id),
+            cameras=cameras,
         )
 
     async def datasets(self, text: str | None = None) -> list[models.CaptureDocument]:
@@ -226,38 +335,9 @@ class AsyncRig:
 
         late = f"job {started.id} goes on; wait longer, or cancel it"
         try:
-            await self._follow(watch, ask, Deadline(timeout_s, late=late))
+            await self._waiting.until_ended(watch, ask, Deadline(timeout_s, late=late))
         except CancelledError:
             if cancel_on_interrupt:
                 await self.api.jobs.cancel(started.id)
             raise
         return await self._transport.answer(Call("GET", watch.result_url()), started.result)
-
-    async def _follow(self, watch: Watch, ask: Callable[[], Awaitable[None]], deadline: Deadline) -> None:
-        """Wait for something by events; where those fail, by polling once a second."""
-        try:
-            reader = EventReader(await self._transport.newest_event_id())
-            await ask()
-            if not watch.ended:
-                await self._process_events(watch, reader, deadline)
-        except (Unreachable, ProblemError):
-            pass  # polling finds out whether that lasts
-        absence = Absence(self._reconnect_s)
-        while not watch.ended:
-            await self._pause(deadline.left_s(POLL_S))
-            try:
-                await ask()
-                absence.end()
-            except Unreachable:
-                if absence.over:
-                    raise
-
-    async def _process_events(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
-        """Process events until the wait is over or the connection ends."""
-        listening = self._transport.listen(reader, silence_s=deadline.left_s(SILENCE_S))
-        async with aclosing(listening) as events:
-            async for event in events:
-                watch.process(event)
-                if watch.ended:
-                    return
-                deadline.left_s(SILENCE_S)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from foveacam_client.cloud_view import cloud_frame
 from foveacam_client.part_file import PartFile
 from foveacam_client.problems import ClientError, UnexpectedAnswer
 from foveacam_client.server_source import ServerSource
@@ -32,7 +33,13 @@ class PointCloud:
         return _count(lines)
 
     def __repr__(self) -> str:
-        return f"PointCloud(id={self.id!r}, {len(self)} points)"
+        try:
+            return f"PointCloud(id={self.id!r}, {len(self)} points)"
+        except UnexpectedAnswer:
+            return f"PointCloud(id={self.id!r}, no binary PLY file)"
+
+    def _repr_html_(self) -> str:
+        return cloud_frame(self)
 
     @property
     def vertices(self) -> "NDArray[Any]":  # Any: a record of floats and bytes
@@ -95,15 +102,6 @@ class PointCloud:
         with self.source.open_rig() as rig:
             return rig.api.clouds.glb(str(self.id)).read()
 
-    def _npz(self) -> bytes:
-        import numpy as np
-
-        content = io.BytesIO()
-        np.savez_compressed(
-            content, points_rig_m=self.points_rig_m, colors=self.colors, sigma_m=self.sigma_m
-        )
-        return content.getvalue()
-
     def _parsed(self) -> tuple[list[list[str]], bytes]:
         """Return the words of the header's lines, and what follows the header."""
         header, found, content = self.ply.partition(_END)
@@ -120,12 +118,23 @@ class PointCloud:
 
 
 def _count(lines: list[list[str]]) -> int:
-    return next(int(words[2]) for words in lines if words[:2] == ["element", "vertex"])
+    for words in lines:
+        if words[:2] == ["element", "vertex"]:
+            return int(words[2])
+    raise UnexpectedAnswer("the point cloud is a PLY file without vertices")
+
+
+def _npz(cloud: PointCloud) -> bytes:
+    import numpy as np
+
+    content = io.BytesIO()
+    np.savez_compressed(content, points_rig_m=cloud.points_rig_m, colors=cloud.colors, sigma_m=cloud.sigma_m)
+    return content.getvalue()
 
 
 _WRITERS: dict[str, Callable[[PointCloud], bytes]] = {
     ".ply": lambda cloud: cloud.ply,
-    ".npz": PointCloud._npz,
+    ".npz": _npz,
     ".glb": PointCloud.surface_glb,
 }
 """How the content of a file is made, by its suffix."""

@@ -6,9 +6,12 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import foveacam_client
+from foveacam_client import models
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_server.cli import app
@@ -64,6 +67,24 @@ def test_a_capture_goes_to_the_archive_and_comes_back(server: Running, archive: 
     assert sent(server, f"{url}/fetch")["archived"]["local"] is True
     assert check_dataset(server.captures / "small") == []
     assert len(list((server.captures / "small" / "images").iterdir())) == 9
+
+
+def test_the_client_reads_a_dataset_that_is_only_in_the_archive(server: Running) -> None:
+    with foveacam_client.connect(f"http://127.0.0.1:{server.port}") as rig:
+        (capture,) = rig.datasets()
+        before = rig.dataset(capture)[1].left
+
+        archived = rig.wait(
+            rig.api.captures.archive_capture(capture.id, models.ArchiveRequest(remove_local=True))
+        )
+        dataset = rig.dataset(archived)
+
+        assert archived.archived is not None
+        assert not archived.archived.local
+        assert len(dataset) == 3
+        assert before is not None
+        np.testing.assert_array_equal(dataset[1].left, before)
+        rig.wait(rig.api.captures.fetch_capture(capture.id))
 
 
 def test_a_recording_goes_to_the_archive_and_comes_back(server: Running, archive: str) -> None:

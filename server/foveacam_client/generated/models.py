@@ -838,7 +838,7 @@ class DraftPanTilt(Document):
 
 
 class DraftStart(Document):
-    """The rig file of the list from which a draft begins; null: an empty draft."""
+    """The rig file of the list from which a draft begins; null: an empty draft, or the simulated rig."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -847,6 +847,7 @@ class DraftStart(Document):
         str | None,
         Field(max_length=300, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$"),
     ] = None
+    simulated: bool = False
 
 
 class DriftEyeDocument(Document):
@@ -2098,7 +2099,7 @@ class OpenMapRequest(Document):
 
 
 class OpenOrder(Document):
-    """The rig file to open; null: the built-in simulated rig."""
+    """The rig file to open; null: the built-in simulated rig, in a shipped scene or the present one."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -2107,6 +2108,7 @@ class OpenOrder(Document):
         str | None,
         Field(max_length=300, min_length=1, pattern="^[^\\x00-\\x1f\\x7f]*$"),
     ]
+    scene: Annotated[str | None, Field(max_length=60)] = None
 
 
 class OpenRequest(Document):
@@ -2778,17 +2780,6 @@ class RigFileEntry(Document):
     problem: str | None
 
 
-class RigFiles(Document):
-    """The rig files that can be opened; `simulated`: whether the built-in simulated rig is open."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-    )
-    files: list[RigFileEntry]
-    replayed: bool
-    simulated: bool
-
-
 class RingDocument(Document):
     """Where an observer may stand about a target; `empty_because`: in words, why nowhere."""
 
@@ -2837,6 +2828,16 @@ class SampleDocument(Document):
     along_m: float
     z_m: float | None
     z_sigma_m: float | None
+
+
+class SceneEntry(Document):
+    """A scene of the simulated rig."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    name: str
+    title: str
 
 
 class ServiceTokenDocument(Document):
@@ -4168,6 +4169,8 @@ class EstimateDocument(Document):
     )
     coverage: CoverageDocument
     distance_assumed: bool
+    duration_high_s: float
+    duration_low_s: float
     files: int
     free_bytes: int
     hand_moves: int
@@ -4175,11 +4178,15 @@ class EstimateDocument(Document):
     limit_s: float
     plan: JsonObject
     points: int
+    preparing_fixations: int
+    preparing_high_s: float
+    preparing_low_s: float
     rail_s: float
     raw_bytes: int
     reverge_s: float
     shots: int
     stored_bytes: int
+    timed_captures: int
     total_s: float
     warnings: list[str]
 
@@ -4726,6 +4733,22 @@ class RetentionPreview(Document):
     items: list[DueItem]
     rules: RetentionRules
     size_bytes: int
+
+
+class RigFiles(Document):
+    """The rig files that can be opened; `simulated`: whether the built-in simulated rig is open.
+
+    `scenes`: those in which it can be opened by name; `scene`: the one that is open, null where it is not.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    files: list[RigFileEntry]
+    replayed: bool
+    scene: str | None
+    scenes: list[SceneEntry]
+    simulated: bool
 
 
 class ServiceTokenCreated(Document):

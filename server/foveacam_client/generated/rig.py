@@ -18,22 +18,23 @@ import httpx
 from foveacam_client.call import Call, ResultT, StartedJob
 from foveacam_client.clouds import PointCloud
 from foveacam_client.connection import Connection
+from foveacam_client.fixation_result import FixationResult
 from foveacam_client.generated import models
+from foveacam_client.generated.following import Following
+from foveacam_client.generated.job_waiting import JobWaiting
 from foveacam_client.generated.lease import held_lease
 from foveacam_client.generated.operations import Operations
-from foveacam_client.generated.transport import SILENCE_S, Transport
+from foveacam_client.generated.remote_dataset import RemoteDataset
+from foveacam_client.generated.transport import Transport
 from foveacam_client.pictures import decode_picture
-from foveacam_client.problems import ProblemError, Unreachable
-from foveacam_client.retries import Absence
-from foveacam_client.server_sent import EventReader
-from foveacam_client.waiting import CloudWatch, Deadline, EstimateWatch, JobWatch, OnProgress, Watch
+from foveacam_client.requests import raster_request, recording_request
+from foveacam_client.server_source import ServerSource
+from foveacam_client.waiting import CloudWatch, Deadline, EstimateWatch, JobWatch, OnProgress
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _STOP = Call("POST", "/api/v1/stop", idempotent=True)  # idempotent: a second stop has no effect
-POLL_S = 1.0
-"""Polling interval."""
 RECENT_EVENTS = 200
 """Number of past events searched for earlier estimates of a fixation."""
 RENEWAL_S = 4.0
@@ -52,10 +53,13 @@ class Rig:
     ) -> None:
         self._connect = partial(Transport, http_transport=http_transport, pause=pause)
         self._connection = connection
+        self._source = ServerSource(connection)
         self._transport = self._connect(connection)
-        self._pause = pause
-        self._reconnect_s = connection.retries.reconnect_s
+        self._waiting = JobWaiting(self._transport, reconnect_s=connection.retries.reconnect_s, pause=pause)
         self.api = Operations(self._transport)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._connection.url!r})"
 
     def __enter__(self) -> Self:
         return self
@@ -114,13 +118,50 @@ class Rig:
         timeout_s: float | None = None,
         on_progress: OnProgress | None = None,
         cancel_on_interrupt: bool = False,
-    ) -> models.FixationDocument:
+    ) -> FixationResult:
         """Point both foveae at a pixel of the wide view, wait, and return the distance with its error."""
         request = models.FixationRequest(pixel=models.Pixel(x_px=x_px, y_px=y_px))
         if label is not None:
             request.label = label
+        started = self.api.fixations.create(request)
+        found = self.wait(
+            StartedJob(started.job, FixationResult),
+            timeout_s=timeout_s,
+            on_progress=on_progress,
+            cancel_on_interrupt=cancel_on_interrupt,
+        )
+        return found.read_from(self._source)
+
+    def fixation(self, fixation: models.FixationDocument | str) -> FixationResult:
+        """Return an earlier fixation, by its document or id, as a notebook shows it."""
+        found = self.api.fixations.get(fixation if isinstance(fixation, str) else fixation.id)
+        return FixationResult.model_validate(found, from_attributes=True).read_from(self._source)
+
+    def follow(
+        self, x_px: float, y_px: float, *, label: str | None = None, priority: float = 1.0
+    ) -> Following:
+        """Follow the target at a pixel of the wide view until `stop()`, or the end of a block.
+
+        `priority`: how often it is looked at, compared with other followed targets, 0.1 to 10.
+        """
+        request = models.FollowRequest(pixel=models.Pixel(x_px=x_px, y_px=y_px), priority=priority)
+        if label is not None:
+            request.label = label
+        return Following(self.api, self.api.follows.create(request))
+
+    def look_around(
+        self,
+        *,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.WideDepthDocument:
+        """Look over the whole field, wait, and return the figures of the wide depth.
+
+        What was found stays when it is cancelled; `api.wide_depth.ply()` has its points.
+        """
         return self.wait(
-            self.api.fixations.create(request),
+            self.api.wide_depth.look_around(),
             timeout_s=timeout_s,
             on_progress=on_progress,
             cancel_on_interrupt=cancel_on_interrupt,
@@ -159,8 +200,9 @@ class Rig:
 
         late = f"fixation {fixation.id} ({fixation.state}) has no point cloud; a measured distance gives one"
         if not watch.ended:
-            self._follow(watch, ask, Deadline(timeout_s, late=late))
-        return PointCloud(self.api.clouds.ply(str(watch.cloud_id)).read())
+            self._waiting.until_ended(watch, ask, Deadline(timeout_s, late=late))
+        cloud_id = str(watch.cloud_id)
+        return PointCloud(self.api.clouds.ply(cloud_id).read(), cloud_id, self._source)
 
     def frame(
         self, view: str = "wide", *, scale: Literal["1", "2", "4"] = "1"
@@ -186,6 +228,71 @@ class Rig:
             timeout_s=timeout_s,
             on_progress=on_progress,
             cancel_on_interrupt=cancel_on_interrupt,
+        )
+
+    def raster(
+        self,
+        *,
+        columns: int = 9,
+        rows: int = 9,
+        name: str | None = None,
+        distance_m: float | None = None,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.CaptureDocument:
+        """Capture a raster over the whole field as a dataset and wait for it.
+
+        `name`: else the time. `distance_m`: at which both foveae meet; None: measured at the start.
+        """
+        request = raster_request(columns=columns, rows=rows, name=name, distance_m=distance_m)
+        return self.wait(
+            self.api.captures.create(request),
+            timeout_s=timeout_s,
+            on_progress=on_progress,
+            cancel_on_interrupt=cancel_on_interrupt,
+        )
+
+    def record(
+        self,
+        name: str | None = None,
+        *,
+        seconds: float | None = None,
+        timeout_s: float | None = None,
+        on_progress: OnProgress | None = None,
+        cancel_on_interrupt: bool = False,
+    ) -> models.RecordingDocument:
+        """Record all cameras for so many seconds and wait for it; without `seconds`, begin and return.
+
+        Then `stop_recording` ends it, or the server after 300 s. `name`: else `recording` with a number.
+        """
+        started = self.api.recordings.create(recording_request(name, duration_s=seconds))
+        if seconds is None:
+            for found in self.api.recordings.list():
+                if found.job_id == started.id:
+                    return found
+        return self.wait(  # without seconds: it has failed already
+            started, timeout_s=timeout_s, on_progress=on_progress, cancel_on_interrupt=cancel_on_interrupt
+        )
+
+    def stop_recording(self, recording: models.RecordingDocument | str) -> models.RecordingDocument:
+        """End a recording, by what `record` returned or its id; return it when its file is complete."""
+        return self.api.recordings.stop(recording if isinstance(recording, str) else recording.id)
+
+    def dataset(
+        self, capture: models.CaptureDocument | str, *, cameras: Collection[str] | None = None
+    ) -> RemoteDataset:
+        """Return a captured dataset, by its document or id, to be read point by point.
+
+        `cameras`: those whose pictures are read, of left, right and wide; None: all.
+        """
+        capture_id = capture if isinstance(capture, str) else capture.id
+        return RemoteDataset(
+            self.api,
+            self._connection,
+            capture=self.api.captures.get(capture_id),
+            points=self.api.captures.points(capture_id),
+            cameras=cameras,
         )
 
     def datasets(self, text: str | None = None) -> list[models.CaptureDocument]:
@@ -227,38 +334,9 @@ class Rig:
 
         late = f"job {started.id} goes on; wait longer, or cancel it"
         try:
-            self._follow(watch, ask, Deadline(timeout_s, late=late))
+            self._waiting.until_ended(watch, ask, Deadline(timeout_s, late=late))
         except KeyboardInterrupt:
             if cancel_on_interrupt:
                 self.api.jobs.cancel(started.id)
             raise
         return self._transport.answer(Call("GET", watch.result_url()), started.result)
-
-    def _follow(self, watch: Watch, ask: Callable[[], None], deadline: Deadline) -> None:
-        """Wait for something by events; where those fail, by polling once a second."""
-        try:
-            reader = EventReader(self._transport.newest_event_id())
-            ask()
-            if not watch.ended:
-                self._process_events(watch, reader, deadline)
-        except (Unreachable, ProblemError):
-            pass  # polling finds out whether that lasts
-        absence = Absence(self._reconnect_s)
-        while not watch.ended:
-            self._pause(deadline.left_s(POLL_S))
-            try:
-                ask()
-                absence.end()
-            except Unreachable:
-                if absence.over:
-                    raise
-
-    def _process_events(self, watch: Watch, reader: EventReader, deadline: Deadline) -> None:
-        """Process events until the wait is over or the connection ends."""
-        listening = self._transport.listen(reader, silence_s=deadline.left_s(SILENCE_S))
-        with closing(listening) as events:
-            for event in events:
-                watch.process(event)
-                if watch.ended:
-                    return
-                deadline.left_s(SILENCE_S)

@@ -215,6 +215,7 @@ class Transport:
         why = str(error) or type(error).__name__
         return Unreachable(
             f"{self._url}: no server answers ({why}); is the server running, and is the address right?"
+            " `foveacam serve` starts one."
         )
 
 

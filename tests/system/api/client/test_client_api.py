@@ -42,6 +42,37 @@ def test_a_raster_is_captured_listed_and_downloaded(client_rig: Rig, tmp_path: P
         assert any(name.endswith("dataset.json") or name.startswith("client/") for name in archive.namelist())
 
 
+def test_a_recording_ends_by_itself_or_is_stopped_by_what_came_back(client_rig: Rig) -> None:
+    by_itself = client_rig.record(seconds=0.5)
+    begun = client_rig.record("client recording")
+    stopped = client_rig.stop_recording(begun)
+
+    assert (by_itself.name, by_itself.state) == ("recording 0001", "complete")
+    assert begun.name == "client recording"
+    assert begun.state in ("starting", "recording")
+    assert (stopped.id, stopped.state) == (begun.id, "complete")
+
+
+def test_a_target_is_followed_during_a_block(client_rig: Rig) -> None:
+    with client_rig.follow(720, 540, label="cup") as following:
+        assert following.read().state in ("finding", "followed", "lost")
+        assert [one.id for one in client_rig.api.follows.list()] == [following.id]
+
+    assert client_rig.api.follows.list() == []
+    following.stop()  # once more, without an error
+
+
+def test_looking_around_can_be_interrupted_and_then_cancels(client_rig: Rig) -> None:
+    def interrupt(progress: models.JobProgress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        client_rig.look_around(on_progress=interrupt, cancel_on_interrupt=True)
+
+    newest = client_rig.api.jobs.list(limit=1)[0]
+    assert newest.state in ("cancelling", "cancelled")
+
+
 def test_refusals_keep_the_words_of_the_server(client_rig: Rig) -> None:
     with pytest.raises(NotFound) as absent:
         client_rig.api.fixations.get("fix-none")
