@@ -12,7 +12,7 @@ import {
 test("an address opens one page at most", () => {
   const none = {
     wizard: null,
-    rig_page: false,
+    rig_page: null,
     setup_page: false,
     settings_page: false,
     capture_page: false,
@@ -27,7 +27,9 @@ test("an address opens one page at most", () => {
     people: null,
   };
   for (const hash of ["", "#/", "#/rigged", "#/capture/1"]) assert.deepEqual(pagesAt(hash), none);
-  assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: true });
+  assert.deepEqual(pagesAt("#/rig"), { ...none, rig_page: "cameras" });
+  assert.deepEqual(pagesAt("#/rig/mirrors"), { ...none, rig_page: "mirrors" });
+  assert.deepEqual(pagesAt("#/rig/nowhere"), { ...none, rig_page: "cameras" });
   assert.deepEqual(pagesAt("#/setup"), { ...none, setup_page: true });
   assert.deepEqual(pagesAt("#/settings"), { ...none, settings_page: true });
   assert.deepEqual(pagesAt("#/capture"), { ...none, capture_page: true });

@@ -153,7 +153,7 @@ export type Settings = {
 export type CameraNumber = "exposure_ms" | "gain_db" | "black_level" | "frame_rate_hz";
 
 export type RigPageState = {
-  rig_page: boolean;
+  rig_page: RigTab | null;
   rail: api.RailDocument | null;
   faults: api.SimulatedFaults | null;
   trigger_test: api.TriggerTestDocument | null;
@@ -451,6 +451,7 @@ export type SteerState = {
 
 // The page of people and their rights.
 
+export type RigTab = "cameras" | "mirrors" | "positioners" | "faults";
 export type PeopleTab = "people" | "services" | "sign_ins" | "log";
 
 // What all pages share, and all of it.

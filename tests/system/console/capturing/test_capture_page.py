@@ -182,6 +182,7 @@ def test_newest_plan_is_the_one_that_is_shown(stub: StubServer, open_console: Op
     expect(page.locator(".figures")).to_have_attribute("aria-busy", "true")
     held[0].fulfill(json=documents.estimate(columns=3))
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "10")
+    expect(page.locator(".budget")).to_have_text("30 to 60 s by the times of the last 3 captures")
     page.locator(".plan-prints").press("ArrowLeft")
     expect(page.locator(".plan-tip")).to_have_text("Point 9 · column 4, row 1 · +2.00° +1.50°")
     assert (asked[0], asked[-1]) == (3, 5)

@@ -231,6 +231,8 @@ def test_space_stops_the_mirrors_even_from_a_slider(stub: StubServer, open_rig: 
 def test_page_is_usable_on_a_phone_with_the_stop_in_reach(open_rig: OpenRig) -> None:
     console = open_rig(TOUCH)
     expect_to_fit(console.page)
+    expect(camera(console, "Rail")).to_be_hidden()
+    console.page.get_by_role("link", name="Pan-tilt and rail").click()
     camera(console, "Rail").scroll_into_view_if_needed()
     expect(console.page.get_by_role("button", name="STOP")).to_be_in_viewport()
     small = (

@@ -12,9 +12,18 @@ from tests.support.pages.stub_server import StubServer
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
 
+TABS = {
+    "Trigger": "mirrors",
+    "Controller": "mirrors",
+    "Rail": "positioners",
+    "Pan-tilt": "positioners",
+    "Faults": "faults",
+}
+
+
 def panel(name: str, open_stub: OpenShared) -> Locator:
-    """Open the rig's page; return one of its panels."""
-    return open_stub("#/rig").page.get_by_role("region", name=name, exact=True)
+    """Open the rig's page where a panel is; return the panel."""
+    return open_stub(f"#/rig/{TABS[name]}").page.get_by_role("region", name=name, exact=True)
 
 
 def test_trigger_budget_says_where_the_settle_time_is_from(stub: StubServer, open_stub: OpenShared) -> None:

@@ -104,6 +104,7 @@ def test_camera_that_is_pulled_is_told_and_is_back_by_itself(page_rig: Running, 
 
 
 def test_both_triggers_are_tested_and_found_good(console: Console) -> None:
+    console.page.get_by_role("link", name="Mirrors", exact=True).click()
     trigger = camera(console, "Trigger")
     trigger.get_by_role("button", name="Test both triggers").click()
     verdicts = ["OK: hardware and software", "OK: hardware and software"]
@@ -111,6 +112,7 @@ def test_both_triggers_are_tested_and_found_good(console: Console) -> None:
 
 
 def test_what_is_broken_on_purpose_is_seen_and_mended(page_rig: Running, console: Console) -> None:
+    console.page.get_by_role("link", name="Faults", exact=True).click()
     faults = camera(console, "Faults")
     world = page_rig.truth.world.faults
     faults.get_by_label("Strobe cable off: right").click()

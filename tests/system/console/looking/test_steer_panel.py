@@ -56,7 +56,7 @@ def eyes(rig: Running) -> Document:
 @pytest.fixture
 def steered(page_rig: Running, open_shared: OpenShared) -> Iterator[Page]:
     """The rig's page on the simulated rig, once it may steer; mirrors at rest afterwards."""
-    page = open_shared(f"http://127.0.0.1:{page_rig.port}/#/rig").page
+    page = open_shared(f"http://127.0.0.1:{page_rig.port}/#/rig/mirrors").page
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
     yield page
     page_rig.http.delete("/api/v1/stop")
@@ -66,7 +66,7 @@ def steered(page_rig: Running, open_shared: OpenShared) -> Iterator[Page]:
 
 @pytest.fixture
 def stubbed(stub: StubServer, open_console: OpenConsole) -> Page:
-    page = open_console(f"{stub.url}#/rig").page
+    page = open_console(f"{stub.url}#/rig/mirrors").page
     expect(panel(page).locator(".steer-status")).to_contain_text("Drag in a pad")
     return page
 
@@ -106,7 +106,7 @@ def test_an_eyes_own_pad_splits_and_the_wide_view_brings_them_together(
     steered.keyboard.up("Alt")
 
     page_rig.poll("/mirrors", lambda found: abs(found["left"]["ax_deg"] - found["right"]["ax_deg"]) < 0.05)
-    steered.evaluate("location.hash = '#/rig'")
+    steered.evaluate("location.hash = '#/rig/mirrors'")
     expect(panel(steered).get_by_role("button", name="Together")).to_have_attribute("aria-pressed", "true")
 
 
@@ -133,7 +133,7 @@ def test_a_gamepad_steers_while_its_button_is_held_and_parks_when_it_goes(
     page_rig: Running, open_console: OpenConsole, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hand_steering, "PARK_S", 1.0)
-    page = open_console(f"http://127.0.0.1:{page_rig.port}/#/rig").page
+    page = open_console(f"http://127.0.0.1:{page_rig.port}/#/rig/mirrors").page
     page.add_init_script(GAMEPAD)
     page.reload()
     page.evaluate("press([], 1, 0, 0, 0)")  # the stick alone
@@ -161,7 +161,7 @@ def test_a_gamepad_steers_while_its_button_is_held_and_parks_when_it_goes(
 
 def test_without_a_calibration_both_eyes_get_equal_volts(stub: StubServer, open_console: OpenConsole) -> None:
     stub.answers["/rig"] = stub.answers["/rig"] | {"calibration": None, "steering": None}
-    page = open_console(f"{stub.url}#/rig").page
+    page = open_console(f"{stub.url}#/rig/mirrors").page
     expect(pad(page, "Both eyes")).to_be_hidden()
     drag(page, pad(page, "Right eye"), (0.25, 0.0), (0.25, 0.25))
     page.mouse.up()

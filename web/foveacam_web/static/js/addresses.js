@@ -1,6 +1,6 @@
 // Maps the pages over the console to addresses, so that Back, reload and links work. Pure functions.
 
-/** @import { ConsoleState, GalleryPlace, WizardPage, PeopleTab } from "#page" */
+/** @import { ConsoleState, GalleryPlace, PeopleTab, RigTab, WizardPage } from "#page" */
 
 export const CONSOLE_ADDRESS = "#/";
 export const RIG_ADDRESS = "#/rig";
@@ -38,7 +38,7 @@ const PEOPLE_PARTS = ["services", "sign_ins", "log"];
 export function pagesAt(hash) {
   return {
     wizard: wizardAt(hash),
-    rig_page: hash === RIG_ADDRESS,
+    rig_page: rigTabAt(hash),
     setup_page: hash === SETUP_ADDRESS,
     settings_page: hash === SETTINGS_ADDRESS,
     capture_page: hash === CAPTURE_ADDRESS,
@@ -52,6 +52,25 @@ export function pagesAt(hash) {
     acceptance_page: hash === ACCEPTANCE_ADDRESS,
     people: peopleAt(hash),
   };
+}
+
+/** @type {{tab: RigTab, title: string}[]} */
+export const RIG_TABS = [
+  { tab: "cameras", title: "Cameras" },
+  { tab: "mirrors", title: "Mirrors" },
+  { tab: "positioners", title: "Pan-tilt and rail" },
+  { tab: "faults", title: "Faults" },
+];
+
+/** @param {RigTab} tab */
+export function rigAddress(tab) {
+  return tab === "cameras" ? RIG_ADDRESS : `${RIG_ADDRESS}/${tab}`;
+}
+
+/** @param {string} hash @returns {RigTab | null} */
+export function rigTabAt(hash) {
+  const found = /^#\/rig(?:\/(\w+))?$/.exec(hash);
+  return found && (RIG_TABS.find(({ tab }) => tab === found[1])?.tab ?? "cameras");
 }
 
 /** @param {WizardPage} page */

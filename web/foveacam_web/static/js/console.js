@@ -64,6 +64,7 @@ import { GamepadSteering } from "./looking/steer/gamepad.js";
 import { Sync } from "./transport/sync.js";
 import { connectTabs } from "./elements/tabs.js";
 import { exposeHooks } from "./testhooks.js";
+import { derivedViews } from "./video/derived.js";
 import { ReachReader } from "./video/reach_reader.js";
 import { offerWindows } from "./operating/windows/opener.js";
 
@@ -175,7 +176,7 @@ Object.assign(actions.keys, {
 actions.escape = escape;
 
 keepOnTop(need("stop"));
-need("eyes").append(views.derived());
+need("eyes").append(derivedViews(views));
 offerWindows(views, need("scene-window"));
 mountBadges(need("badges"), { store, openLease: () => lease.showModal() });
 mountSession({ button: need("signed-in"), strip: need("signed-in-viewer") }, { store, commands, session });

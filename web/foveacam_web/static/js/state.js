@@ -38,7 +38,7 @@ const PREFERENCES_STATE = Object.freeze({
 
 /** @type {Readonly<RigPageState>} */
 const RIG_STATE = Object.freeze({
-  rig_page: false,
+  rig_page: null,
   rail: null,
   trigger_test: null,
   faults: null,

@@ -1,6 +1,5 @@
 // Holds all views of a page: their panes, the stream that feeds them, and the subscription with the size of each.
 
-import { h } from "../elements/dom.js";
 import { openStream } from "./link.js";
 import { anaglyphColours } from "./anaglyph_colours.js";
 import { depthBackend } from "./depth_backend.js";
@@ -18,7 +17,7 @@ import { WideView } from "./wide.js";
 /** @type {Set<ViewName>} */
 const LATER = new Set(ANNOTATED);
 /** @type {ViewName[]} */
-const DERIVED = ["anaglyph", "difference", "depth", "wide_depth", "wide_zoom"];
+export const DERIVED = ["anaglyph", "difference", "depth", "wide_depth", "wide_zoom"];
 
 /** The views and their stream. */
 export class Views {
@@ -81,45 +80,16 @@ export class Views {
     return large.length > 0;
   }
 
-  /** Build the tabs for the views derived from both eyes. */
-  derived() {
-    const panels = h(
-      "div",
-      { class: "derived-panes" },
-      DERIVED.map((name) => this.pane(name).element),
-    );
-    const tabs = DERIVED.map((name) =>
-      h("button", {
-        type: "button",
-        role: "tab",
-        id: `tab-${name}`,
-        text: VIEWS[name].title,
-        on: { click: () => choose(name) },
-      }),
-    );
-    const choose = (/** @type {ViewName} */ chosen) => {
-      this.#tab = chosen;
-      DERIVED.forEach((name, index) => {
-        this.pane(name).element.hidden = name !== chosen;
-        tabs[index]?.setAttribute("aria-selected", String(name === chosen));
-        if (tabs[index]) tabs[index].tabIndex = name === chosen ? 0 : -1;
-      });
-      this.#subscribe();
-    };
-    const list = h("div", { class: "tabs", role: "tablist", "aria-label": "Views of both eyes" }, tabs);
-    list.addEventListener("keydown", (event) => {
-      const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-      const next = DERIVED[(DERIVED.indexOf(this.#tab) + step + DERIVED.length) % DERIVED.length];
-      if (step === 0 || !next) return;
-      choose(next);
-      tabs[DERIVED.indexOf(next)]?.focus();
-    });
-    for (const name of DERIVED) {
-      this.pane(name).element.setAttribute("role", "tabpanel");
-      this.pane(name).element.setAttribute("aria-labelledby", `tab-${name}`);
-    }
-    choose(this.#tab);
-    return h("div", { class: "derived" }, list, panels);
+  /** The view of both eyes that is shown. */
+  get derived() {
+    return this.#tab;
+  }
+
+  /** Show one of the views derived from both eyes. @param {ViewName} chosen */
+  showDerived(chosen) {
+    this.#tab = chosen;
+    for (const name of DERIVED) this.pane(name).element.hidden = name !== chosen;
+    this.#subscribe();
   }
 
   /** @param {ViewName} name */

@@ -1,10 +1,10 @@
-// Builds the rig page: cameras, trigger, controller, rail and pan-tilt.
+// Builds the rig page in tabs: cameras; mirrors with trigger and controller; pan-tilt and rail; faults.
 
 import { mountPanTilt } from "../../calibrating/calibration/pantilt.js";
-import { ENGINE_ADDRESS, RIGS_ADDRESS, SETUP_ADDRESS } from "../../addresses.js";
+import { ENGINE_ADDRESS, RIG_TABS, rigAddress, RIGS_ADDRESS, SETUP_ADDRESS } from "../../addresses.js";
 import { icon } from "../../elements/icons.js";
 import { panel } from "../../elements/parts.js";
-import { fill, h, html, setText } from "../../elements/dom.js";
+import { absent, fill, h, html, setText, update } from "../../elements/dom.js";
 import { pageHead } from "../../pages.js";
 import { mountBinning } from "./binning.js";
 import { makeCamera } from "./camera.js";
@@ -51,16 +51,39 @@ export function mountRigPage(place, { store, rig_orders, orders, steering }) {
   fill(
     place,
     head(store),
-    html`<div class="rig-steer">${panel("Steer by hand", steer)}</div>`,
-    html`<div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>`,
-    html`<div class="rig-devices">
-      <div class="column">${panel("Working binning", binning)}${panel("Trigger", trigger)}${panel("Faults", faults)}</div>
-      ${panel("Controller", controller)}
-      <div class="column">${panel("Pan-tilt", turner)}${panel("Rail", rail)}</div>
+    tabsOf(store),
+    html`<div data-tab="cameras">
+      <div class="rig-cameras">${apart}${[...cameras.values()].map(({ element }) => element)}</div>
+      <div class="rig-devices">${panel("Working binning", binning)}</div>
     </div>`,
+    html`<div data-tab="mirrors">
+      <div class="rig-steer">${panel("Steer by hand", steer)}</div>
+      <div class="rig-devices">${panel("Trigger", trigger)}${panel("Controller", controller)}</div>
+    </div>`,
+    html`<div class="rig-devices" data-tab="positioners">${panel("Pan-tilt", turner)}${panel("Rail", rail)}</div>`,
+    html`<div class="rig-devices" data-tab="faults">${panel("Faults", faults)}</div>`,
   );
+  store.on(["rig_page"], ({ rig_page }) => {
+    for (const each of place.querySelectorAll("[data-tab]"))
+      if (each instanceof HTMLElement) each.hidden = each.dataset["tab"] !== (rig_page ?? "cameras");
+  });
   mountFaults(faults, context);
   return new Map([...cameras].map(([role, { place: slot }]) => [role, slot]));
+}
+
+/** Build the links to the parts of the page. @param {Store} store */
+function tabsOf(store) {
+  const nav = h("nav", { class: "wizard-tabs rig-tabs", "aria-label": "Parts of the rig" });
+  store.on(["rig_page", "rig"], ({ rig_page, rig }) =>
+    update(
+      nav,
+      RIG_TABS.filter(({ tab }) => tab !== "faults" || rig?.simulated).map(
+        ({ tab, title }) =>
+          html`<a href=${rigAddress(tab)} aria-current=${tab === rig_page ? "page" : absent}><span>${title}</span></a>`,
+      ),
+    ),
+  );
+  return nav;
 }
 
 function inside() {
