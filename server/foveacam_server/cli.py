@@ -1,6 +1,6 @@
-"""The `foveacam` program: serve, calibrate, board, capture, still, dataset, depth, record, study and more.
+"""The `foveacam` program: serve, look, capture, calibrate, study and more.
 
-Errors are one line; no traceback reaches a user.
+Errors are one line; no traceback reaches a user. The groups of its help: `commands/program_help.py`.
 """
 
 import json
@@ -16,6 +16,7 @@ from foveacam_hardware.contract import FoveaError, InvalidInput
 from foveacam_server import __version__
 from foveacam_server.commands.backup import backup, restore
 from foveacam_server.commands.calibrate import app as calibrate_app
+from foveacam_server.commands.program_help import PanelledGroup, usage_error_text
 from foveacam_server.commands.retention import app as retention_app
 from foveacam_server.commands.users import app as users_app
 from foveacam_server.foundation.errors import translate_error
@@ -33,14 +34,16 @@ from foveacam_server.resources.capturing.stills.cli import still
 from foveacam_server.resources.devices.displays.cli import app as board_app
 from foveacam_server.resources.devices.positioners.cli import confirm_zero
 from foveacam_server.resources.looking.depth_backends.cli import app as depth_app
+from foveacam_server.resources.looking.fixations.cli import look
 from foveacam_server.resources.studying.learning.cli import app as learn_app
 from foveacam_server.resources.studying.studies.cli import study
 
 app = typer.Typer(
     name="foveacam",
+    cls=PanelledGroup,
     help="Foveated stereo in a browser: click a point, both foveae verge on it, its depth and shape appear.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["--help", "-h"]},
     pretty_exceptions_enable=False,
 )
 
@@ -57,6 +60,7 @@ app.command()(record)
 app.command()(capture)
 app.command()(still)
 app.command()(study)
+app.command()(look)
 app.command()(confirm_zero)
 app.command()(backup)
 app.command()(restore)
@@ -279,11 +283,33 @@ def version() -> None:
     typer.echo(__version__)
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        version()
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", "-V", help="print the version and exit", is_eager=True, callback=_print_version
+        ),
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
 def main() -> None:
     """Run the program; every error ends as one line and an exit status."""
     configure_logging()
     try:
-        app()
+        sys.exit(app(standalone_mode=False, prog_name="foveacam") or 0)
+    except typer.TyperException as error:
+        _fail_usage(error)
+    except typer.Abort:
+        _fail("it asked a question, and its input ended; run it in a terminal", _FAILURE)
     except FoveaError as error:
         _fail(str(error), _USAGE_ERROR if isinstance(error, InvalidInput) else _FAILURE)
     except KeyboardInterrupt:
@@ -297,6 +323,12 @@ def main() -> None:
             "run again with FOVEACAM_LOG=debug and report what it prints",
             _FAILURE,
         )
+
+
+def _fail_usage(error: typer.TyperException) -> NoReturn:
+    if not error.format_message():  # the help was printed in place of a missing command
+        sys.exit(error.exit_code)
+    _fail(usage_error_text(error), error.exit_code)
 
 
 def _fail(message: str, status: int) -> NoReturn:

@@ -1,4 +1,4 @@
-"""How the program explains itself: groups of commands, -h everywhere, the version, suggestions, completion."""
+"""The program's help: groups of commands, -h everywhere, the version, suggestions, completion."""
 
 import re
 from collections.abc import Iterator
@@ -78,8 +78,11 @@ def test_the_version_is_printed_by_option_and_by_command(
         (("serve", "--prot", "1"), "No such option: --prot. Did you mean '--port'"),
         (("zzz",), "No such command 'zzz'. See foveacam --help."),
         (("still", "--zzz"), "No such option: --zzz. See foveacam still --help."),
-        (("capture",), "Missing option '--name'. See foveacam capture --help."),
-        (("serve", "--port", "99999"), "99999 is not in the range"),
+        (("look", "720"), "Missing argument 'Y'. See foveacam look --help."),
+        (
+            ("serve", "--port", "99999"),
+            "Invalid value for '--port': Input should be less than or equal to 65535",
+        ),
     ],
 )
 def test_a_command_line_that_is_wrong_is_one_line_that_suggests_what_was_meant(

@@ -11,6 +11,12 @@ from foveacam_pipeline.capture.plan.plan_document import (
     Verging,
     plan_from,
 )
+from foveacam_pipeline.capture.plan.plan_duration import (
+    CaptureDuration,
+    StepTimes,
+    TimeRange,
+    capture_duration,
+)
 from foveacam_pipeline.capture.plan.plan_estimate import (
     CaptureEstimate,
     CapturePace,
@@ -41,6 +47,7 @@ from foveacam_pipeline.capture.plan.plan_reach import (
 from foveacam_pipeline.capture.plan.set_points import SetPoint, parse_set_points
 
 __all__ = [
+    "CaptureDuration",
     "CaptureEstimate",
     "CapturePace",
     "GridPoints",
@@ -51,10 +58,13 @@ __all__ = [
     "RasterPlan",
     "SetPoint",
     "SetPoints",
+    "StepTimes",
+    "TimeRange",
     "Verging",
     "all_point_volts",
     "assumed_ratio",
     "average_distance_m",
+    "capture_duration",
     "check_disk",
     "check_plan",
     "check_rail",

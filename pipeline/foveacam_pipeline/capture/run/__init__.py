@@ -3,6 +3,7 @@
 from foveacam_pipeline.capture.run.access import CaptureRig, CaptureWatcher, RigAccess, trigger_head
 from foveacam_pipeline.capture.run.capture import run_capture
 from foveacam_pipeline.capture.run.describe import conditions_document, rig_document
+from foveacam_pipeline.capture.run.pace_meter import PaceMeter
 from foveacam_pipeline.capture.run.shots import image_size, writer_settings
 from foveacam_pipeline.capture.run.survey import check_exposures, prepare_plan
 from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, RunSettings
@@ -12,6 +13,7 @@ __all__ = [
     "CaptureReport",
     "CaptureRig",
     "CaptureWatcher",
+    "PaceMeter",
     "RigAccess",
     "RunSettings",
     "check_exposures",

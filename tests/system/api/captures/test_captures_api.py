@@ -176,6 +176,9 @@ def test_an_estimate_tells_time_size_and_every_footprint(api_server: Running) ->
     assert (found["points"], found["files"], found["distance_assumed"]) == (81, 243, True)
     assert found["stored_bytes"] >= 243 * 1440 * 1080
     assert 1.5 < found["total_s"] < 5.0
+    assert found["preparing_fixations"] == 9
+    assert found["total_s"] < found["duration_low_s"] < found["duration_high_s"]
+    assert 0.0 < found["preparing_low_s"] < found["preparing_high_s"] < found["duration_high_s"]
     assert len(found["coverage"]["footprints"]) == 81
     assert len(found["coverage"]["footprints"][0]["left"]) == 4
     assert found["coverage"]["seen_either"] > 0.9

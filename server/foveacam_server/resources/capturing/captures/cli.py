@@ -1,4 +1,4 @@
-"""The command `foveacam capture [PLAN] --name NAME [--resume | --watch | --cancel] [--server URL]`."""
+"""The command `foveacam capture [PLAN] --name NAME [--resume | --watch | --cancel | --estimate]`."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -43,7 +43,9 @@ def capture(
     rig_options: RigOptions,
     plan: PlanArgument = None,
     *,
-    name: Annotated[str, typer.Option(help="name of the capture; becomes its folder")],
+    name: Annotated[
+        str, typer.Option(help="name of the capture; becomes its folder; not needed to estimate")
+    ] = "",
     resume: Annotated[bool, typer.Option("--resume", help="resume the capture of that name")] = False,
     estimate: EstimateOption = False,
     columns: Annotated[int | None, typer.Option(help="points across; usually 9")] = None,
@@ -66,6 +68,8 @@ def capture(
 
     flags = {"--resume": resume, "--watch": watch, "--cancel": cancel, "--estimate": estimate}
     flag = _flag_given(flags, server=server)
+    if not name and not estimate:
+        raise InvalidInput("capture: it has no name; give one with --name, it becomes its folder")
     grid = {
         "columns": columns,
         "rows": rows,

@@ -1,10 +1,11 @@
 """Parses the plan (file or options) of `foveacam capture`, and formats the lines that it prints."""
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_pipeline.capture.dataset import ImageCodec
@@ -65,12 +66,44 @@ class CaptureOrder:
     estimate: bool = False
 
 
-def estimate_words(found: "EstimateDocument | models.EstimateDocument") -> str:
+AnyEstimate: TypeAlias = "EstimateDocument | models.EstimateDocument"
+
+
+def estimate_words(found: AnyEstimate) -> str:
     """Return a line of text on a plan's time and size."""
+    size = f"{found.stored_bytes / 1e6:.0f} MB of {found.free_bytes / 1e6:.0f} MB free"
     return (
-        f"{found.points} points, {found.files} images: at least {found.total_s:.1f} s,"
-        f" {found.stored_bytes / 1e6:.0f} MB of {found.free_bytes / 1e6:.0f} MB free"
+        f"{found.points} points, {found.files} images:"
+        f" {span_words(found.duration_low_s, found.duration_high_s)}, {size}; {_basis_words(found)}"
     )
+
+
+def _basis_words(found: AnyEstimate) -> str:
+    words = []
+    if found.preparing_fixations:
+        span = span_words(found.preparing_low_s, found.preparing_high_s)
+        words.append(f"{span} of it to measure the scene's distance by {found.preparing_fixations} fixations")
+    if found.hand_moves:
+        words.append(f"without {found.hand_moves} moves by hand")
+    captures = "capture" if found.timed_captures == 1 else f"{found.timed_captures} captures"
+    timed = f"by the times of this rig's last {captures}"
+    words.append(timed if found.timed_captures else "assumed until a capture of this rig was timed")
+    return ", ".join(words)
+
+
+def span_words(low_s: float, high_s: float) -> str:
+    """Return a range of time in the unit that suits its upper end, rounded outwards, such as "12 to 25 s"."""
+    unit, unit_s = ("s", 1.0) if high_s < 90.0 else ("min", 60.0) if high_s < 5400.0 else ("h", 3600.0)
+    fine = 1 if high_s < 10.0 * unit_s else 0
+    low = _rounded(math.floor, low_s / unit_s, max(fine, int(low_s < unit_s)))
+    high = _rounded(math.ceil, high_s / unit_s, fine)
+    return f"{high} {unit}" if low == high else f"{low} to {high} {unit}"
+
+
+def _rounded(towards: Callable[[float], int], value: float, digits: int) -> str:
+    """Return a number with so many decimals, rounded by `towards`; an error of division rounds nothing."""
+    steps = 10.0**digits
+    return f"{towards(round(value * steps, 6)) / steps:.{digits}f}"
 
 
 def codec_of(text: str) -> ImageCodec:

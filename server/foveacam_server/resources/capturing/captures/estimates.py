@@ -8,10 +8,13 @@ from pathlib import Path
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.plan import (
     RasterPlan,
+    StepTimes,
+    capture_duration,
     check_plan,
     check_rail,
     coverage_of,
     fill_in_plan,
+    survey_directions_rad,
 )
 from foveacam_pipeline.capture.run import check_exposures
 from foveacam_pipeline.models.calibration import Calibration
@@ -32,7 +35,11 @@ def check_possible(plan: RasterPlan, calibration: Calibration, facts: CaptureRig
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanToEstimate:
-    """A plan with the rig's properties; `assumed_m`: distance used where the plan has none."""
+    """A plan with the rig's properties and the times of its last captures.
+
+    `assumed_m`: distance used where the plan has none. `surveyed`: fixations that have measured the distance
+    of the plan; they count as part of the capture.
+    """
 
     plan: RasterPlan
     calibration: Calibration
@@ -40,6 +47,15 @@ class PlanToEstimate:
     codec: ImageCodec
     folder: Path
     assumed_m: float | None = None
+    runs: tuple[StepTimes, ...] = ()
+    surveyed: int = 0
+
+    @property
+    def preparing_fixations(self) -> int:
+        """Number of fixations before the first point, made or not."""
+        if not self.plan.needs_distance:
+            return self.surveyed
+        return len(survey_directions_rad(self.plan, self.calibration))
 
 
 def estimate_plan(asked: PlanToEstimate) -> EstimateDocument:
@@ -50,12 +66,25 @@ def estimate_plan(asked: PlanToEstimate) -> EstimateDocument:
     check_exposures(whole, facts.exposures_ns)
     cover = coverage_of(whole, calibration)
     needed = facts.estimate(whole, calibration, codec=asked.codec)
+    preparing = asked.preparing_fixations
+    expected = capture_duration(
+        needed,
+        asked.runs,
+        fixations=preparing + (needed.points if whole.verging.each_point else 0),
+        preparing=preparing,
+    )
     return EstimateDocument(
         plan=whole.model_dump(mode="json"),
         distance_assumed=plan.needs_distance,
         points=needed.points,
         shots=needed.shots,
         total_s=round(needed.total_s, 3),
+        duration_low_s=round(expected.total.low_s, 3),
+        duration_high_s=round(expected.total.high_s, 3),
+        preparing_low_s=round(expected.preparing.low_s, 3),
+        preparing_high_s=round(expected.preparing.high_s, 3),
+        preparing_fixations=preparing,
+        timed_captures=expected.captures,
         limit_s=round(needed.limit_s, 3),
         reverge_s=round(needed.reverge_s, 3),
         rail_s=round(needed.rail_s, 3),

@@ -297,6 +297,17 @@ class EstimateDocument(ResponseModel):
     points: int
     shots: int
     total_s: float
+    duration_low_s: float
+    """The least time that the capture is expected to take until it is complete, without moves by hand."""
+    duration_high_s: float
+    """The largest such time."""
+    preparing_low_s: float
+    """Of it, the least time before the first point: `preparing_fixations` measure the scene's distance."""
+    preparing_high_s: float
+    """The largest such time."""
+    preparing_fixations: int
+    timed_captures: int
+    """How many of the rig's last captures the expected times are from; with 0 they are assumed."""
     limit_s: float
     reverge_s: float
     rail_s: float

@@ -8,7 +8,8 @@ from pydantic import TypeAdapter
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
-from foveacam_pipeline.capture.run import run_capture
+from foveacam_pipeline.capture.run import PaceMeter
+from foveacam_server.datasets.capture_paces import CapturePaces
 from foveacam_server.datasets.capture_tools import CaptureRigFacts, CaptureTools, rig_facts
 from foveacam_server.datasets.collection import CAPTURES_URL, DatasetCollection, StoredCapture
 from foveacam_server.foundation.job_table import Job
@@ -32,6 +33,7 @@ from foveacam_server.resources.capturing.captures.schema import (
     CaptureResumption,
     EstimateRequest,
 )
+from foveacam_server.resources.capturing.captures.timed_run import run_timed
 from foveacam_server.rig import refusals
 from foveacam_server.rig.access import ThreadAccess
 from foveacam_server.rig.hardware_commands import answer_of
@@ -49,6 +51,7 @@ class CaptureService:
     def __init__(self, folder: Path, tools: CaptureTools) -> None:
         self.collection = DatasetCollection(folder)
         self._tools = tools
+        self._paces = CapturePaces(folder)
         self._lock = threading.Lock()
         self._live: LiveCapture | None = None
         tools.jobs.handle(KIND, self._work)
@@ -102,10 +105,12 @@ class CaptureService:
 
     def plan_to_estimate(self, request: EstimateRequest) -> PlanToEstimate:
         """Return a plan with the rig's properties for its estimate, at `distance_m` if the plan has none."""
+        calibration = self._tools.calibration.require()
         return PlanToEstimate(
             plan=request.plan,
-            calibration=self._tools.calibration.require(),
+            calibration=calibration,
             facts=self._facts(),
+            runs=self._paces.of(calibration.rig_id),
             codec=ImageCodec(request.codec),
             assumed_m=request.distance_m or self._tools.distance_m(),
             folder=self.collection.folder,
@@ -174,6 +179,7 @@ class CaptureService:
         watch = CaptureJobWatcher(
             context, live, sink=tools.sink, overlay=tools.overlay, events=tools.events, clock=tools.clock
         )
+        meter = PaceMeter(watch, clock=tools.clock)
         try:
             holder = f"capture {live.name}"
             with tools.hardware.session(holder, cancelled=context.cancelled, binning=1) as head:
@@ -183,9 +189,9 @@ class CaptureService:
                 else:
                     folder = self.collection.new_folder(request.name)
                     spec = _spec_of(request, live.id)
-                    writer = begin_dataset(access, folder, spec, tools.calibration.require(), watch=watch)
+                    writer = begin_dataset(access, folder, spec, tools.calibration.require(), watch=meter)
                 with writer:
-                    run_capture(access, writer, watch=watch)
+                    run_timed(access, writer, meter, self._paces)
         finally:
             with self._lock:
                 self._live = None

@@ -4,7 +4,7 @@ import logging
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,11 @@ from foveacam_web.glb import write_glb
 _log = logging.getLogger(__name__)
 
 CLOUDS = "clouds"
-CloudFile = Literal["cloud.ply", "mesh.glb", "depth.png", "depth.npz"]
+ShapeFile: TypeAlias = Literal["cloud.ply", "mesh.glb", "depth.png"]
+CloudFile: TypeAlias = ShapeFile | Literal["depth.npz"]
+
+_FILES: tuple[ShapeFile, ...] = ("cloud.ply", "mesh.glb", "depth.png")
+_FILES_WITHOUT_MESH: tuple[ShapeFile, ...] = ("cloud.ply", "depth.png")
 
 
 class CloudRow(TableRow):
@@ -106,10 +110,8 @@ class CloudCollection:
     def _write(self, cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> None:
         partial = self._folder / f"{cloud_id}.part"
         partial.mkdir()
-        (partial / "cloud.ply").write_bytes(ply_bytes(shape.cloud))
-        if has_mesh:
-            (partial / "mesh.glb").write_bytes(write_glb(shape.mesh, y_up=True))
-        (partial / "depth.png").write_bytes(encode_png(shape.depth_picture))
+        for name in _FILES if has_mesh else _FILES_WITHOUT_MESH:
+            (partial / name).write_bytes(shape_content(shape, name))
         if shape.patch is not None:
             save_patch(shape.patch, partial / "patch.npz")
         if shape.look is not None:
@@ -166,6 +168,17 @@ class CloudCollection:
         shutil.rmtree(self._folder / cloud_id, ignore_errors=True)
         self.patches.forget(cloud.fixation_id)
         return cloud
+
+
+def shape_content(shape: FixationShape, name: ShapeFile) -> bytes:
+    """Return the content of one file of a shape."""
+    match name:
+        case "cloud.ply":
+            return ply_bytes(shape.cloud)
+        case "mesh.glb":
+            return write_glb(shape.mesh, y_up=True)
+        case "depth.png":
+            return encode_png(shape.depth_picture)
 
 
 def _describe(cloud_id: str, shape: FixationShape, *, has_mesh: bool) -> CloudDocument:

@@ -199,7 +199,7 @@ class ShapeWorker:
         with timings.DEPTH.time(), span("depth"):
             matched = self._matcher.estimate(pair)
         check()
-        shape = self._shape(seen, pair, matched)
+        shape = fixation_shape(seen, pair, matched)
         check()
         cloud = self._clouds.put(shape)  # stored before it is shown, so that it can be measured at once
         self._publish("depth", shape.depth_picture, t_ns=pair.t_ns)
@@ -236,29 +236,6 @@ class ShapeWorker:
             cloud = None
         self._show(look, cloud=cloud, mesh=None)
 
-    def _shape(self, seen: VergedLook, pair: RectifiedPair, matched: MatchedPair) -> FixationShape:
-        depth = depth_map(pair, matched.disparity)
-        cloud = cloud_of(pair, depth, max_points=seen.most_points)
-        if len(cloud) == 0:
-            raise NotFound("no pixel of the last look could be matched between the foveae")
-        patch = project_patch(
-            pair, depth, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
-        )
-        return FixationShape(
-            fixation_id=seen.fixation_id,
-            cloud=cloud,
-            mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
-            depth_picture=depth_picture(depth),
-            backend=matched.backend,
-            network_sha256=matched.sha256,
-            look_size=_size_px(seen.sighting.left.image),
-            depth_size=_size_px(depth.z_m),
-            patch=patch,
-            look=look_depth(
-                pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=seen.scale
-            ),
-        )
-
     def _failed(self, seen: VergedLook, reason: str) -> None:
         self._events.emit(
             "cloud.failed",
@@ -266,6 +243,31 @@ class ShapeWorker:
             level=EventLevel.WARNING,
             data=CloudFailure(fixation_id=seen.fixation_id, detail=reason),
         )
+
+
+def fixation_shape(seen: VergedLook, pair: RectifiedPair, matched: MatchedPair) -> FixationShape:
+    """Return the shape of a look from its pair and disparities; raise `NotFound` where nothing matched."""
+    depth = depth_map(pair, matched.disparity)
+    cloud = cloud_of(pair, depth, max_points=seen.most_points)
+    if len(cloud) == 0:
+        raise NotFound("no pixel of the last look could be matched between the foveae")
+    patch = project_patch(
+        pair, depth, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
+    )
+    return FixationShape(
+        fixation_id=seen.fixation_id,
+        cloud=cloud,
+        mesh=depth_mesh(pair, depth, step_px=MESH_STEP_PX),
+        depth_picture=depth_picture(depth),
+        backend=matched.backend,
+        network_sha256=matched.sha256,
+        look_size=_size_px(seen.sighting.left.image),
+        depth_size=_size_px(depth.z_m),
+        patch=patch,
+        look=look_depth(
+            pair, depth, calibration=seen.calibration, volts=seen.sighting.volts, scale=seen.scale
+        ),
+    )
 
 
 def _size_px(image: NDArray[Any]) -> tuple[int, int]:  # Any: any bit depth

@@ -1,7 +1,5 @@
 """Turns pipeline values into REST's schemas: degrees, metres and pixels, rounded to their accuracy."""
 
-import math
-
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_pipeline.verge.values import Alternative, Basis, DistanceBound, EyeView, Fixation, VergeStep
@@ -151,46 +149,6 @@ def _alternative(alternative: Alternative) -> AlternativeDocument:
 
 def _eye_view(view: EyeView | None) -> EyeViewDocument | None:
     return None if view is None else EyeViewDocument(sees_target=view.sees_target, reason=view.reason)
-
-
-def fixation_words(fixation: FixationDocument) -> str:
-    """Return the result of a fixation as one line for the event log."""
-    if fixation.basis is None:
-        return f"{fixation.state.replace('_', ' ')}: {fixation.reason}"
-    return f"{distance_words(fixation)}, in {len(fixation.steps)} steps"
-
-
-BASIS_WORDS = {
-    "both_foveae": "by both foveae",
-    "fovea_and_wide": "by one fovea and the wide camera",
-    "surroundings": "from its surroundings",
-}
-
-
-def estimate_words(estimate: FixationEstimate) -> str:
-    """Return an estimate as one line."""
-    when = f"after look {estimate.step}" if estimate.step else "before the first look"
-    return f"{distance_words(estimate)}, {when}"
-
-
-def distance_words(answer: FixationDocument | FixationEstimate) -> str:
-    """Return distance, standard error and basis of an answer in words, or the limits of the distance."""
-    if answer.distance_m is not None and answer.distance_sigma_m is not None:
-        basis = BASIS_WORDS.get(answer.basis or "", "")
-        digits = _digits(answer.distance_sigma_m)
-        known = f"{answer.distance_m:.{digits}f} ± {answer.distance_sigma_m:.{digits}f} m"
-        return f"at {known} {basis}".rstrip()
-    return "at no known distance" if answer.bound is None else _bound_words(answer.bound)
-
-
-def _digits(sigma_m: float) -> int:
-    """Return the decimals that show two digits of a standard error, 0 to 5."""
-    return 3 if sigma_m <= 0.0 else min(5, max(0, 1 - math.floor(math.log10(sigma_m))))
-
-
-def _bound_words(bound: BoundDocument) -> str:
-    nearest = f"farther than {bound.nearest_m:.1f} m"
-    return nearest if bound.farthest_m is None else f"{nearest}, nearer than {bound.farthest_m:.1f} m"
 
 
 def drawing_of(fixation: Fixation | FixationDocument, *, label: str) -> FixationDrawing | None:

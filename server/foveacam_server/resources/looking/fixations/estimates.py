@@ -9,7 +9,8 @@ from foveacam_pipeline.verge.estimate import DistanceEstimate
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.job_table import Job
 from foveacam_server.foundation.names import age_s
-from foveacam_server.resources.looking.fixations.documents import describe_estimate, estimate_words
+from foveacam_server.resources.looking.fixations.answer_words import estimate_words
+from foveacam_server.resources.looking.fixations.documents import describe_estimate
 from foveacam_server.resources.looking.fixations.schema import FixationEstimate
 
 Report: TypeAlias = Callable[[DistanceEstimate], None]

@@ -29,15 +29,14 @@ from foveacam_server.resources.looking.clouds.shapes import (
     StoredLook,
     VergedLook,
 )
+from foveacam_server.resources.looking.fixations.answer_words import distance_words, fixation_words
 from foveacam_server.resources.looking.fixations.corrections import kind_of
 from foveacam_server.resources.looking.fixations.documents import (
     bounded_look,
     describe_fixation,
     describe_step,
     describe_target,
-    distance_words,
     drawing_of,
-    fixation_words,
     last_estimate,
     stored_look,
 )
