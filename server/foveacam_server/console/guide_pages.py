@@ -64,7 +64,8 @@ def article(name: str) -> str:
         for part in token.children or ():
             if part.type == "link_open":
                 part.attrs.update(_link_attributes(str(part.attrGet("href"))))
-    return str(reader.renderer.render(tokens, reader.options, {}))
+    written = str(reader.renderer.render(tokens, reader.options, {}))
+    return written.replace("<pre>", '<pre tabindex="0">')  # a long line is scrolled to by keys too
 
 
 def anchor(heading: str) -> str:

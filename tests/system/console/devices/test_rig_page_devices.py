@@ -98,11 +98,11 @@ def test_rail_moves_to_places_and_positions_once_it_is_homed(stub: StubServer, o
     stub.answers["/rail"] = documents.rail() | {"homed": False, "position_mm": None}
     rail = panel("Rail", open_stub)
     expect(rail).to_contain_text("Home it first: it is not known where it stands.")
-    expect(rail.get_by_role("button", name="Move to the place far left")).to_be_disabled()
+    expect(rail.get_by_role("button", name="Go to the place far left")).to_be_disabled()
     stub.answers_after["POST /rail/homings"] = {"/rail": documents.rail()}
     rail.get_by_role("button", name="Home the rail").click()
     with rail.page.expect_response(re.compile("/rail/moves$")):
-        rail.get_by_role("button", name="Move to the place far left").click()
+        rail.get_by_role("button", name="Go to the place far left").click()
     rail.get_by_label("Position").fill("12.5")
     with rail.page.expect_response(re.compile("/rail/moves$")):
         rail.get_by_label("Position").press("Enter")

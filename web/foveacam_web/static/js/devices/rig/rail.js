@@ -128,7 +128,7 @@ function placesOf({ rail, busy }, orders) {
           <span class="name">${name}</span>
           <span class="where">${number(position_mm, 0)} mm</span>
           ${textButton("Go", () => orders.slide({ place: name }), {
-            name: `Move to the place ${name}`,
+            name: `Go to the place ${name}`,
             disabled: !ready,
           })}
         </li>`,
