@@ -221,7 +221,7 @@ export interface components {
              * @default hugging-face
              * @enum {string}
              */
-            to?: "hugging-face" | "colmap" | "nerfstudio" | "authors";
+            to?: "hugging-face" | "colmap" | "nerfstudio" | "ome-zarr" | "authors";
         };
         /** @description Working binning of all cameras. */
         BinningRequest: {
@@ -683,6 +683,35 @@ export interface components {
             d_max_m: number[];
             success: number[];
         };
+        /**
+         * @description The export of a capture to one format. `largest_bytes`: its size at most; null where it is impossible.
+         *
+         *     `refusal`: why none can be made now.
+         */
+        DatasetExport: {
+            job_id: string | null;
+            /** @enum {string} */
+            kind: "hugging-face" | "colmap" | "nerfstudio" | "ome-zarr" | "authors";
+            largest_bytes: number | null;
+            made: components["schemas"]["MadeExport"] | null;
+            progress: components["schemas"]["JobProgress"] | null;
+            refusal: components["schemas"]["Problem"] | null;
+            /** @enum {string} */
+            state: "none" | "building" | "complete";
+            url: string;
+        };
+        /** @description The format to which a dataset is exported. */
+        DatasetExportRequest: {
+            /** @enum {string} */
+            kind: "hugging-face" | "colmap" | "nerfstudio" | "ome-zarr" | "authors";
+        };
+        /** @description The exports of a capture, one for each format. */
+        DatasetExports: {
+            capture_id: string;
+            exports: components["schemas"]["DatasetExport"][];
+            name: string;
+            url: string;
+        };
         /** @description The backend to use for the depth of looks from now on. */
         DepthBackendChoice: {
             name: string;
@@ -900,7 +929,7 @@ export interface components {
             for_good: boolean;
             id: string;
             /** @enum {string} */
-            kind: "captures" | "recordings" | "stills" | "clouds" | "fixations";
+            kind: "captures" | "recordings" | "stills" | "clouds" | "fixations" | "exports";
             name: string;
             size_bytes: number;
             why: string;
@@ -1829,6 +1858,14 @@ export interface components {
             candidates?: number;
             /** @default false */
             polish?: boolean;
+        };
+        /** @description A finished export: one ZIP file. `outdated`: the dataset or this program has changed since. */
+        MadeExport: {
+            download_url: string;
+            made_utc: string;
+            outdated: boolean;
+            points: number;
+            size_bytes: number;
         };
         /**
          * @description A finished mosaic.
@@ -2828,6 +2865,7 @@ export interface components {
             automatic: boolean;
             captures: components["schemas"]["RetentionRule"];
             clouds: components["schemas"]["RetentionRule"];
+            exports: components["schemas"]["RetentionRule"];
             fixations: components["schemas"]["RetentionRule"];
             recordings: components["schemas"]["RetentionRule"];
             stills: components["schemas"]["RetentionRule"];
@@ -3831,6 +3869,9 @@ export type CorrectionDocument = components['schemas']['CorrectionDocument'];
 export type CorrectionRequest = components['schemas']['CorrectionRequest'];
 export type CoverageDocument = components['schemas']['CoverageDocument'];
 export type CurveDocument = components['schemas']['CurveDocument'];
+export type DatasetExport = components['schemas']['DatasetExport'];
+export type DatasetExportRequest = components['schemas']['DatasetExportRequest'];
+export type DatasetExports = components['schemas']['DatasetExports'];
 export type DepthBackendChoice = components['schemas']['DepthBackendChoice'];
 export type DepthBackendDocument = components['schemas']['DepthBackendDocument'];
 export type DepthBackendsDocument = components['schemas']['DepthBackendsDocument'];
@@ -3933,6 +3974,7 @@ export type LoopTargetRequest = components['schemas']['LoopTargetRequest'];
 export type LoopTriggerDocument = components['schemas']['LoopTriggerDocument'];
 export type LoopTuneDocument = components['schemas']['LoopTuneDocument'];
 export type LoopTuneRequest = components['schemas']['LoopTuneRequest'];
+export type MadeExport = components['schemas']['MadeExport'];
 export type MadeMosaic = components['schemas']['MadeMosaic'];
 export type MadeReference = components['schemas']['MadeReference'];
 export type MapDocument = components['schemas']['MapDocument'];

@@ -44,9 +44,28 @@ def test_page_shows_what_the_rig_is_and_the_views_of_both_eyes_live_without_a_fi
     console.page.locator(".badge.good", has_text="Ready").wait_for()
     console.page.locator(".badge", has_text="Calibrated").wait_for()
     for view in ("anaglyph", "difference", "depth", "wide_zoom"):
-        console.page.locator(f"#tab-{view}").click()
+        if view == "wide_zoom":
+            console.page.get_by_label("Other views of both eyes").select_option("Wide zoomed")
+        else:
+            console.page.locator(f"#tab-{view}").click()
         console.wait_for_frames(view)
         expect(console.page.locator(f".pane-{view} .rate")).to_have_text(re.compile(r"fps"))
+
+
+def test_views_that_do_not_fit_stand_in_a_list_and_keep_to_the_keys(console: Console) -> None:
+    page, rest = console.page, console.page.get_by_label("Other views of both eyes")
+    tabs = page.get_by_role("tablist", name="Views of both eyes").get_by_role("tab")
+    expect(tabs).to_have_text(["Anaglyph", "Difference", "Depth"])
+    expect(rest.locator("option")).to_have_text(["More", "Wide depth", "Wide zoomed"])
+    page.locator("#tab-anaglyph").click()
+    page.keyboard.press("ArrowLeft")
+    expect(rest).to_be_focused()
+    expect(rest).to_have_value("wide_zoom")
+    expect(page.locator(".pane-wide_zoom")).to_be_visible()
+    page.set_viewport_size({"width": 3400, "height": 900})
+    expect(tabs).to_have_count(5)
+    expect(rest).to_be_hidden()
+    expect(page.locator("#tab-wide_zoom")).to_have_attribute("aria-selected", "true")
 
 
 def test_views_page_shows_the_same_views_alone(open_console: OpenConsole, page_server: Server) -> None:

@@ -65,6 +65,7 @@ import { Sync } from "./transport/sync.js";
 import { connectTabs } from "./elements/tabs.js";
 import { exposeHooks } from "./testhooks.js";
 import { derivedViews } from "./video/derived.js";
+import { equipDerived } from "./video/derived_tools.js";
 import { ReachReader } from "./video/reach_reader.js";
 import { offerWindows } from "./operating/windows/opener.js";
 
@@ -176,6 +177,7 @@ Object.assign(actions.keys, {
 actions.escape = escape;
 
 keepOnTop(need("stop"));
+equipDerived(views, commands);
 need("eyes").append(derivedViews(views));
 offerWindows(views, need("scene-window"));
 mountBadges(need("badges"), { store, openLease: () => lease.showModal() });

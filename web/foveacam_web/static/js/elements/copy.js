@@ -1,6 +1,7 @@
 // Copies a text that the page shows.
 
-import { setText } from "./dom.js";
+import { html, setText } from "./dom.js";
+import { textButton } from "./parts.js";
 
 /**
  * Copy the text of the `pre` in the same `.copied` element as the button that was clicked, and say so beside the button.
@@ -16,4 +17,15 @@ export async function copyCode({ currentTarget }) {
     getSelection()?.selectAllChildren(code); // no clipboard over plain HTTP from another machine
     setText(status, "Selected: copy it with the keyboard");
   }
+}
+
+/** Build lines of code with a button that copies them. @param {string} code @param {string} label for screen readers */
+export function copiedCode(code, label) {
+  return html`<div class="stack copied">
+    <pre class="code scroll-x" tabindex="0" aria-label=${label}>${code}</pre>
+    <p class="actions">
+      ${textButton("Copy", copyCode, { picture: "file" })}
+      <span class="why" role="status"></span>
+    </p>
+  </div>`;
 }

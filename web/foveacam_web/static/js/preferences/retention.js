@@ -21,6 +21,7 @@ const KINDS = [
   ["stills", "Stills", "still"],
   ["clouds", "Clouds", "cloud"],
   ["fixations", "Fixations", "fixation"],
+  ["exports", "Exports of datasets", "export"],
 ];
 
 /**

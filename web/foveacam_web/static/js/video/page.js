@@ -16,6 +16,7 @@ import { createStore } from "../state.js";
 import { Sync } from "../transport/sync.js";
 import { exposeHooks } from "../testhooks.js";
 import { Toasts } from "../elements/toasts.js";
+import { equipDerived } from "./derived_tools.js";
 import { ReachReader } from "./reach_reader.js";
 import { Views } from "./views.js";
 
@@ -35,6 +36,7 @@ export function openViewsPage() {
     steering: new Steering({ store }),
     onBoot: () => void sync.readAll(),
   });
+  equipDerived(views, commands);
   document.body.append(toasts.element);
   mountStop(need("stop"), need("stopped"), { store, commands });
   keepOnTop(need("stop"));

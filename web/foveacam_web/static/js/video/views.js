@@ -1,8 +1,6 @@
 // Holds all views of a page: their panes, the stream that feeds them, and the subscription with the size of each.
 
 import { openStream } from "./link.js";
-import { anaglyphColours } from "./anaglyph_colours.js";
-import { depthBackend } from "./depth_backend.js";
 import { ANNOTATED, Pane, VIEWS } from "./pane.js";
 import { sufficientScale } from "./viewport.js";
 import { WideView } from "./wide.js";
@@ -24,7 +22,6 @@ export class Views {
   #store;
   #stream;
   #asked = "";
-  #commands;
   /** @type {Map<ViewName, Pane>} */
   #panes = new Map();
   /** @type {ViewName} */
@@ -33,7 +30,6 @@ export class Views {
   /** @param {{store: Store, commands: Commands, follows: FollowOrders, loop: LoopOrders, steering: Steering, onBoot: (boot_id: string) => void}} context */
   constructor({ store, commands, follows, loop, steering, onBoot }) {
     this.#store = store;
-    this.#commands = commands;
     this.#stream = openStream((report) => this.#onReport(report, onBoot));
     for (const name of /** @type {ViewName[]} */ (Object.keys(VIEWS))) {
       if (!LATER.has(name)) this.#addPane(name);
@@ -97,8 +93,6 @@ export class Views {
     const pane = new Pane(name);
     pane.resized = () => this.#subscribe();
     this.#panes.set(name, pane);
-    if (name === "anaglyph") pane.tools.prepend(anaglyphColours(this.#commands));
-    if (name === "depth") pane.tools.prepend(depthBackend(this.#commands));
     this.#stream.addCanvas(name, pane.canvas);
   }
 

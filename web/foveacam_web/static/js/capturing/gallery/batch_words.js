@@ -17,6 +17,7 @@ export const EXPORTS = [
   ["hugging-face", "Hugging Face"],
   ["colmap", "COLMAP"],
   ["nerfstudio", "nerfstudio"],
+  ["ome-zarr", "OME-Zarr"],
   ["authors", "the authors' folders"],
 ];
 

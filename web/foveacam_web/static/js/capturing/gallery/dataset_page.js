@@ -3,18 +3,20 @@
 import { badge, figures, nothing, panel, textButton } from "../../elements/parts.js";
 import { fresh } from "../../calibrating/calibration/pictures.js";
 import { galleryAddress, wizardAddress } from "../../addresses.js";
-import { copyCode } from "../../elements/copy.js";
+import { copiedCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
-import { conditionRows, factRows, isLive, planWords, snippet, stateWords } from "./dataset_words.js";
+import { conditionRows, factRows, isLive, planWords, stateWords } from "./dataset_words.js";
 import { progressOf } from "./datasets.js";
 import { makeEditable, saveOf } from "./editable.js";
+import { makeExports } from "./exports.js";
 import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
+import { pythonOf } from "./python.js";
 
 /**
  * @import { CaptureDocument, PointsDocument } from "#api"
@@ -42,15 +44,18 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
   const licence = makeEditable("Licence", { save: saveOf("licence", id, entry), usual: LICENCES });
   const check = makeCheck(orders, () => reader.changed());
   const archive = makeArchive({ orders, reader, signal });
-  const reference = makeReference(id, context, () => reader.entry && reader.changed());
+  const again = () => reader.entry && reader.changed();
+  const reference = makeReference(id, context, again);
+  const exports = makeExports(id, context, again);
   const sheet = makeSheet(signal);
-  store.on(["rig"], () => reader.entry && reader.changed(), signal);
+  store.on(["rig"], again, signal);
   return (/** @type {CaptureDocument} */ dataset) => {
     const { points } = reader;
     const taken = points !== null && points.points.length > 0;
     const described = dataset.state !== "damaged" && dataset.state !== "starting";
     return html`<article class="dataset-page">
-      ${headOf(dataset, headParts(dataset, noun, orders))}
+      ${headOf(dataset, headParts(dataset, { noun, orders, exported: exports.button }))}
+      <div>${canExport(dataset) && exports.shown()}</div>
       <div class="dataset-body">
         <div class="column">
           ${!taken && nothing(emptyWords(dataset))}
@@ -70,7 +75,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
           ${described && !isLive(dataset) && archive(dataset)}
           ${
             points && [
-              panel("In Python", python(dataset)),
+              taken && panel("In Python", pythonOf(dataset, store.state.sign_in)),
               panel("Plan", html`<div class="stack">${planOf(dataset.plan)}</div>`),
               panel("Conditions", html`<div class="stack">${conditionsOf(dataset.conditions)}</div>`),
               panel("Calibration", calibrationOf(dataset.calibration_id, store.state.rig?.calibration?.id ?? null)),
@@ -82,8 +87,13 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
   };
 }
 
-/** @param {CaptureDocument} dataset @param {Noun} noun @param {DatasetOrders} orders */
-function headParts(dataset, noun, orders) {
+/** @param {CaptureDocument} dataset */
+function canExport(dataset) {
+  return dataset.state !== "damaged" && !isLive(dataset) && dataset.points.taken > 0;
+}
+
+/** @param {CaptureDocument} dataset @param {{noun: Noun, orders: DatasetOrders, exported: () => unknown}} tools */
+function headParts(dataset, { noun, orders, exported }) {
   const { id, name, state, resumable, url, points, why } = dataset;
   const live = isLive(dataset);
   const readable = state !== "damaged" && !live;
@@ -113,6 +123,7 @@ function headParts(dataset, noun, orders) {
         ),
       readable &&
         html`<a class="plain" href="${url}/download.zip" download="${name}.zip">${icon("down")}Download ZIP</a>`,
+      canExport(dataset) && exported(),
     ],
     far: live ? progressOf(dataset, "Progress") : why !== "" && strip(),
   };
@@ -175,17 +186,6 @@ function calibrationOf(id, in_use) {
     <p class="lead">
       Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses.
       ${" "}<a href=${wizardAddress("overview")}>Calibrations</a>.
-    </p>
-  </div>`;
-}
-
-/** @param {CaptureDocument} dataset */
-function python(dataset) {
-  return html`<div class="stack copied">
-    <pre class="code scroll-x" tabindex="0" aria-label="Python">${snippet(dataset)}</pre>
-    <p class="actions">
-      ${textButton("Copy", copyCode, { picture: "file" })}
-      <span class="why" role="status"></span>
     </p>
   </div>`;
 }

@@ -111,18 +111,6 @@ export function filled(rows) {
   return rows.filter(([, value]) => value !== "");
 }
 
-/** Return the lines of Python that load a dataset, with its real path. @param {CaptureDocument} dataset */
-export function snippet({ folder, points, calibration_id }) {
-  const calibrated = calibration_id !== null;
-  return [
-    "from foveacam_pipeline.capture.dataset import Dataset",
-    `dataset = Dataset.open(${JSON.stringify(folder)})`,
-    `point = dataset[${Math.floor(points.taken / 2)}]`,
-    `print(len(dataset), point.left.shape, ${calibrated ? "point.pose.left_rad, dataset.calibration.id" : "point.right.shape"})`,
-    calibrated ? "pair = point.rectified(scale=0.5)" : "wide = point.wide",
-  ].join("\n");
-}
-
 /** @param {Json | null} plan @returns {string[]} a sentence each */
 export function planWords(plan) {
   if (!plan) return [];
