@@ -65,9 +65,13 @@ def one_eyed(point: LocatedPoint, roles: set[Role], views: Mapping[Role, EyeView
 def inferred(point: LocatedPoint, *, samples: int, alternatives: int) -> str:
     """Return the sentence of an answer inferred from what surrounds the point."""
     return (
-        f"{_distance_words(point)}, inferred from {samples} measured points around it: the point itself "
+        f"{_distance_words(point)}, inferred from {_points(samples)} around it: the point itself "
         f"has no texture to match{_choice(alternatives)}."
     )
+
+
+def _points(count: int) -> str:
+    return "one measured point" if count == 1 else f"{count} measured points"
 
 
 def _choice(alternatives: int) -> str:

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as datasets from "../../foveacam_web/static/js/capturing/gallery/dataset_words.js";
+import * as exported from "../../foveacam_web/static/js/capturing/gallery/export_words.js";
 import { DepthTile, ticksOf } from "../../foveacam_web/static/js/capturing/gallery/mosaic/depth.js";
 import { percent, size } from "../../foveacam_web/static/js/capturing/gallery/mosaic/words.js";
 import { frameAt, PlayerClock } from "../../foveacam_web/static/js/capturing/replay/clock.js";
@@ -123,9 +124,33 @@ test("a dataset's facts leave out what it does not say, and Python loads it by i
     ["Id", "cap-1"],
     ["Folder", '/data/a "b"'],
   ]);
-  const lines = datasets.snippet({ ...shown, calibration_id: null }).split("\n");
+  const lines = datasets.localLines({ ...shown, calibration_id: null }).split("\n");
   assert.deepEqual(lines.slice(1, 3), ['dataset = Dataset.open("/data/a \\"b\\"")', "point = dataset[2]"]);
   assert.equal(lines[4], "wide = point.wide");
+});
+
+test("Python on another machine reads a dataset by the server's address, with a token where it asks for one", () => {
+  const address = "https://lab.example/foveacam";
+  assert.deepEqual(datasets.remoteLines({ id: "cap-1" }, { address, named: false }).split("\n"), [
+    "import foveacam_client",
+    'rig = foveacam_client.connect("https://lab.example/foveacam")',
+    'dataset = rig.dataset("cap-1")',
+    "point = dataset[0]  # .left, .right, .wide: arrays",
+    "print(len(dataset), point)",
+  ]);
+  assert.match(datasets.remoteLines({ id: "cap-1" }, { address, named: true }), /connect\(".*", token=TOKEN\)/);
+});
+
+test("an export says what it is for, how far it is, and the line that loads it", () => {
+  const { colmap, nerfstudio, "hugging-face": rows, "ome-zarr": pictures } = exported.EXPORT_KINDS;
+  assert.equal(colmap?.load("desk-colmap"), "colmap gui --import_path desk-colmap/sparse/0");
+  assert.equal(nerfstudio?.load("my desk's"), "ns-train splatfacto --data 'my desk'\\''s'");
+  assert.equal(rows?.load("a b"), 'import datasets; rows = datasets.load_dataset("a b", split="train")');
+  assert.match(pictures?.load("desk-ome-zarr") ?? "", /open_group\("desk-ome-zarr\/left\.ome\.zarr", mode="r"\)/);
+  const progress = { done: 3, total: 11, eta_s: 40, note: "writing the points" };
+  assert.equal(exported.exportProgress(progress), "Writing the points · step 3 of 11 · 40 s left");
+  assert.equal(exported.exportProgress(null), "Reading the dataset");
+  assert.equal(exported.largestWords(2e6), "At most 2.0 MB");
 });
 
 test("conditions become rows of names and values", () => {

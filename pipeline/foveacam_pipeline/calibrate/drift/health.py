@@ -205,5 +205,8 @@ def _sentence(verdict: HealthVerdict, typical_px: NDArray[np.float64], count: in
         f"target, and {rows:.1f} px apart in height"
     )
     if verdict is HealthVerdict.GOOD:
-        return f"{seen}: as stated. The angle between the eyes shows only at a known distance."
+        return (
+            f"{seen}, as the calibration states. Whether the eyes' angle to each other is still right shows "
+            "only at targets whose distance is known."
+        )
     return f"{seen}: more than stated. Check the drift, or calibrate again."

@@ -201,7 +201,7 @@ def test_what_was_typed_outlives_a_reload_and_gives_way_to_the_defaults(
     columns.fill("3")
     page.get_by_label("Field", exact=True).select_option("overlap")
     page.get_by_label("Overlap across").fill("41")
-    page.get_by_role("button", name="The paper's five").click()
+    page.get_by_role("button", name="The five places of the paper").click()
     part(page, "Capture").get_by_label("Name", exact=True).fill("kept")
     with console.page.expect_request(is_overlap) as asked:
         console.page.reload()

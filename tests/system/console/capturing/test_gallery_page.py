@@ -102,7 +102,10 @@ def test_every_point_is_shown_large_and_the_arrow_keys_go_on(
 ) -> None:
     console = open_shared(f"{page_server.url}#/gallery")
     page = opened(console, PLANE)
-    expect(page.locator(".code").first).to_contain_text(f'Dataset.open("{captures.resolve() / PLANE}")')
+    python = page.get_by_role("region", name="In Python")
+    expect(python.locator(".code").first).to_contain_text(f'connect("{page_server.url.rstrip("/")}")')
+    expect(python.locator(".code").first).to_contain_text('rig.dataset("test")')
+    expect(python.locator(".code").last).to_contain_text(f'Dataset.open("{captures.resolve() / PLANE}")')
     loaded(page.locator(".cover-map img"))
     points = page.locator(".cells button")
     expect(points).to_have_count(4)

@@ -62,7 +62,7 @@ def test_views_that_do_not_fit_stand_in_a_list_and_keep_to_the_keys(console: Con
     expect(rest).to_be_focused()
     expect(rest).to_have_value("wide_zoom")
     expect(page.locator(".pane-wide_zoom")).to_be_visible()
-    page.set_viewport_size({"width": 3400, "height": 900})
+    page.set_viewport_size({"width": 2400, "height": 900})
     expect(tabs).to_have_count(5)
     expect(rest).to_be_hidden()
     expect(page.locator("#tab-wide_zoom")).to_have_attribute("aria-selected", "true")

@@ -166,7 +166,7 @@ def test_phone_needs_no_scrolling_sideways(open_console: OpenConsole, page_serve
 def test_help_and_settings_open_by_key_and_close_by_escape(console: Console) -> None:
     console.page.keyboard.press("?")
     expect(console.page.locator("dialog[open]")).to_contain_text("STOP: park the mirrors now")
-    expect(console.page.locator("dialog[open] a[href*='/guide/']")).to_have_count(6)
+    expect(console.page.locator("dialog[open] dl a[href*='/guide/']")).to_have_count(6)
     console.page.keyboard.press("Escape")
     expect(console.page.locator("dialog[open]")).to_have_count(0)
     console.page.keyboard.press("i")

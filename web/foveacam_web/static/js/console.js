@@ -64,6 +64,7 @@ import { GamepadSteering } from "./looking/steer/gamepad.js";
 import { Sync } from "./transport/sync.js";
 import { connectTabs } from "./elements/tabs.js";
 import { exposeHooks } from "./testhooks.js";
+import { Tour } from "./panels/tour.js";
 import { derivedViews } from "./video/derived.js";
 import { equipDerived } from "./video/derived_tools.js";
 import { ReachReader } from "./video/reach_reader.js";
@@ -118,7 +119,9 @@ rigReader.readRig = () => sync.readRig();
 begun.booted = () => void sync.readAll();
 new ReachReader(store);
 const measure = new MeasureTool({ store, views, orders: measureOrders });
+const tour = new Tour(store);
 const help = makeHelp({
+  tour: () => tour.start(),
   showHints: () => {
     store.set({ hints_asked: true });
     changeSettings(store, { hints: true });
@@ -136,6 +139,7 @@ const menuOrders = [
   { label: "Commands", hint: "Find a page, a command, a target", keys: "Ctrl-K", act: () => openPalette() },
   { label: "Settings", hint: "Colours, sizes, marks, keys", act: () => settings.showModal() },
   { label: "Dark or light", hint: "The other colours", act: flipTheme },
+  { label: "Tour", hint: "Five steps: click, look around, measure, capture, gallery", act: () => tour.start() },
   { label: "Help", hint: "Keys, gestures and the guide", keys: "?", act: () => help.showModal() },
 ];
 const openPalette = makePalette({

@@ -6,6 +6,7 @@ import { changeSettings } from "../settings.js";
 import { distanceText } from "../looking/steer/words.js";
 import { ROOT } from "../root.js";
 import { textButton, toolButton } from "../elements/parts.js";
+import { guideAt } from "./tour_steps.js";
 
 /**
  * @import { Settings, Store } from "#console"
@@ -143,8 +144,8 @@ export function sheet(title, ...content) {
   return dialog;
 }
 
-/** @param {{showHints: () => void}} context */
-export function makeHelp({ showHints }) {
+/** @param {{showHints: () => void, tour: () => void}} context */
+export function makeHelp({ showHints, tour }) {
   const groups = HELP.map(
     ([title, rows]) =>
       html`<section>
@@ -170,13 +171,27 @@ export function makeHelp({ showHints }) {
   const hints = h(
     "p",
     { class: "lead" },
+    textButton("Take the tour: five steps", () => {
+      dialog.close();
+      tour();
+    }),
+    " ",
     textButton("Mark good targets on the wide view", () => {
       showHints();
       dialog.close();
     }),
   );
-  const dialog = sheet("Help", hints, guide, ...groups, links);
-  return dialog;
+  const here = h("a", { class: "plain primary", target: "_blank", rel: "noopener" });
+  const dialog = sheet("Help", h("p", { class: "lead" }, here), hints, guide, ...groups, links);
+  return {
+    showModal: () => {
+      const name = guideAt(location.hash);
+      here.href = `${ROOT}/guide/${name}`;
+      setText(here, `Guide to this page: ${capitalised(name)}`);
+      dialog.showModal();
+      here.focus();
+    },
+  };
 }
 
 /** @param {string} name */

@@ -65,8 +65,9 @@ export function derivedViews(views) {
  */
 function foldTabs({ list, tabs, rest, chosen }) {
   for (const tab of tabs) tab.hidden = false;
-  rest.hidden = list.scrollWidth <= list.clientWidth;
-  if (rest.hidden) return;
+  rest.hidden = true; // so that the tabs have all of the room while they are measured
+  if (list.scrollWidth <= list.clientWidth) return;
+  rest.hidden = false;
   const room = list.clientWidth; // less than before: the list of the others takes its part
   const left = list.getBoundingClientRect().left;
   const ends = tabs.map((tab) => tab.getBoundingClientRect().right - left);

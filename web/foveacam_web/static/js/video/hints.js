@@ -31,7 +31,8 @@ export class Hints {
     this.#pane = pane;
     this.#bar = hintBar(
       html`<span>
-        New here? <b>Click one of the marked things</b>: both foveae look at it, and its distance appears.
+        New here? <b>Click one of the marked things</b>: both foveae look at it, and its distance appears. Help (?) has a
+        tour.
       </span>`,
       { label: "Hide the hint", title: "Hide; Help shows it again", act: () => this.dismiss() },
     );

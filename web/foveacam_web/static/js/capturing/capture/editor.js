@@ -101,7 +101,7 @@ function makeExposures(troubles, changed) {
     unit: "ms",
     empty: "as the cameras are set",
     lists: [
-      { text: "2, 8, 32", values: [2, 8, 32] },
+      { text: "Bracket: 2, 8 and 32 ms", values: [2, 8, 32] },
       { text: "None", values: [] },
     ],
     changed,
@@ -136,7 +136,7 @@ function makeRail(troubles, changed) {
     unit: "mm",
     empty: "where the rig stands",
     lists: [
-      { text: "The paper's five", values: PAPER_RAIL_MM },
+      { text: "The five places of the paper", values: PAPER_RAIL_MM },
       { text: "None", values: [] },
     ],
     changed,

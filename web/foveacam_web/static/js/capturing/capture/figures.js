@@ -103,6 +103,7 @@ function fieldRows({ plan: { points }, coverage }) {
         ])
       : []),
     ["Least overlap", coverage.overlap_across === null && coverage.overlap_down === null ? "no neighbours" : overlap],
-    ["Seen by an eye, by both", `${percent(coverage.seen_either)}, ${percent(coverage.seen_both)}`],
+    ["Area seen by an eye", percent(coverage.seen_either)],
+    ["Area seen by both", percent(coverage.seen_both)],
   ];
 }

@@ -7,19 +7,20 @@ import { copiedCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
+import { isNamed } from "../../operating/session/words.js";
+import { ROOT } from "../../root.js";
 import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf, makeCheck } from "./collection.js";
 import { makeSheet } from "./dataset_sheet.js";
-import { conditionRows, factRows, isLive, planWords, stateWords } from "./dataset_words.js";
+import { conditionRows, factRows, isLive, localLines, planWords, remoteLines, stateWords } from "./dataset_words.js";
 import { progressOf } from "./datasets.js";
 import { makeEditable, saveOf } from "./editable.js";
 import { makeExports } from "./exports.js";
 import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
-import { pythonOf } from "./python.js";
 
 /**
- * @import { CaptureDocument, PointsDocument } from "#api"
+ * @import { CaptureDocument, PointsDocument, SignInDocument } from "#api"
  * @import { Noun } from "./collection.js"
  * @import { DatasetOrders, DatasetReader } from "./datasets.js"
  * @import { GalleryContext, GalleryTab } from "./page.js"
@@ -75,7 +76,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
           ${described && !isLive(dataset) && archive(dataset)}
           ${
             points && [
-              taken && panel("In Python", pythonOf(dataset, store.state.sign_in)),
+              taken && panel("In Python", python(dataset, store.state.sign_in)),
               panel("Plan", html`<div class="stack">${planOf(dataset.plan)}</div>`),
               panel("Conditions", html`<div class="stack">${conditionsOf(dataset.conditions)}</div>`),
               panel("Calibration", calibrationOf(dataset.calibration_id, store.state.rig?.calibration?.id ?? null)),
@@ -187,5 +188,21 @@ function calibrationOf(id, in_use) {
       Embedded in the dataset, whole: it is rectified by this one, whatever the rig uses.
       ${" "}<a href=${wizardAddress("overview")}>Calibrations</a>.
     </p>
+  </div>`;
+}
+
+/** @param {CaptureDocument} dataset @param {SignInDocument | null} sign_in */
+function python(dataset, sign_in) {
+  const address = `${location.origin}${ROOT}`;
+  return html`<div class="stack">
+    ${copiedCode(remoteLines(dataset, { address, named: isNamed(sign_in) }), "Python")}
+    <p class="note">
+      On any machine that reaches ${address}. It needs the client alone, from the sources of FoveaCam Duo:${" "}
+      <code>pip install './server/foveacam_client[arrays]'</code>
+    </p>
+    <details>
+      <summary>On the server's own machine</summary>
+      <div class="stack">${copiedCode(localLines(dataset), "Python on the server's own machine")}</div>
+    </details>
   </div>`;
 }

@@ -111,6 +111,37 @@ export function filled(rows) {
   return rows.filter(([, value]) => value !== "");
 }
 
+/**
+ * Return the lines that read a dataset from a server.
+ * @param {Pick<CaptureDocument, "id">} dataset
+ * @param {{address: string, named: boolean}} server `named`: whether it asks who somebody is
+ */
+export function remoteLines({ id }, { address, named }) {
+  const token = named ? ", token=TOKEN" : "";
+  return [
+    "import foveacam_client",
+    named && 'TOKEN = "fcd_…"  # of a service, made on the page People',
+    `rig = foveacam_client.connect(${JSON.stringify(address)}${token})`,
+    `dataset = rig.dataset(${JSON.stringify(id)})`,
+    "point = dataset[0]  # .left, .right, .wide: arrays",
+    "print(len(dataset), point)",
+  ]
+    .filter(Boolean)
+    .join("\n");
+}
+
+/** Return the lines that load a dataset by its real path. @param {Pick<CaptureDocument, "folder" | "points" | "calibration_id">} dataset */
+export function localLines({ folder, points, calibration_id }) {
+  const calibrated = calibration_id !== null;
+  return [
+    "from foveacam_pipeline.capture.dataset import Dataset",
+    `dataset = Dataset.open(${JSON.stringify(folder)})`,
+    `point = dataset[${Math.floor(points.taken / 2)}]`,
+    `print(len(dataset), point.left.shape, ${calibrated ? "point.pose.left_rad, dataset.calibration.id" : "point.right.shape"})`,
+    calibrated ? "pair = point.rectified(scale=0.5)" : "wide = point.wide",
+  ].join("\n");
+}
+
 /** @param {Json | null} plan @returns {string[]} a sentence each */
 export function planWords(plan) {
   if (!plan) return [];

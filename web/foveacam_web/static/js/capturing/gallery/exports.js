@@ -124,7 +124,7 @@ export function makeExports(id, { store, commands, follow }, changed) {
     if (!entry) return panel("Export", waiting("Reading the exports"));
     const may_make = offers(store.state.sign_in, "operate");
     const items = entry.exports.map((one) => itemOf(one, entry.name, { exports, may_make }));
-    return panel("Export", html`<ul class="exports">${items}</ul>`);
+    return panel("Export", html`<ul class="dataset-exports">${items}</ul>`);
   };
   return { button, shown };
 }
@@ -135,7 +135,13 @@ function itemOf(one, name, { exports, may_make }) {
   if (!words) return null; // a format of the command line alone
   const trouble = exports.troubles.get(one.kind);
   const busy = exports.jobs.running || one.job_id !== null;
-  return html`<li class="export" data-kind=${one.kind}>
+  const remove =
+    may_make &&
+    toolButton(`Remove the export for ${words.title}`, "trash", () => exports.remove(one.kind), {
+      title: "Remove it: the dataset stays, and can be exported again",
+      disabled: busy,
+    });
+  return html`<li class="dataset-export" data-kind=${one.kind}>
     <h4>${words.title}</h4>
     <p class="note">${words.purpose}</p>
     ${
@@ -146,17 +152,18 @@ function itemOf(one, name, { exports, may_make }) {
         ${toolButton("Dismiss", "close", () => exports.dismiss(one.kind))}
       </div>`
     }
-    ${one.made && fileOf(one.made, `${name}-${one.kind}`, words)}
-    ${one.state === "building" ? rowOf(one, words, exports) : may_make && actionsOf(one, words, { exports, busy })}
+    ${one.made && fileOf(one.made, { words, folder: `${name}-${one.kind}`, remove })}
+    ${one.state === "building" ? rowOf(one, words, exports) : offerOf(one, words, { exports, may_make, busy })}
   </li>`;
 }
 
-/** @param {MadeExport} made @param {string} folder in the ZIP file @param {ExportWords} words */
-function fileOf(made, folder, { title, load }) {
+/** @param {MadeExport} made @param {{words: ExportWords, folder: string, remove: unknown}} context `folder`: in the ZIP file */
+function fileOf(made, { words: { title, load }, folder, remove }) {
   return html`<p class="actions">
       <a class="plain primary" href=${made.download_url} download="${folder}.zip">
         ${icon("down")}Download ${title}, ${sizeWords(made.size_bytes)}
       </a>
+      ${remove}
     </p>
     <p class=${made.outdated ? "warn-text" : "note"}>${madeWords(made)} Unpack it, then:</p>
     ${copiedCode(load(folder), `Loads the export for ${title}`)}`;
@@ -171,28 +178,13 @@ function rowOf(one, { title }, exports) {
   );
 }
 
-/** @param {DatasetExport} one @param {ExportWords} words @param {{exports: Exports, busy: boolean}} context */
-function actionsOf({ kind, made, refusal, largest_bytes }, { title }, { exports, busy }) {
-  const wanted = made === null || made.outdated;
-  const why = busy ? "Another export is being made." : largestWords(largest_bytes);
-  return html`${
-      wanted &&
-      (refusal
-        ? html`<p class="reason">${sentence(refusal.detail)}</p>`
-        : html`<p class="actions">
-            ${textButton(made ? "Make it again" : `Export for ${title}`, () => exports.make(kind), { disabled: busy })}
-            <span class="why">${why}</span>
-          </p>`)
-    }
-    ${
-      made &&
-      html`<p class="actions">
-        ${textButton("Remove", () => exports.remove(kind), {
-          picture: "trash",
-          name: `Remove the export for ${title}`,
-          title: "The dataset stays; it can be exported again",
-          disabled: busy,
-        })}
-      </p>`
-    }`;
+/** @param {DatasetExport} one @param {ExportWords} words @param {{exports: Exports, may_make: boolean, busy: boolean}} context */
+function offerOf({ kind, made, refusal, largest_bytes }, { title }, { exports, may_make, busy }) {
+  if (made && !made.outdated) return null;
+  if (refusal) return html`<p class="reason">${sentence(refusal.detail)}</p>`;
+  if (!may_make) return made === null && html`<p class="note">Not made yet; an operator can make it.</p>`;
+  return html`<p class="actions">
+    ${textButton(made ? "Make it again" : `Export for ${title}`, () => exports.make(kind), { disabled: busy })}
+    <span class="why">${busy ? "Another export is being made." : largestWords(largest_bytes)}</span>
+  </p>`;
 }
