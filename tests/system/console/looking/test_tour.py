@@ -6,10 +6,17 @@ import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.capture_documents import estimate
 from tests.support.pages.console_page import PHONE, OpenShared
 from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
+
+
+@pytest.fixture
+def stub(stub: StubServer) -> StubServer:
+    stub.answers |= {"/captures": [], "/captures/estimates": estimate()}
+    return stub
 
 
 def start(page: Page) -> Locator:
