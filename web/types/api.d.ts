@@ -3399,11 +3399,16 @@ export interface components {
             engaged: boolean;
             since_utc: string | null;
         };
-        /** @description A good target for a first look; `score`: salience relative to the picture's best, which has 1. */
+        /**
+         * @description A good target for a first look; `score`: salience relative to the picture's best, which has 1.
+         *
+         *     `verified`: both foveae have looked at it and verged; else it is chosen by the wide picture alone.
+         */
         SuggestionDocument: {
             ax_deg: number;
             ay_deg: number;
             score: number;
+            verified: boolean;
             x_px: number;
             y_px: number;
         };

@@ -129,6 +129,29 @@ def estimate(columns: int = 2, rows: int = 2, **more: object) -> Document:
     return found | more
 
 
+EXPORT_KINDS = ("hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors")
+
+
+def exports(**changed: Document) -> Document:
+    """What there is of the exports of a capture: nothing but what is told of a kind, as `ome_zarr`."""
+    url = f"/api/v1/captures/{CAPTURE_ID}/exports"
+    blank = {"state": "none", "job_id": None, "progress": None, "refusal": None, "made": None}
+    found = [
+        blank
+        | {"kind": kind, "largest_bytes": 24_000_000, "url": f"{url}/{kind}"}
+        | changed.get(kind.replace("-", "_"), {})
+        for kind in EXPORT_KINDS
+    ]
+    return {"capture_id": CAPTURE_ID, "name": "bench", "exports": found, "url": url}
+
+
+def made_export(kind: str, **more: object) -> Document:
+    """What is told of a finished export."""
+    url = f"/api/v1/captures/{CAPTURE_ID}/exports/{kind}.zip?made=1"
+    made = {"made_utc": UTC, "points": 4, "size_bytes": 12_345_678, "outdated": False, "download_url": url}
+    return {"state": "complete", "made": made | more}
+
+
 def _box(x: float, y: float) -> list[list[float]]:
     return [[x, y], [x + 100.0, y], [x + 100.0, y + 80.0], [x, y + 80.0]]
 

@@ -102,6 +102,7 @@ class StubServer:
             "/fixations/estimates": [],
             "/reach": documents.reach(),
             "/suggestions": [],
+            "/suggestions/checks": [],
             "/engine": engine_documents.engine(),
             "/mirrors": documents.rig()["mirrors"],
             "/targets": [],

@@ -51,9 +51,12 @@ def noise_point(index: int, *, scan: int = 0) -> CapturedPoint:
     return CapturedPoint(place=place, shots=tuple(Shot(frame=noise_frame(role, index)) for role in Role))
 
 
-def written(folder: Path, points: int, *, settings: WriterSettings | None = None) -> Dataset:
+def written(
+    folder: Path, points: int, *, settings: WriterSettings | None = None, capture_id: str = "test"
+) -> Dataset:
     """Return a complete dataset of noise."""
-    with DatasetWriter.create(folder, header(points), settings or WriterSettings()) as writer:
+    about = replace(header(points), id=capture_id)
+    with DatasetWriter.create(folder, about, settings or WriterSettings()) as writer:
         for index in range(points):
             writer.add(noise_point(index))
         writer.finish()

@@ -119,6 +119,27 @@ def test_suggestions_are_in_reach_of_both_eyes(api_server: Running) -> None:
             assert np.all([each["x_px"], each["y_px"]] < high)
 
 
+def test_suggestions_that_were_checked_are_seen_by_both_foveae_and_listed_from_then_on(
+    api_server: Running,
+) -> None:
+    checked = api_server.post("/suggestions/checks").json()
+    assert len(checked) == 3
+    assert all(place["verified"] for place in checked)
+    assert api_server.get("/suggestions").json() == checked
+    for place in checked:
+        found = api_server.fixate({"pixel": {"x_px": place["x_px"], "y_px": place["y_px"]}, "depth": False})
+        assert found["basis"] == "both_foveae", found["reason"]
+
+
+def test_suggestions_are_not_checked_while_the_mirrors_are_stopped(api_server: Running) -> None:
+    api_server.post("/stop")
+    try:
+        refused = api_server.http.post("/api/v1/suggestions/checks", params={"count": 10})
+        assert (refused.status_code, refused.json()["type"]) == (409, "/problems/stopped")
+    finally:
+        api_server.http.delete("/api/v1/stop")
+
+
 def test_best_suggestion_is_seen_by_both_foveae(api_server: Running) -> None:
     best = api_server.get("/suggestions").json()[0]
     found = api_server.fixate({"pixel": {"x_px": best["x_px"], "y_px": best["y_px"]}, "depth": False})

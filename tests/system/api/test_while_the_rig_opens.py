@@ -71,6 +71,7 @@ NEEDING_THE_RIG = [
     "post /mirrors/park",
     "post /mirrors/recover",
     "post /mirrors/steer",
+    "post /suggestions/checks",
     "post /pan_tilt/holds",
     "post /pan_tilt/homings",
     "post /pan_tilt/moves",

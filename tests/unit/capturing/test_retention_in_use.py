@@ -16,7 +16,9 @@ from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_server.assembly.collection_services import open_retention
 from foveacam_server.cli import app
 from foveacam_server.datasets.collection import DatasetCollection
+from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.resources.capturing.captures.schema import CaptureDocument
+from foveacam_server.resources.capturing.exports.service import ExportService
 from foveacam_server.resources.capturing.retention.service import RetentionService
 
 
@@ -57,7 +59,19 @@ def retention(tmp_path: Path, captures: Captures) -> Iterator[RetentionService]:
     products = SimpleNamespace(check_idle=lambda *_: None)
     others = SimpleNamespace(search=list, is_in_use=None, remove=None)
     collections = SimpleNamespace(
-        captures=captures, recordings=others, stills=others, mosaics=products, references=products
+        captures=captures,
+        recordings=others,
+        stills=others,
+        mosaics=products,
+        references=products,
+        exports=ExportService(
+            DerivedProductTools(
+                captures=captures,
+                jobs=cast(Any, SimpleNamespace(handle=lambda *_, **__: None)),
+                events=cast(Any, None),
+                clock=cast(Any, None),
+            )
+        ),
     )
     with ExitStack() as stack:
         foundation = SimpleNamespace(settings=SimpleNamespace(data=tmp_path), stack=stack)

@@ -29,6 +29,7 @@ from foveacam_hardware.contract import (
 )
 from foveacam_pipeline.capture.archiving import dataset_item, recording_item
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
+from foveacam_pipeline.capture.dataset.export import export_dataset
 from foveacam_pipeline.capture.recording.reader import Recording
 from foveacam_pipeline.storage.archive import (
     ArchiveItem,
@@ -105,6 +106,16 @@ def test_a_dataset_without_its_frames_is_read_from_the_archive(url: str, tmp_pat
     opened = Dataset.open(folder)
     assert all(np.array_equal(point.left, image) for point, image in zip(opened, images, strict=True))
     assert check_dataset(folder) == []
+
+
+def test_a_dataset_whose_frames_are_only_in_the_archive_is_exported_as_before(tmp_path: Path) -> None:
+    folder, url = tmp_path / "small", f"file://{tmp_path}/archive"
+    here = export_dataset(written(folder, 2), tmp_path / "here", to="ome-zarr")
+    remove_large_files(item_of(folder), upload(url, folder))
+
+    there = export_dataset(Dataset.open(folder), tmp_path / "there", to="ome-zarr")
+
+    assert files_of(there) == files_of(here)
 
 
 def test_another_folder_fetches_what_was_archived(url: str, tmp_path: Path) -> None:

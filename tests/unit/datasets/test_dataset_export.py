@@ -1,6 +1,8 @@
 """Exports, read back as other programs read them: a known point lies where its pixels say."""
 
+import itertools
 import json
+import zlib
 from pathlib import Path
 
 import cv2
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from tests.support.scenes.dataset_scenes import (
     CALIBRATION,
     centroid,
+    noise_frame,
     noise_texture,
     painted,
     plane_point,
@@ -17,9 +20,9 @@ from tests.support.scenes.dataset_scenes import (
     written,
 )
 
-from foveacam_hardware.contract import InvalidInput, NotCalibrated, Role
-from foveacam_pipeline.capture.dataset import Dataset, check_dataset
-from foveacam_pipeline.capture.dataset.export import FORMATS, ExportChoice, export_dataset
+from foveacam_hardware.contract import Frame, InvalidInput, NotCalibrated, Role
+from foveacam_pipeline.capture.dataset import CapturedPoint, Dataset, PlanPosition, Shot, check_dataset
+from foveacam_pipeline.capture.dataset.export import FORMATS, ExportChoice, export_dataset, largest_bytes
 from foveacam_pipeline.capture.dataset.export.hugging_face import card, features, rows_of
 from foveacam_pipeline.capture.dataset.export.views import eye_pinhole
 from foveacam_pipeline.capture.dataset.images import decode
@@ -258,18 +261,100 @@ def test_without_pyarrow_a_sentence_says_what_to_install_and_nothing_is_left(
     assert list(tmp_path.iterdir()) == []
 
 
+def zarr_array(folder: Path) -> NDArray[np.generic]:
+    """Return an array of Zarr 2 as its specification says how to read it."""
+    about = json.loads((folder / ".zarray").read_text())
+    assert (about["zarr_format"], about["order"], about["filters"]) == (2, "C", None)
+    assert (about["compressor"]["id"], about["dimension_separator"]) == ("zlib", "/")
+    found = np.full(about["shape"], about["fill_value"], dtype=about["dtype"])
+    steps = [range(0, size, chunk) for size, chunk in zip(about["shape"], about["chunks"], strict=True)]
+    for corner in itertools.product(*steps):
+        place = [start // chunk for start, chunk in zip(corner, about["chunks"], strict=True)]
+        content = zlib.decompress(folder.joinpath(*map(str, place)).read_bytes())
+        area = tuple(slice(start, start + size) for start, size in zip(corner, about["chunks"], strict=True))
+        found[area] = np.frombuffer(content, dtype=about["dtype"]).reshape(about["chunks"])
+    return found
+
+
+def test_ome_zarr_holds_all_pictures_their_levels_and_where_they_look(
+    scene: tuple[Dataset, NDArray[np.float64]], tmp_path: Path
+) -> None:
+    dataset, _ = scene
+    folder = export_dataset(dataset, tmp_path / "zarr", to="ome-zarr")
+    about = json.loads((folder / "left.ome.zarr/.zattrs").read_text())
+    (described,) = about["multiscales"]
+    assert [axis["name"] for axis in described["axes"]] == ["t", "c", "y", "x"]
+    assert [level["path"] for level in described["datasets"]] == ["0", "1", "2", "3"]
+    whole = zarr_array(folder / "left.ome.zarr/0")
+    assert whole.shape == (2, 1, 1080, 1440)
+    for number, point in enumerate(dataset):
+        assert np.array_equal(whole[number, 0], point.left)
+        exposure = about["foveacam"]["exposures"][number]
+        assert (exposure["left_ax_rad"], exposure["left_ay_rad"]) == point.pose.left_rad
+    assert zarr_array(folder / "wide.ome.zarr/0").shape[0] == sum(
+        frame.role is Role.WIDE for point in dataset for frame in point.frames
+    )
+
+
+def test_all_levels_of_ome_zarr_see_a_dot_at_the_same_place(
+    scene: tuple[Dataset, NDArray[np.float64]], tmp_path: Path
+) -> None:
+    folder = export_dataset(scene[0], tmp_path / "zarr", to="ome-zarr") / "left.ome.zarr"
+    levels = json.loads((folder / ".zattrs").read_text())["multiscales"][0]["datasets"]
+    places = []
+    for level in levels:
+        scale, shift = level["coordinateTransformations"]
+        y_x = centroid(np.asarray(zarr_array(folder / level["path"])[0, 0], dtype=np.uint8))[::-1]
+        places.append(np.array(scale["scale"][2:]) * y_x + shift["translation"][2:])
+    assert (
+        np.abs(np.array(places) - places[0]).max() < 0.5
+    )  # rounding of grey levels at an eighth of the size
+
+
+def test_ome_zarr_keeps_all_bits_and_colours_and_refuses_pictures_that_differ(tmp_path: Path) -> None:
+    deep = [noise_frame(Role.LEFT, index, bits=10, color=True) for index in range(2)]
+    dataset = dataset_of(tmp_path / "deep", deep)
+    folder = export_dataset(dataset, tmp_path / "zarr", to="ome-zarr")
+    found = zarr_array(folder / "left.ome.zarr/0")
+    assert found.dtype == np.uint16
+    assert np.array_equal(found[1].transpose(1, 2, 0), deep[1].image)
+    assert not (folder / "wide.ome.zarr").exists()
+    mixed = dataset_of(tmp_path / "mixed", [deep[0], noise_frame(Role.LEFT, 1)])
+    with pytest.raises(InvalidInput, match="differ in size, bits or binning"):
+        export_dataset(mixed, tmp_path / "out", to="ome-zarr")
+    assert not (tmp_path / "out").exists()
+
+
+def dataset_of(folder: Path, frames: list[Frame]) -> Dataset:
+    """Return a dataset of one frame a point."""
+    points = [
+        CapturedPoint(place=PlanPosition(index=index), shots=(Shot(frame=frame),))
+        for index, frame in enumerate(frames)
+    ]
+    return painted(folder, points)
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_no_export_is_larger_than_told_before(
+    scene: tuple[Dataset, NDArray[np.float64]], tmp_path: Path, to: str
+) -> None:
+    folder = export_dataset(scene[0], tmp_path / "out", to=to)
+    size_bytes = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    assert size_bytes <= largest_bytes(scene[0], to)
+
+
 def test_an_export_overwrites_nothing_and_leaves_the_dataset_as_it_was(
     scene: tuple[Dataset, NDArray[np.float64]], tmp_path: Path
 ) -> None:
     (tmp_path / "mine").mkdir()
     with pytest.raises(InvalidInput, match="exists already"):
         export_dataset(scene[0], tmp_path / "mine", to="colmap")
-    with pytest.raises(InvalidInput, match="hugging-face, colmap, nerfstudio, authors"):
+    with pytest.raises(InvalidInput, match="hugging-face, colmap, nerfstudio, ome-zarr, authors"):
         export_dataset(scene[0], tmp_path / "new", to="zip")
     assert check_dataset(scene[0].folder) == []
 
 
-@pytest.mark.parametrize("to", [name for name in FORMATS if name != "hugging-face"])
+@pytest.mark.parametrize("to", [name for name in FORMATS if name not in ("hugging-face", "ome-zarr")])
 def test_poses_without_a_calibration_are_refused(tmp_path: Path, to: str) -> None:
     with pytest.raises(NotCalibrated, match="has no calibration"):
         export_dataset(written(tmp_path / "raster", 1), tmp_path / "out", to=to)

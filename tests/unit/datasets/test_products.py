@@ -292,7 +292,7 @@ def pools() -> Iterator[dict[str, WorkPool]]:
         MOSAIC,
         EVALUATE,
         *(ProductSettings(kind=ProductKind.EXPORT, to=to, scale=0.5) for to in ("colmap", "nerfstudio")),
-        *(ProductSettings(kind=ProductKind.EXPORT, to=to) for to in ("authors", "hugging-face")),
+        *(ProductSettings(kind=ProductKind.EXPORT, to=to) for to in ("authors", "hugging-face", "ome-zarr")),
     ],
     ids=lambda settings: f"{settings.kind.value}-{settings.to}",
 )

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.awaited import expect_to_fit, settled
 from tests.support.pages.capture_documents import (
     CAPTURE_ID,
     JOB_ID,
@@ -124,7 +124,8 @@ def test_what_a_page_exports_is_downloaded_and_its_python_runs_on_another_machin
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as packed:
         assert "exported-ome-zarr/left.ome.zarr/.zattrs" in packed.namelist()
 
-    lines = page.get_by_role("region", name="In Python").locator("pre").first.inner_text()
+    code = page.get_by_role("region", name="In Python").locator("pre").first
+    lines = settled(page, code.inner_text)
     environment = {name: value for name, value in os.environ.items() if not name.startswith("FOVEACAM_")}
     run = subprocess.run(
         [sys.executable, "-c", lines],

@@ -219,8 +219,9 @@ def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
     stub: StubServer, open_console: OpenConsole
 ) -> None:
     places = ((500.0, 400.0), (700.0, 700.0), (900.0, 500.0))
-    stub.answers["/suggestions"] = [
-        {"x_px": x, "y_px": y, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0} for x, y in places
+    stub.answers["/suggestions/checks"] = [
+        {"x_px": x, "y_px": y, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0, "verified": True}
+        for x, y in places
     ]
     console = open_console(stub.url, settings={"hints": True})
     page = console.page
@@ -235,11 +236,22 @@ def test_hint_marks_good_targets_until_it_is_dismissed_and_again_by_help(
     expect(page.locator(".hint-bar.first")).to_contain_text("Click one of the marked things")
 
 
+def test_real_mirrors_do_not_move_for_a_hint_that_nobody_asked_for(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    place = {"x_px": 500.0, "y_px": 400.0, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0, "verified": False}
+    stub.answers["/suggestions"] = [place]
+    stub.answers["/rig"] = stub.answers["/rig"] | {"simulated": False}
+    page = open_console(stub.url, settings={"hints": True}).page
+    expect(page.locator(".overlay .try")).to_have_count(1)
+    assert not any(path == "/suggestions/checks" for _, path, _ in stub.requests)
+
+
 def test_hint_is_gone_with_the_first_target_until_help_brings_it_back(
     stub: StubServer, open_console: OpenConsole
 ) -> None:
-    place = {"x_px": 500.0, "y_px": 400.0, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0}
-    stub.answers["/suggestions"] = [place]
+    place = {"x_px": 500.0, "y_px": 400.0, "ax_deg": 0.0, "ay_deg": 0.0, "score": 1.0, "verified": True}
+    stub.answers["/suggestions/checks"] = [place]
     stub.answers["/targets"] = []
     page = open_console(stub.url, settings={"hints": True}).page
     marks = page.locator(".overlay .try")

@@ -1,4 +1,4 @@
-"""Finds good targets in the newest wide picture."""
+"""Finds good targets in the newest wide picture, and verifies them by looking."""
 
 import threading
 from dataclasses import dataclass
@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from foveacam_hardware.contract import NotConnected
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.suggest import Suggestion, suggest_targets
+from foveacam_pipeline.verge.verify_suggestions import verified_targets
 from foveacam_server.foundation.quantities import deg
 from foveacam_server.resources.looking.suggestions.schema import SuggestionDocument
 from foveacam_server.rig.encoder import eight_bit
 from foveacam_server.rig.frame_hub import FrameHub
+from foveacam_server.rig.hardware import HardwareThread
 
 MOST = 10
 """Number of suggestions computed, however few a request wants."""
@@ -21,15 +23,30 @@ KEPT_S = 10.0
 """Time for which a result is cached, so that several pages opened together cost as much as one."""
 
 
+VERIFIED_S = 60.0
+"""Time for which verified targets are cached: what stands there may move."""
+VERIFYING_S = 8.0
+"""Longest time spent on looks that verify."""
+HOLDER = "the check of suggested targets"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Found:
     t_ns: int
     calibration: Calibration
     targets: tuple[Suggestion, ...]
+    verified: bool = False
+
+    def holds(self, calibration: Calibration, *, now_ns: int) -> bool:
+        age_s = 1e-9 * (now_ns - self.t_ns)
+        return self.calibration is calibration and age_s <= (VERIFIED_S if self.verified else KEPT_S)
 
 
 class SuggestionService:
-    """Suggestions of the live wide picture, computed once for all requests within `KEPT_S`."""
+    """Suggestions of the live wide picture, computed once for all requests within `KEPT_S`.
+
+    One request verifies at a time, and others wait for it.
+    """
 
     def __init__(self, hub: FrameHub) -> None:
         self._hub = hub
@@ -37,14 +54,47 @@ class SuggestionService:
         self._found: _Found | None = None
 
     def newest(self, calibration: Calibration, *, count: int) -> list[SuggestionDocument]:
-        """Return at most `count` good targets, best first; at most `KEPT_S` old."""
+        """Return at most `count` good targets, best first: verified ones while they are held."""
         with self._lock:
-            now_ns = self._hub.clock.now_ns()
-            found = self._found
-            if found is None or found.calibration is not calibration or now_ns - found.t_ns > 1e9 * KEPT_S:
-                targets = suggest_targets(_newest_wide(self._hub), calibration, count=MOST)
-                found = self._found = _Found(t_ns=now_ns, calibration=calibration, targets=targets)
-        return [_document(each, calibration) for each in found.targets[:count]]
+            found = self._present(calibration)
+        return [_document(each, found) for each in found.targets[:count]]
+
+    def verify(
+        self, calibration: Calibration, hardware: HardwareThread, *, count: int
+    ) -> list[SuggestionDocument]:
+        """Look at the suggestions; return at most `count` on which both foveae verge, best first.
+
+        Raise `Busy` while another has the rig, and a device's error.
+        """
+        clock = self._hub.clock
+        with self._lock:
+            found = self._present(calibration)
+            if not found.verified or len(found.targets) < count:
+                candidates = suggest_targets(_newest_wide(self._hub), calibration, count=MOST)
+
+                def wanted() -> bool:
+                    return hardware.use.wanted
+
+                with hardware.session(HOLDER, cancelled=wanted, gives_way=True) as head:
+                    targets = verified_targets(
+                        head,
+                        calibration,
+                        candidates,
+                        clock=clock,
+                        count=count,
+                        until_ns=clock.now_ns() + round(1e9 * VERIFYING_S),
+                        cancelled=wanted,
+                    )
+                found = _Found(t_ns=clock.now_ns(), calibration=calibration, targets=targets, verified=True)
+                self._found = found
+        return [_document(each, found) for each in found.targets[:count]]
+
+    def _present(self, calibration: Calibration) -> _Found:
+        now_ns = self._hub.clock.now_ns()
+        if self._found is None or not self._found.holds(calibration, now_ns=now_ns):
+            targets = suggest_targets(_newest_wide(self._hub), calibration, count=MOST)
+            self._found = _Found(t_ns=now_ns, calibration=calibration, targets=targets)
+        return self._found
 
 
 def _newest_wide(hub: FrameHub) -> NDArray[np.uint8]:
@@ -63,12 +113,13 @@ def _newest_wide(hub: FrameHub) -> NDArray[np.uint8]:
     return image
 
 
-def _document(suggestion: Suggestion, calibration: Calibration) -> SuggestionDocument:
-    ax_rad, ay_rad = calibration.wide.angles_rad([(suggestion.x_px, suggestion.y_px)])[0].tolist()
+def _document(suggestion: Suggestion, found: _Found) -> SuggestionDocument:
+    ax_rad, ay_rad = found.calibration.wide.angles_rad([(suggestion.x_px, suggestion.y_px)])[0].tolist()
     return SuggestionDocument(
         x_px=suggestion.x_px,
         y_px=suggestion.y_px,
         ax_deg=deg(ax_rad),
         ay_deg=deg(ay_rad),
         score=round(suggestion.score, 3),
+        verified=found.verified,
     )

@@ -14,6 +14,7 @@ import { changeSettings } from "../settings.js";
 const RADIUS_PX = 40; // of the wide picture
 const LEAST_RADIUS_CSS_PX = 13;
 const LETTERS_CSS_PX = 14;
+const CHECK_MS = 20_000;
 
 /** The hint over one wide pane; the setting `hints` switches it. */
 export class Hints {
@@ -83,8 +84,13 @@ export class Hints {
   }
 
   async #read() {
-    const asked = /** @type {Promise<SuggestionDocument[]>} */ (request("GET", "/suggestions"));
-    const { answer } = await outcome(asked);
+    const { rig, hints_asked, lease_token } = this.#store.state;
+    // A simulated rig looks at them first, a real one when it was asked to: its mirrors move by themselves for nobody.
+    const checks = rig?.simulated || hints_asked;
+    /** @type {Record<string, string>} */
+    const headers = lease_token ? { "X-Lease": lease_token } : {};
+    const found = checks ? await outcome(suggested("POST", "/suggestions/checks", { headers })) : null;
+    const { answer } = found?.answer ? found : await outcome(suggested("GET", "/suggestions"));
     if (answer && this.#store.state.settings.hints) this.#show(answer); // without suggestions nothing is marked
   }
 
@@ -95,6 +101,15 @@ export class Hints {
     this.#bar.hidden = found.length === 0;
     this.draw();
   }
+}
+
+/**
+ * @param {"GET" | "POST"} method
+ * @param {string} path
+ * @param {{headers?: Record<string, string>}} [options]
+ */
+function suggested(method, path, options = {}) {
+  return /** @type {Promise<SuggestionDocument[]>} */ (request(method, path, { ...options, patience_ms: CHECK_MS }));
 }
 
 /**
