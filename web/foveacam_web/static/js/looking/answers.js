@@ -71,6 +71,16 @@ export function basisWords(basis, views = {}) {
   return eye ? `${eye} fovea and wide camera` : BASES[basis].words;
 }
 
+/**
+ * Name the basis in a narrow column.
+ * @param {Basis | null | undefined} basis
+ * @param {Views} views
+ */
+export function basisShort(basis, views) {
+  if (basis !== "fovea_and_wide") return basisWords(basis);
+  return `${seeingEyes(views) ?? "one"} fovea`;
+}
+
 /** @param {Basis} basis */
 export function basisMeaning(basis) {
   return BASES[basis].meaning;

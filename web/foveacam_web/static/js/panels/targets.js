@@ -1,6 +1,6 @@
 // Lists the targets: name, distance, fixate again, follow, show in 3D, delete.
 
-import { answerText, basisMeaning, basisWords, boundText } from "../looking/answers.js";
+import { answerText, basisMeaning, basisShort, boundText } from "../looking/answers.js";
 import { html, repeat, update } from "../elements/dom.js";
 import { angle } from "../elements/format.js";
 import { toolButton } from "../elements/parts.js";
@@ -33,7 +33,7 @@ function targetRow(target, selected, { commands, follows, select }) {
   const { id, basis, bound } = target;
   const corrected = Boolean(target.corrections?.length);
   const title = `${angle(target.ax_deg)} ${angle(target.ay_deg)}${bound ? `, ${boundText(bound)}` : ""}`;
-  const words = [basisWords(basis, target), corrected ? "corrected" : ""].filter(Boolean).join(", ");
+  const words = [basisShort(basis, target), corrected ? "corrected" : ""].filter(Boolean).join(", ");
   return namedRow(target, {
     what: "target",
     selected,
