@@ -14,6 +14,7 @@ from foveacam_pipeline.verge.values import Basis, PixelTarget
 from foveacam_pipeline.verge.verify_suggestions import verified_targets
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
 from foveacam_server.resources.studying.studies.simulated_rigs import bin_cameras
+from foveacam_server.rig.encoder import eight_bit
 
 CARD = Suggestion(x_px=740.0, y_px=700.0, score=1.0)
 """On the grey card, which has no texture."""
@@ -47,7 +48,7 @@ def test_no_more_than_asked_for_are_looked_at_and_none_after_the_time(bench_rig:
 
 
 def test_what_is_verified_is_answered_by_both_foveae(bench_rig: Rig) -> None:
-    picture = bench_rig.wide.read().image
+    picture = eight_bit(bench_rig.wide.read().image, bits=8)
     suggested = suggest_targets(picture, CALIBRATION, count=10)
     found = verified(bench_rig, *suggested)
     assert len(found) == 3

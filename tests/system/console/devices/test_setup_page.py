@@ -15,7 +15,7 @@ from foveacam_hardware.sim.cables import RecordingCables
 from foveacam_hardware.sim.far_ends.controller_process import ControllerProcess
 from tests.support.devices.gige_cameras import fake_program
 from tests.support.pages import rig_documents
-from tests.support.pages.awaited import expect_to_fit, settled, wait_for
+from tests.support.pages.awaited import expect_to_fit, expect_value, settled, wait_for
 from tests.support.pages.console_page import TOUCH, Console, OpenConsole
 from tests.support.pages.stub_server import StubServer
 from tests.support.servers.running_server import running
@@ -170,7 +170,7 @@ def test_simulated_rig_is_opened_in_another_scene(own_server: Server, open_setup
     for name in ("toy", "bench"):
         scene.select_option(name)
         page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
-        wait_for(page, lambda name=name: own_server.get("/rig")["scene"] == name)
+        expect_value(page, lambda: own_server.get("/rig")["scene"], name)
         expect(scene).to_have_value(name)
 
 
