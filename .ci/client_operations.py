@@ -16,6 +16,7 @@ Schema = dict[str, Any]
 GROUPS = {  # nouns that lie below another one
     "cameras/presets": "camera_presets",
     "cameras/self_tests": "camera_self_tests",
+    "captures/{capture_id}/exports": "exports",
     "captures/{capture_id}/mosaic": "mosaics",
     "captures/{capture_id}/reference": "references",
     "displays/pattern": "display_pattern",
@@ -25,7 +26,7 @@ GROUPS = {  # nouns that lie below another one
     "rig/setup": "rig_setup",
     "views/layouts": "view_layouts",
 }
-LISTS = {"AuditPage", "ServiceTokenList", "UserList", "UserSessionList"}
+LISTS = {"AuditPage", "DatasetExports", "ServiceTokenList", "UserList", "UserSessionList"}
 """Answers to a GET that are a list in an object."""
 BY_TRANSPORT = {"prefer", "X-Lease", "if-none-match", "Last-Event-ID", "Idempotency-Key"}
 """Headers that no method has as a parameter of this name."""

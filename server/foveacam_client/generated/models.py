@@ -199,7 +199,7 @@ class BatchRequest(Document):
     capture_ids: Annotated[list[CaptureId], Field(max_length=500, min_length=1)]
     cluster: bool = False
     kind: Literal["depth", "mosaic", "export", "evaluate"]
-    to: Literal["hugging-face", "colmap", "nerfstudio", "authors"] = "hugging-face"
+    to: Literal["hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors"] = "hugging-face"
 
 
 class BinningRequest(Document):
@@ -621,6 +621,15 @@ class CurveDocument(Document):
     success: list[float]
 
 
+class DatasetExportRequest(Document):
+    """The format to which a dataset is exported."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    kind: Literal["hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors"]
+
+
 class DepthBackendChoice(Document):
     """The backend to use for the depth of looks from now on."""
 
@@ -884,7 +893,7 @@ class DueItem(Document):
     created_utc: str
     for_good: bool
     id: str
-    kind: Literal["captures", "recordings", "stills", "clouds", "fixations"]
+    kind: Literal["captures", "recordings", "stills", "clouds", "fixations", "exports"]
     name: str
     size_bytes: int
     why: str
@@ -1823,6 +1832,19 @@ class LoopTuneRequest(Document):
     polish: bool = False
 
 
+class MadeExport(Document):
+    """A finished export: one ZIP file. `outdated`: the dataset or this program has changed since."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    download_url: str
+    made_utc: str
+    outdated: bool
+    points: int
+    size_bytes: int
+
+
 class MapDocument(Document):
     """A map as GeoJSON in metres, as `regions` takes it."""
 
@@ -2683,6 +2705,7 @@ class RetentionRules(Document):
     automatic: bool = False
     captures: RetentionRule | None = None
     clouds: RetentionRule | None = None
+    exports: RetentionRule | None = None
     fixations: RetentionRule | None = None
     recordings: RetentionRule | None = None
     stills: RetentionRule | None = None
@@ -3348,7 +3371,10 @@ class StopDocument(Document):
 
 
 class SuggestionDocument(Document):
-    """A good target for a first look; `score`: salience relative to the picture's best, which has 1."""
+    """A good target for a first look; `score`: salience relative to the picture's best, which has 1.
+
+    `verified`: both foveae have looked at it and verged; else it is chosen by the wide picture alone.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -3356,6 +3382,7 @@ class SuggestionDocument(Document):
     ax_deg: float
     ay_deg: float
     score: float
+    verified: bool
     x_px: float
     y_px: float
 
@@ -4100,6 +4127,37 @@ class CoverageDocument(Document):
     overlap_down: float | None
     seen_both: float
     seen_either: float
+
+
+class DatasetExport(Document):
+    """The export of a capture to one format. `largest_bytes`: its size at most; null where it is impossible.
+
+    `refusal`: why none can be made now.
+    """
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    job_id: str | None
+    kind: Literal["hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors"]
+    largest_bytes: int | None
+    made: MadeExport | None
+    progress: JobProgress | None
+    refusal: Problem | None
+    state: Literal["none", "building", "complete"]
+    url: str
+
+
+class DatasetExports(Document):
+    """The exports of a capture, one for each format."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+    )
+    capture_id: str
+    exports: list[DatasetExport]
+    name: str
+    url: str
 
 
 class DraftDocument(Document):

@@ -1400,6 +1400,99 @@ class Events:
         )
 
 
+class Exports:
+    """Operations of `exports`."""
+
+    def __init__(self, transport: Transport) -> None:
+        self._transport = transport
+
+    def list(self, capture_id: str) -> models.DatasetExports:
+        """A capture's exports.
+
+        Return for each format the finished export, the progress of its job, or why none is possible.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(
+            Call("GET", "/api/v1/captures/{capture_id}/exports", path_values={"capture_id": capture_id}),
+            models.DatasetExports,
+        )
+
+    def make(
+        self, capture_id: str, body: models.DatasetExportRequest, *, idempotency_key: str | None = None
+    ) -> StartedJob[models.DatasetExport]:
+        """Export a capture.
+
+        Queue an export as a job without the rig; refuse an impossible one, and one that might not fit.
+        Where the same export of the unchanged dataset exists, the job ends at once with it.
+
+        Needs the right `operate`.
+        """
+        return self._transport.start(
+            Call(
+                "POST",
+                "/api/v1/captures/{capture_id}/exports",
+                path_values={"capture_id": capture_id},
+                body=body,
+                idempotent=True,
+                idempotency_key=idempotency_key,
+            ),
+            models.DatasetExport,
+        )
+
+    def get(
+        self, capture_id: str, kind: Literal["hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors"]
+    ) -> models.DatasetExport:
+        """One of a capture's exports.
+
+        Return the export to one format, the progress of its job, or why none is possible.
+
+        Needs the right `view`.
+        """
+        return self._transport.answer(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/exports/{kind}",
+                path_values={"capture_id": capture_id, "kind": kind},
+            ),
+            models.DatasetExport,
+        )
+
+    def remove(
+        self, capture_id: str, kind: Literal["hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors"]
+    ) -> None:
+        """Remove a capture's export.
+
+        Remove one export; the capture and its other exports stay.
+
+        Needs the right `operate`.
+        """
+        self._transport.order(
+            Call(
+                "DELETE",
+                "/api/v1/captures/{capture_id}/exports/{kind}",
+                path_values={"capture_id": capture_id, "kind": kind},
+            )
+        )
+
+    def download(
+        self, capture_id: str, kind: Literal["hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors"]
+    ) -> Download:
+        """Download an export.
+
+        Send a finished export as one ZIP file, also by ranges.
+
+        Needs the right `view`.
+        """
+        return self._transport.download(
+            Call(
+                "GET",
+                "/api/v1/captures/{capture_id}/exports/{kind}.zip",
+                path_values={"capture_id": capture_id, "kind": kind},
+            )
+        )
+
+
 class Faults:
     """Operations of `faults`."""
 
@@ -3785,6 +3878,18 @@ class Suggestions:
             builtins.list[models.SuggestionDocument],
         )
 
+    def check(self, *, count: int | None = None) -> builtins.list[models.SuggestionDocument]:
+        """Look at the suggested targets.
+
+        Move the mirrors to suggestions, for 8 s at most; return those on which both foveae verge.
+
+        Needs the right `operate`.
+        """
+        return self._transport.answer(
+            Call("POST", "/api/v1/suggestions/checks", query={"count": count}),
+            builtins.list[models.SuggestionDocument],
+        )
+
 
 class Targets:
     """Operations of `targets`."""
@@ -4091,6 +4196,7 @@ class Operations:
         self.drift_checks = DriftChecks(transport)
         self.engine = Engine(transport)
         self.events = Events(transport)
+        self.exports = Exports(transport)
         self.faults = Faults(transport)
         self.fixations = Fixations(transport)
         self.follows = Follows(transport)

@@ -1,4 +1,4 @@
-"""Opens the services of stored pictures: captures with mosaics and references, stills, recordings."""
+"""Opens the services of stored pictures: captures with their products, stills, recordings."""
 
 from dataclasses import dataclass
 
@@ -16,6 +16,7 @@ from foveacam_server.datasets.derived_products import DerivedProductTools
 from foveacam_server.resources.capturing.archive.service import ArchiveService
 from foveacam_server.resources.capturing.batches.service import BatchService
 from foveacam_server.resources.capturing.captures.service import CaptureService
+from foveacam_server.resources.capturing.exports.service import ExportService
 from foveacam_server.resources.capturing.mosaics.service import MosaicService
 from foveacam_server.resources.capturing.recordings.collection import RECORDINGS
 from foveacam_server.resources.capturing.recordings.service import RecordingService, RecordingTools
@@ -36,6 +37,7 @@ class CollectionServices:
     recordings: RecordingService
     mosaics: MosaicService
     references: ReferenceService
+    exports: ExportService
     archive: ArchiveService
     batches: BatchService
 
@@ -55,6 +57,7 @@ def open_collections(shared: SharedServices, *, backends: DepthBackendService) -
         recordings=recordings,
         mosaics=MosaicService(making, shared.displays.viewer, network_in_use=backends.network_in_use),
         references=ReferenceService(making),
+        exports=ExportService(making),
         archive=ArchiveService(
             shared.foundation.settings.archive,
             {
@@ -81,7 +84,7 @@ def open_retention(
 
     def capture_in_use(capture_id: str) -> bool:
         try:
-            for products in (collections.mosaics, collections.references):
+            for products in (collections.mosaics, collections.references, collections.exports):
                 products.check_idle(capture_id, "remove its capture")
         except Busy:
             return True
@@ -98,6 +101,12 @@ def open_retention(
                 every=stills.search,
                 in_use=lambda still_id: is_being_written(stills.collection.get(still_id).stored.folder),
                 remove=stills.remove,
+            ),
+            "exports": RetentionSource(
+                every=collections.exports.collection.every,
+                in_use=collections.exports.is_in_use,
+                remove=collections.exports.collection.remove_by_id,
+                for_good=True,
             ),
             **looks,
         },

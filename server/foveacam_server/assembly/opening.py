@@ -126,6 +126,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         recordings=collections.recordings,
         mosaics=collections.mosaics,
         references=collections.references,
+        exports=collections.exports,
         archive=collections.archive,
         retention=open_retention(shared, collections, looks=retained_looks(shared, observation)),
         batches=collections.batches,

@@ -14,6 +14,7 @@ MODULES = (
     "capturing.captures.routes",
     "capturing.mosaics.routes",
     "capturing.references.routes",
+    "capturing.exports.routes",
     "capturing.batches.routes",
     "capturing.stills.routes",
     "devices.mirrors.routes",

@@ -25,6 +25,7 @@ from foveacam_server.resources.capturing.archive.service import ArchiveService
 from foveacam_server.resources.capturing.batches.service import BatchService
 from foveacam_server.resources.capturing.captures.routes import CaptureProducts
 from foveacam_server.resources.capturing.captures.service import CaptureService
+from foveacam_server.resources.capturing.exports.service import ExportService
 from foveacam_server.resources.capturing.mosaics.service import MosaicService
 from foveacam_server.resources.capturing.recordings.service import RecordingService
 from foveacam_server.resources.capturing.references.routes import CaptureSource
@@ -111,6 +112,7 @@ class Services:
     stills: StillService
     mosaics: MosaicService
     references: ReferenceService
+    exports: ExportService
     archive: ArchiveService
     retention: RetentionService
     batches: BatchService
@@ -142,7 +144,7 @@ def registry_of(services: Services, routers: Iterable[GuardedRouter]) -> Service
     registry.add(OverlayDistance, services.overlay)
     registry.add(CloudOwners, services.fixations)
     registry.add(CaptureSource, services.captures)
-    registry.add(CaptureProducts, (services.mosaics, services.references))
+    registry.add(CaptureProducts, (services.mosaics, services.references, services.exports))
     registry.add(NewestPictures, services.hub)
     for router in routers:
         for opened in router.opens:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="retention",
-    help="How long captures, recordings, stills, clouds and fixations are kept: rules in retention.toml.",
+    help="How long captures, recordings, stills, clouds, fixations, exports are kept: retention.toml.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

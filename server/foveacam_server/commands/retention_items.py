@@ -6,6 +6,7 @@ from foveacam_pipeline.capture.dataset.lock import is_being_written
 from foveacam_server.datasets.collection import CAPTURES, DatasetCollection
 from foveacam_server.foundation.store import DATABASE, Store, StoreReader
 from foveacam_server.resources.capturing.captures.schema import CaptureDocument
+from foveacam_server.resources.capturing.exports.collection import EXPORTS, ExportCollection
 from foveacam_server.resources.capturing.recordings.collection import RECORDINGS, RecordingCollection
 from foveacam_server.resources.capturing.recordings.documents import recording_document
 from foveacam_server.resources.capturing.retention.rules import (
@@ -44,6 +45,7 @@ def _sources(data: Path) -> Sources:
     captures = DatasetCollection(data / CAPTURES)
     recordings = RecordingCollection(data / RECORDINGS)
     stills = StillCollection(data / STILLS)
+    exports = ExportCollection(data / CAPTURES / EXPORTS)
     return {
         "captures": RetentionSource(
             every=lambda: [CaptureDocument.of(stored) for stored in captures.every()],
@@ -59,6 +61,12 @@ def _sources(data: Path) -> Sources:
             every=lambda: [StillDocument.of(still) for still in stills.every(StillState.KEPT)],
             in_use=lambda still_id: is_being_written(stills.get(still_id).stored.folder),
             remove=stills.remove,
+        ),
+        "exports": RetentionSource(
+            every=exports.every,
+            in_use=lambda export_id: False,  # a server that makes one has the folder's lock
+            remove=exports.remove_by_id,
+            for_good=True,
         ),
     }
 

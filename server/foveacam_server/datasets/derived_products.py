@@ -1,4 +1,4 @@
-"""Computes products of captures (mosaic, reference) as jobs in child processes, one of a kind at a time."""
+"""Computes products of captures (mosaic, reference, export) as jobs in child processes, one each at once."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -84,7 +84,7 @@ class DerivedProductJobs:
         capture_id: str,
         request: RequestModel,
         *,
-        check: Callable[[StoredCapture], None],
+        check: Callable[[StoredCapture], object],
         idempotency_key: str | None,
     ) -> Job:
         """Queue a job; `check` raises when the product cannot be computed."""
@@ -105,6 +105,11 @@ class DerivedProductJobs:
         """Return the job that computes the product of a capture now."""
         job = self._job_of(capture_id)
         return None if job is None else job.describe()
+
+    def running_arguments(self, capture_id: str) -> str | None:
+        """Return the request, as JSON, of the job that computes the product of a capture now."""
+        job = self._job_of(capture_id)
+        return None if job is None else job.parse_request(ProductRequest).arguments
 
     def ended_dataset(self, stored: StoredCapture) -> Dataset:
         """Return the dataset of a capture; raise InvalidInput for a damaged one, Busy for a running one."""

@@ -32,10 +32,11 @@ class _Buffer:
         return b"".join(parts)
 
 
-def zip_stream(folder: Path) -> Iterator[bytes]:
+def zip_stream(folder: Path, *, remove: bool = False) -> Iterator[bytes]:
     """Yield an uncompressed ZIP file of a folder's files; images would not become smaller.
 
-    Files that are only in the archive are read from there.
+    Files that are only in the archive are read from there. `remove`: whether each file is deleted once it is
+    in the ZIP file.
     """
     buffer = _Buffer()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
@@ -47,6 +48,8 @@ def zip_stream(folder: Path) -> Iterator[bytes]:
                 while block := file.read(BLOCK):
                     entry.write(block)
                     yield buffer.drain()
+            if remove:
+                path.unlink()
         for name in _archived_alone(folder):
             archive.writestr(f"{folder.name}/{name}", read_stored(folder, name))
             yield buffer.drain()

@@ -1,1 +1,1 @@
-"""Resources of recorded data: captures, stills, recordings, mosaics, references, archive, retention."""
+"""Resources of recorded data: captures, stills, recordings, products, archive, retention."""

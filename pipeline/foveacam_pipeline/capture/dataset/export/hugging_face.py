@@ -12,22 +12,18 @@ from types import ModuleType
 
 from foveacam_hardware.contract import InvalidInput, Role, install_command
 from foveacam_pipeline.capture.dataset.document import DOCUMENT
+from foveacam_pipeline.capture.dataset.export.point_numbers import ANGLES, NUMBERS, numbers_of
 from foveacam_pipeline.capture.dataset.export.target import ExportChoice
 from foveacam_pipeline.capture.dataset.images import ImageCodec, encode
 from foveacam_pipeline.capture.dataset.reader import Dataset, DatasetPoint
 
 POINTS_A_FILE = 64
-NUMBERS = ("point", "scan", "column", "row", "bracket", "left_t_ns", "right_t_ns", "exposure_ns")
-ANGLES = (
-    "left_ax_rad", "left_ay_rad", "right_ax_rad", "right_ay_rad", "left_x_v", "left_y_v", "right_x_v",
-    "right_y_v", "aim_ax_rad", "aim_ay_rad", "distance_m", "rail_m",
-)  # fmt: skip
 PICTURES = tuple(role.value for role in (Role.LEFT, Role.RIGHT, Role.WIDE))
 
 
 def export_hugging_face(dataset: Dataset, folder: Path, choice: ExportChoice) -> None:
     """Write data/*.parquet, README.md and the dataset's `dataset.json` into an empty folder."""
-    arrow, parquet = _pyarrow()
+    arrow, parquet = pyarrow_modules()
     schema = _schema(arrow)
     files = [dataset[start : start + POINTS_A_FILE] for start in range(0, len(dataset), POINTS_A_FILE)]
     (folder / "data").mkdir()
@@ -44,20 +40,8 @@ def export_hugging_face(dataset: Dataset, folder: Path, choice: ExportChoice) ->
 def rows_of(point: DatasetPoint) -> Iterator[dict[str, object]]:
     """Yield one row per bracket: numbers, and images as PNG in the form that `datasets` expects."""
     for bracket in point.brackets:
-        place = point.place
-        first = {
-            role: next((f for f in point.frames if f.role is role and f.bracket == bracket), None)
-            for role in (Role.LEFT, Role.RIGHT)
-        }
-        left, right = first[Role.LEFT], first[Role.RIGHT]
-        gazes = (left and left.gaze_rad, right and right.gaze_rad)
-        drives = (left and left.volts_v, right and right.volts_v)
-        numbers = (place.index, place.scan, place.column, place.row, bracket)
-        times = (left and left.t_ns, right and right.t_ns, left and left.exposure_ns)
-        pairs = [value for pair in (*gazes, *drives, place.aim_rad) for value in (pair or (None, None))]
         yield {
-            **dict(zip(NUMBERS, (*numbers, *times), strict=True)),
-            **dict(zip(ANGLES, (*pairs, place.distance_m, place.rail_m), strict=True)),
+            **numbers_of(point, bracket),
             **{name: _picture(point, Role(name), bracket) for name in PICTURES},
         }
 
@@ -113,7 +97,8 @@ def _schema(arrow: ModuleType) -> object:
     return arrow.schema(columns, metadata=metadata)
 
 
-def _pyarrow() -> tuple[ModuleType, ModuleType]:
+def pyarrow_modules() -> tuple[ModuleType, ModuleType]:
+    """Return pyarrow and its module of parquet; raise `InvalidInput` where it is not installed."""
     try:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError as error:

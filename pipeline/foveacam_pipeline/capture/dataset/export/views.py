@@ -64,12 +64,17 @@ class ExportView:
 def pose_calibration(dataset: Dataset) -> Calibration:
     """Return the dataset's calibration; raise where the poses of its views cannot be known."""
     if dataset.calibration is None:
-        raise NotCalibrated(f"{dataset.folder} has no calibration: the poses of its views are not known")
+        raise NotCalibrated(
+            f"dataset {dataset.folder.name} has no calibration: the poses of its views are not known",
+            found="it has no calibration",
+            remedy="export it for Hugging Face or OME-Zarr, which need none, or capture it again with a "
+            "calibration in use",
+        )
     bearings = {(point.place.pan_rad, point.place.tilt_rad) for point in dataset}
     if len(bearings) > 1:
         raise InvalidInput(
-            f"{dataset.folder} was taken from {len(bearings)} bearings of the pan-tilt, whose axes are not "
-            "calibrated; export its scans one by one"
+            f"dataset {dataset.folder.name} was taken from {len(bearings)} bearings of the pan-tilt, whose "
+            "axes are not calibrated; export its scans one by one"
         )
     return dataset.calibration
 

@@ -90,7 +90,7 @@ def mosaic(
 def export(
     datasets: DatasetsArgument,
     *,
-    to: Annotated[str, typer.Option(help="hugging-face, colmap, nerfstudio or authors")],
+    to: Annotated[str, typer.Option(help="hugging-face, colmap, nerfstudio, ome-zarr or authors")],
     out: OutOption = OUT,
     scale: Annotated[float, typer.Option(help="scale of the images: 0.5 or 1.0")] = 1.0,
     seeds: Annotated[int, typer.Option(help="3D points from each pair (colmap, nerfstudio)", min=0)] = 100,

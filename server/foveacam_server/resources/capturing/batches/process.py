@@ -8,8 +8,9 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from foveacam_server.datasets.export_format import ExportFormat
 from foveacam_server.foundation.child_work import StdoutProgress, run_child
-from foveacam_server.resources.capturing.batches.schema import ExportFormat, Kind
+from foveacam_server.resources.capturing.batches.schema import Kind
 
 
 class ChildOrder(BaseModel):

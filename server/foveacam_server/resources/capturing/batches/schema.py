@@ -4,11 +4,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from foveacam_server.datasets.export_format import ExportFormat
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
 MOST_CAPTURES = 500
 Kind = Literal["depth", "mosaic", "export", "evaluate"]
-ExportFormat = Literal["hugging-face", "colmap", "nerfstudio", "authors"]
 CaptureIds = Annotated[
     list[Annotated[str, Field(min_length=1, max_length=255)]], Field(min_length=1, max_length=MOST_CAPTURES)
 ]

@@ -79,7 +79,7 @@ def info_command(dataset: WhichDataset, data: DataOption = None, as_json: JsonOp
 def export(
     dataset: WhichDataset,
     output: Annotated[Path, typer.Argument(help="folder to make; it must not exist")],
-    to: Annotated[str, typer.Option(help="hugging-face, colmap, nerfstudio or authors")],
+    to: Annotated[str, typer.Option(help="hugging-face, colmap, nerfstudio, ome-zarr or authors")],
     scale: ScaleOption = 1.0,
     seeds: Annotated[int, typer.Option(help="3D points from each pair (colmap, nerfstudio)", min=0)] = 100,
     data: DataOption = None,

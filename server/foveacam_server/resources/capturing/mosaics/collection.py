@@ -4,10 +4,7 @@ They are in folders beside the datasets: `.mosaics/ID/made` and `.mosaics/ID/mak
 replaces the former one by a rename, so `made` is always complete.
 """
 
-import hashlib
 import json
-import re
-import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +17,7 @@ from foveacam_pipeline.capture.dataset import Dataset
 from foveacam_pipeline.capture.mosaic.chart import Chart
 from foveacam_pipeline.storage.disk import disk_errors
 from foveacam_server.datasets.collection import CAPTURES_URL
+from foveacam_server.datasets.product_folders import product_home, remove_product, replace_product
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.capturing.mosaics.schema import (
     Eye,
@@ -38,7 +36,6 @@ FILES: dict[str, str] = {"picture": "mosaic", "depth": "depth"}
 """Stem of a layer's Deep Zoom files."""
 FORMS: dict[str, str] = {"picture": "jpg", "depth": "png"}
 PICTURE_TILE_PX = 512
-_PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 
 
 class MosaicSource(BaseModel):
@@ -160,9 +157,7 @@ class MosaicCollection:
 
     def home(self, capture_id: str) -> Path:
         """Return the folder of a capture's mosaics, safe for any id."""
-        plain = _PLAIN.fullmatch(capture_id) is not None
-        name = capture_id if plain else "." + hashlib.sha256(capture_id.encode()).hexdigest()
-        return self.folder / name
+        return product_home(self.folder, capture_id)
 
     def making(self, capture_id: str) -> Path:
         """Return the folder of the mosaic in progress."""
@@ -212,25 +207,12 @@ class MosaicCollection:
 
     def finish(self, capture_id: str) -> None:
         """Replace the former mosaic by the finished one. Raise as `disk_errors`."""
-        home, made = self.home(capture_id), self.home(capture_id) / MADE
         with disk_errors("the finished mosaic", self.folder.parent):
-            if made.exists():
-                older = home / "older"
-                shutil.rmtree(older, ignore_errors=True)
-                made.rename(older)
-            (home / MAKING).rename(made)
-            shutil.rmtree(home / "older", ignore_errors=True)
+            replace_product(self.making(capture_id), self.home(capture_id) / MADE)
 
     def remove(self, capture_id: str) -> None:
         """Delete all mosaics of a capture; a rename makes them disappear at once."""
-        home = self.home(capture_id)
-        gone = home.with_name(f"{home.name}.gone")
-        shutil.rmtree(gone, ignore_errors=True)
-        if not home.exists():
-            return
-        with disk_errors("removing a mosaic", self.folder.parent):
-            home.rename(gone)
-        shutil.rmtree(gone, ignore_errors=True)
+        remove_product(self.home(capture_id), what="a mosaic")
 
 
 def mosaic_url(capture_id: str) -> str:

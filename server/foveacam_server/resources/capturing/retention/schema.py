@@ -6,7 +6,7 @@ from pydantic import ConfigDict, Field
 
 from foveacam_server.foundation.schema import RequestModel, ResponseModel
 
-RetainedKind = Literal["captures", "recordings", "stills", "clouds", "fixations"]
+RetainedKind = Literal["captures", "recordings", "stills", "clouds", "fixations", "exports"]
 
 
 class RetentionRule(ResponseModel):
@@ -29,6 +29,7 @@ class RetentionRules(ResponseModel):
     stills: RetentionRule = RetentionRule()
     clouds: RetentionRule = RetentionRule()
     fixations: RetentionRule = RetentionRule()
+    exports: RetentionRule = RetentionRule()
 
     def rule(self, kind: RetainedKind) -> RetentionRule:
         """Return the rule of a kind."""
@@ -38,6 +39,7 @@ class RetentionRules(ResponseModel):
             "stills": self.stills,
             "clouds": self.clouds,
             "fixations": self.fixations,
+            "exports": self.exports,
         }
         return rules[kind]
 

@@ -1,0 +1,1 @@
+"""Exports of captures for other programs, each packed as one ZIP file."""
