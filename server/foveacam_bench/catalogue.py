@@ -52,7 +52,7 @@ BENCHES: Mapping[str, Bench] = {
     "calibration": Bench(module="calibration.procedures", whole_s=(240, 480)),
     "capture": Bench(module="capture.captures", whole_s=(240, 480)),
     "clicks": Bench(module="verge.field_clicks", whole_s=(1800, 3600)),
-    "console": Bench(module="stream.console", whole_s=(170, 300), needs=BROWSER),
+    "console": Bench(module="console.figures", whole_s=(300, 480), needs=BROWSER, uses=("nbclient",)),
     "context": Bench(module="verge.look_around", whole_s=(120, 240)),
     "depth": Bench(module="depth.dense", whole_s=(240, 480), needs=("skimage",)),
     "doors": Bench(module="doors.stop", whole_s=(1080, 1500), needs=("schemathesis",)),

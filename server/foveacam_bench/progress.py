@@ -50,9 +50,12 @@ def shown_progress(name: str, *, limits_s: tuple[int, int], notes: Sequence[str]
 
 def show_part(figures: Figures) -> None:
     """Show the figures of a part on stderr, as a line of JSON: what a bench that is cut off has measured."""
-    Console(stderr=True, highlight=False, soft_wrap=True).print(
-        json.dumps(figures, default=str), markup=False
-    )
+    show_note(json.dumps(figures, default=str))
+
+
+def show_note(text: str) -> None:
+    """Show a line on stderr: what a figure counts, or why it is null."""
+    Console(stderr=True, highlight=False, soft_wrap=True).print(text, markup=False)
 
 
 def duration_text(limits_s: tuple[int, int]) -> str:

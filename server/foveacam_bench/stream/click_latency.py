@@ -125,12 +125,23 @@ def _click(
     if math.dist((fixation["request"]["pixel"]["x_px"], fixation["request"]["pixel"]["y_px"]), pixel) > 1.0:
         raise DeviceFault(f"the page showed another fixation than that of the click on pixel {pixel}")
     parts = _parts_s(answer, fixation, server.send("GET", f"/jobs/{fixation['job_id']}").json())
+    wait_for_shape(page, server, fixation["id"])
+    delete_targets(server)
+    return fixation["basis"], parts
+
+
+def wait_for_shape(page: "Page", server: ServerProcess, fixation_id: str) -> bool:
+    """Wait until the shape of a fixation is computed and drawn; return False where it gets none."""
     shape_by_s = time.monotonic() + SHAPE_S
-    wait_until(page, lambda: _has_shape(server, fixation["id"]) or time.monotonic() > shape_by_s)
+    wait_until(page, lambda: _has_shape(server, fixation_id) or time.monotonic() > shape_by_s)
     page.wait_for_timeout(1e3 * LOOK_AT_SHAPE_S)
+    return _has_shape(server, fixation_id)
+
+
+def delete_targets(server: ServerProcess) -> None:
+    """Delete all targets with their shapes, so that a click beside one does not correct it."""
     for target in server.send("GET", "/targets").json():
         server.send("DELETE", f"/targets/{target['id']}")
-    return fixation["basis"], parts
 
 
 def _has_shape(server: ServerProcess, fixation_id: str) -> bool:

@@ -1,51 +1,33 @@
 """STOP is above every dialog: what a modal one makes inert, the stop is not."""
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
+from foveacam_bench.console.dialogs import ON_EVERY_PAGE, ConsoleDialog, one_click_stops, open_help
 from tests.support.pages.awaited import box_of
 from tests.support.pages.console_page import DESKTOP, PHONE, OpenConsole
-from tests.support.pages.stop import expect_stop_in_reach
+from tests.support.pages.stop import ENGAGED, expect_stop_in_reach
 from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
-
-def open_help(page: Page) -> None:
-    page.get_by_role("button", name="Help (?)").click()
-
-
-def open_settings(page: Page) -> None:
-    page.get_by_role("button", name="More").click()
-    page.get_by_role("button", name="Settings").click()
-
-
-def open_control(page: Page) -> None:
-    page.get_by_role("button", name="Control is free").click()
-
-
-def open_faults(page: Page) -> None:
-    page.get_by_role("button", name="Faults and warnings").click()
-
-
-def open_palette(page: Page) -> None:
-    page.keyboard.press("Control+k")
-
-
-DIALOGS = [open_help, open_settings, open_control, open_faults, open_palette]
+COVER = """() => {
+  const cover = document.createElement("div");
+  cover.style = "position: fixed; inset: 0; z-index: 9999";
+  document.querySelector("dialog[open]").append(cover);
+}"""
 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
-@pytest.mark.parametrize("open_dialog", DIALOGS)
+@pytest.mark.parametrize("dialog", ON_EVERY_PAGE, ids=lambda dialog: dialog.name)
 def test_one_click_and_space_stop_while_a_dialog_is_open(
-    open_console: OpenConsole, stub: StubServer, open_dialog: object, phone: bool
+    open_console: OpenConsole, stub: StubServer, dialog: ConsoleDialog, phone: bool
 ) -> None:
     console = open_console(stub.url, options={"viewport": PHONE if phone else DESKTOP})
     stop = console.page.locator("#stop")
     console.wait_for_frames("wide")
-    assert callable(open_dialog)
     before = box_of(stop)
-    open_dialog(console.page)
+    dialog.open(console.page)
     assert box_of(stop) == before  # its place on the screen
     expect_stop_in_reach(console.page)
     console.page.keyboard.press("Escape")
@@ -73,3 +55,18 @@ def test_stop_follows_the_topmost_dialog_and_a_window_that_changes_its_size(
     expect(page.locator("dialog[aria-label=Help] > #stop")).to_be_in_viewport(ratio=1.0)
     page.keyboard.press("Escape")
     expect(page.locator(".topbar > #stop")).to_be_in_viewport(ratio=1.0)
+
+
+@pytest.mark.parametrize("covered", [False, True])
+def test_the_bench_clicks_as_a_person_does_on_whatever_is_above_the_stop(
+    open_console: OpenConsole, stub: StubServer, covered: bool
+) -> None:
+    page = open_console(stub.url).page
+    page.route("**/api/v1/stop", lambda route: route.fulfill(json=ENGAGED))
+    open_help(page)
+    expect(page.locator("dialog[aria-label=Help] > #stop")).to_be_in_viewport(ratio=1.0)
+    if covered:
+        page.evaluate(COVER)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.method))
+    assert one_click_stops(page, lambda: "POST" in asked) is not covered

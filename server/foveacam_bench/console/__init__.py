@@ -1,0 +1,1 @@
+"""The console in a browser: STOP, accessibility, first load, the 3D pane, response times, notebooks."""
