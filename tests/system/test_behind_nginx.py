@@ -70,6 +70,11 @@ def open_when_cancelled(server: Running, job_id: str, gate: threading.Event) -> 
     gate.set()
 
 
+def look(server: Running, address: str, data: Path) -> None:
+    found = json.loads(run(f"look 720 540 --json --data {data}", address))
+    assert server.get(f"/fixations/{found['id']}").json()["distance_m"] == found["distance_m"]
+
+
 def confirm_zero(server: Running, address: str, data: Path) -> None:
     result = CliRunner().invoke(app, ["confirm-zero", "rail", "--server", address])
     assert "it has reference switches; home it" in str(result.exception)  # the server's own words
@@ -80,6 +85,7 @@ COMMANDS: dict[str, Callable[[Running, str, Path], None]] = {
     "still": still,
     "capture": capture,
     "confirm-zero": confirm_zero,
+    "look": look,
 }
 
 

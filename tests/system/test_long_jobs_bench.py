@@ -31,7 +31,7 @@ def test_the_command_is_timed_and_its_failure_is_no_figure(
 def test_a_raster_is_taken_whole_at_full_size(tmp_path: Path) -> None:
     found = long_jobs.raster_figures(tmp_path / "raster", side=2)
 
-    (folder,) = (tmp_path / "raster").glob("data/captures/*")
+    (folder,) = (tmp_path / "raster").glob("data/captures/[!.]*")
     images = [image for point in Dataset.open(folder) for image in (point.left, point.right, point.wide)]
     assert (found["raster_points"], found["raster_frames"]) == (4, len(images)) == (4, 12)
     assert {image.shape for image in images} == {(1080, 1440, 3)}

@@ -163,12 +163,16 @@ class LiveViews:
         """Tell the sink the rate at which each camera's view should come: that of a view that is watched."""
         for camera in status.cameras:
             role = camera.role
-            promised = camera.connected and self._allowed[role] and self._sink.watched(role.value)
+            delivers = camera.connected and camera.settings.frame_rate_hz > 0.0  # an absent one has no rate
+            promised = delivers and self._allowed[role] and self._sink.watched(role.value)
+            if not promised:
+                self._sink.expect(role.value, None)
+                continue
             limit_hz = self._limits.fovea_hz
             if role is Role.WIDE:
                 limit_hz = min(self._limits.wide_hz, SESSION_WIDE_HZ if self._in_session else EVERY_WIDE_HZ)
             expected = expected_rate(limit_hz, camera.settings, link=camera.link, simulated=status.simulated)
-            self._sink.expect(role.value, expected if promised else None)
+            self._sink.expect(role.value, expected)
 
     def _wide_due_ns(self) -> int:
         """Return when a wide frame is due at the present rate, so that a new viewer need not wait."""

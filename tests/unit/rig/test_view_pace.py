@@ -90,6 +90,13 @@ def test_rates_are_promised_to_views_that_are_watched_and_that_nothing_holds_up(
     assert promised(replace(status, cameras=cameras), everything)["left"] is None
 
 
+def test_no_rate_is_promised_to_the_view_of_a_camera_without_one(status: RigStatus) -> None:
+    absent = CameraSettings(exposure_ns=0, frame_rate_hz=0.0)
+    cameras = tuple(replace(camera, settings=absent) for camera in status.cameras)
+    nothing = {"wide": None, "left": None, "right": None}
+    assert promised(replace(status, cameras=cameras), {"wide", "left", "right"}) == nothing
+
+
 def test_the_hub_states_what_it_expects_of_a_view_and_why_it_is_slow() -> None:
     clock = VirtualClock(10 * S)
     hub = FrameHub(clock=clock)

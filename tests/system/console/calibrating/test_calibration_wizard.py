@@ -74,21 +74,6 @@ def test_calibrating_everything_begins_a_session_and_runs_all_steps(
     assert stub.posted_bodies(RUNS) == [{"step": "all", "options": {"activate": True}}]
 
 
-def test_calibrating_everything_without_stations_says_so_and_opens_a_scene_that_has_them(
-    stub: StubServer, open_wizard: OpenWizard
-) -> None:
-    stub.answers["/pan_tilt"]["stations"] = []
-    page = open_wizard().page
-    page.get_by_role("button", name="Calibrate everything").click()
-    dialog = page.get_by_role("dialog", name="Calibrate everything")
-    expect(dialog.get_by_role("button", name="Start")).to_be_disabled()
-    expect(dialog).to_contain_text("This rig has no station with markers.")
-    dialog.get_by_role("button", name="Open the calibration scene").click()
-    with page.expect_request("**/rig/setup/open") as sent:
-        page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
-    assert sent.value.post_data_json == {"path": None, "scene": "calibration"}
-
-
 def test_page_goes_along_with_the_steps_while_everything_is_calibrated(
     stub: StubServer, open_wizard: OpenWizard
 ) -> None:
@@ -300,3 +285,18 @@ def test_paper_model_stands_beside_ours_and_the_parallax_is_stated(open_wizard: 
     slider = fit.get_by_role("slider")
     slider.fill("80")
     expect(fit.locator(".pair")).to_have_attribute("style", re.compile("--part: ?80%"))
+
+
+def test_calibrating_everything_without_stations_says_so_and_opens_a_scene_that_has_them(
+    stub: StubServer, open_wizard: OpenWizard
+) -> None:
+    stub.answers["/pan_tilt"]["stations"] = []
+    page = open_wizard("overview").page
+    page.get_by_role("button", name="Calibrate everything").click()
+    dialog = page.get_by_role("dialog", name="Calibrate everything")
+    expect(dialog.get_by_role("button", name="Start")).to_be_disabled()
+    expect(dialog).to_contain_text("This rig has no station with markers.")
+    dialog.get_by_role("button", name="Open the calibration scene").click()
+    with page.expect_request("**/rig/setup/open") as sent:
+        page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
+    assert sent.value.post_data_json == {"path": None, "scene": "calibration"}

@@ -205,7 +205,7 @@ def test_viewer_sees_own_sign_ins_and_changes_the_password(stub: StubServer, ope
 
     sockets: list[str] = []
     page.on("websocket", lambda socket: sockets.append(socket.url))
-    page.evaluate("location.hash = '#/rig'")
+    page.evaluate("location.hash = '#/rig/mirrors'")
     expect(page.get_by_role("region", name="Steer by hand", exact=True)).to_be_visible()
     page.get_by_role("button", name="Signed in: linus, viewer").click()
     page.get_by_role("link", name="My sign-ins").click()
