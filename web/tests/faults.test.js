@@ -59,9 +59,9 @@ test("the button says how many there are of which kind", () => {
   assert.equal(trayLabel([]), "Faults and warnings: none");
   assert.equal(
     trayLabel([fault(), fault({ present: false }), fault({ level: "warning" })]),
-    "Faults and warnings: 2 errors, 1 warning; 2 present",
+    "Faults and warnings, 3: 2 errors, 1 warning; 2 present",
   );
-  assert.equal(trayLabel([fault({ present: false })]), "Faults and warnings: 1 error; all over");
+  assert.equal(trayLabel([fault({ present: false })]), "Faults and warnings, 1: 1 error; all over");
 });
 
 test("a row names what it concerns, also of a scope that the page does not know", () => {

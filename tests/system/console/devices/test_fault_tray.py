@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from foveacam_bench.console.accessibility import serious_findings
 from tests.support.pages.awaited import expect_to_fit
 from tests.support.pages.calibration_documents import Document
 from tests.support.pages.console_page import TOUCH, OpenConsole, OpenShared
@@ -48,8 +49,9 @@ def test_the_button_counts_the_tray_lists_what_to_do_and_faults_are_dismissed(
     page = open_stub("#/").page
     expect(button(page)).to_have_text("3")
     expect(button(page)).to_have_attribute(
-        "aria-label", "Faults and warnings: 2 errors, 1 warning; 1 present"
+        "aria-label", "Faults and warnings, 3: 2 errors, 1 warning; 1 present"
     )
+    assert serious_findings(page) == []  # the number beside the sign is a part of the name
 
     page.locator("body").press("e")
     expect(rows(page)).to_have_count(3)

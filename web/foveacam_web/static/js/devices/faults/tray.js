@@ -30,7 +30,7 @@ export function mountFaultTray(place, { store, reader }) {
     button.className = `tool fault-button ${trayTone(rows)}`;
     button.title = trayLabel(rows);
     button.setAttribute("aria-label", button.title);
-    fill(button, icon("warn"), rows.length > 0 && html`<span class="number" aria-hidden="true">${rows.length}</span>`);
+    fill(button, icon("warn"), rows.length > 0 && html`<span class="number">${rows.length}</span>`);
     update(list, trayContent(rows, reader));
   });
   return { open: () => dialog.showModal() };
