@@ -1,7 +1,7 @@
 """Finds good targets in the newest wide picture, and verifies them by looking."""
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -21,8 +21,6 @@ MOST = 10
 """Number of suggestions computed, however few a request wants."""
 KEPT_S = 10.0
 """Time for which a result is cached, so that several pages opened together cost as much as one."""
-
-
 VERIFIED_S = 60.0
 """Time for which verified targets are cached: what stands there may move."""
 VERIFYING_S = 8.0
@@ -64,30 +62,38 @@ class SuggestionService:
     ) -> list[SuggestionDocument]:
         """Look at the suggestions; return at most `count` on which both foveae verge, best first.
 
-        Raise `Busy` while another has the rig, and a device's error.
+        A check that a click or a job interrupts is not kept. Raise `Busy` while another has the rig, and a
+        device's error.
         """
-        clock = self._hub.clock
         with self._lock:
             found = self._present(calibration)
             if not found.verified or len(found.targets) < count:
                 candidates = suggest_targets(_newest_wide(self._hub), calibration, count=MOST)
-
-                def wanted() -> bool:
-                    return hardware.use.wanted
-
-                with hardware.session(HOLDER, cancelled=wanted, gives_way=True) as head:
-                    targets = verified_targets(
-                        head,
-                        calibration,
-                        candidates,
-                        clock=clock,
-                        count=count,
-                        until_ns=clock.now_ns() + round(1e9 * VERIFYING_S),
-                        cancelled=wanted,
-                    )
-                found = _Found(t_ns=clock.now_ns(), calibration=calibration, targets=targets, verified=True)
-                self._found = found
+                targets = self._look(candidates, calibration, hardware, count=count)
+                found = replace(found, t_ns=self._hub.clock.now_ns(), targets=targets, verified=True)
+                if not hardware.use.wanted:
+                    self._found = found
         return [_document(each, found) for each in found.targets[:count]]
+
+    def _look(
+        self,
+        candidates: tuple[Suggestion, ...],
+        calibration: Calibration,
+        hardware: HardwareThread,
+        *,
+        count: int,
+    ) -> tuple[Suggestion, ...]:
+        clock = self._hub.clock
+        with hardware.session(HOLDER, cancelled=lambda: hardware.use.wanted, gives_way=True) as head:
+            return verified_targets(
+                head,
+                calibration,
+                candidates,
+                clock=clock,
+                count=count,
+                until_ns=clock.now_ns() + round(1e9 * VERIFYING_S),
+                cancelled=lambda: hardware.use.wanted,
+            )
 
     def _present(self, calibration: Calibration) -> _Found:
         now_ns = self._hub.clock.now_ns()
