@@ -82,7 +82,8 @@ test("the event log keeps 200 events, each once, and none that is shown elsewher
   assert.deepEqual([log.length, log[0]?.id, log.at(-1)?.id], [200, 50, 249]);
   assert.equal(withEvent(log, event(249)), log);
   assert.equal(withEvent(log, event(250, "job.updated")), log);
-  for (const kind of ["target.created", "cloud.created"]) assert.equal(withEvent(log, event(251, kind)), log); // of a fixation
+  for (const kind of ["target.created", "cloud.created", "wide_depth.changed"])
+    assert.equal(withEvent(log, event(251, kind)), log); // of a fixation
 });
 
 test("a positioner says what is known of its place, and what to do where it is not known", () => {

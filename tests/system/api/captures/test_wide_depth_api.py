@@ -41,6 +41,7 @@ def test_a_look_around_that_is_cancelled_keeps_what_it_found(api_server: Running
     while api_server.get(f"/jobs/{job['id']}").json()["state"] == "cancelling":
         api_server.wait_for_event("job.updated", after=after)
     assert api_server.get(f"/jobs/{job['id']}").json()["state"] == "cancelled"
+    assert api_server.wait_for_event("wide_depth.surveyed", after=after)["known_cells"] >= told["known_cells"]
     known = api_server.get("/wide_depth").json()
     assert 0.0 < known["surveyed_fraction"] < 1.0
     assert known["survey_job_id"] is None

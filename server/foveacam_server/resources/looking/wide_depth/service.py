@@ -187,7 +187,9 @@ class WideDepthService:
         self._surveyed = looked.done / max(1, looked.directions)
         self._keeper.save()
         self._show(bring=True)
-        self._emit_change(_describe_survey(looked), always=True)
+        self._emit_change(always=True)
+        ended = _describe_survey(looked)
+        self._tools.events.emit("wide_depth.surveyed", ended, data=self.document())
         job.check()
         return URL
 
@@ -237,7 +239,7 @@ class WideDepthService:
         self._tools.hub.publish_picture(VIEW, context_picture(known), t_ns=self._tools.clock.now_ns())
         if self._tools.viewer is not None and picture is not None:
             self._show_surface(known, picture, context, bring=bring)
-        self._emit_change("the wide depth has changed")
+        self._emit_change()
 
     def _show_surface(
         self, known: ContextMap, picture: NDArray[np.uint8], context: WideContext, *, bring: bool
@@ -253,12 +255,12 @@ class WideDepthService:
             count_flow(this_part(), PANE, "drawings")
             viewer.show_surroundings(mesh, backdrop, bring=bring)
 
-    def _emit_change(self, message: str, *, always: bool = False) -> None:
+    def _emit_change(self, *, always: bool = False) -> None:
         document = self.document()
         if not always and abs(document.known_fraction - self._emitted_share) < LEAST_SHARE_CHANGE:
             return
         self._emitted_share = document.known_fraction
-        self._tools.events.emit("wide_depth.changed", message, data=document)
+        self._tools.events.emit("wide_depth.changed", "the wide depth has changed", data=document)
 
     def _wide_picture(self) -> NDArray[np.uint8] | None:
         """Return the newest wide picture, (h, w, 3) uint8 RGB."""

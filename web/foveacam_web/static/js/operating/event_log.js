@@ -15,8 +15,8 @@ const NOISE = new Set([
   "fault.dismissed",
   "target.created",
   "cloud.created",
+  "wide_depth.changed",
 ]); // shown elsewhere on the page, or told by the fixation that made it
-const GROWN = "the wide depth has changed"; // by each look; a look around tells more
 
 /**
  * Return the log with an event added; the newest 200 are kept.
@@ -25,7 +25,7 @@ const GROWN = "the wide depth has changed"; // by each look; a look around tells
  * @returns {EventDocument[]}
  */
 export function withEvent(log, event) {
-  if (NOISE.has(event.kind) || event.message === GROWN || log.some(({ id }) => id === event.id)) return log;
+  if (NOISE.has(event.kind) || log.some(({ id }) => id === event.id)) return log;
   return [...log.slice(1 - MOST), event];
 }
 

@@ -23,13 +23,12 @@ export const STEPS = Object.freeze([
   },
   {
     title: "Look around",
-    words:
-      "Press “Look around” above the 3D view. The rig looks at the whole field once, which takes some fifteen seconds.",
+    words: "Press “Look around” above the 3D view. The rig looks at the whole field once.",
     keys: "",
     at: CONSOLE_ADDRESS,
     to: "To the button",
     place: ".wide-depth-look",
-    done: ({ kind, message }) => kind === "wide_depth.changed" && message.startsWith("the look around"),
+    done: ({ kind }) => kind === "wide_depth.surveyed",
   },
   {
     title: "Measure",

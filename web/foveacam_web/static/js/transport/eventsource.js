@@ -90,6 +90,7 @@ const KINDS = [
   "measurement.updated",
   "measurement.deleted",
   "wide_depth.changed",
+  "wide_depth.surveyed",
   "follow.started",
   "follow.changed",
   "follow.refused",
