@@ -5,7 +5,9 @@ import html
 import json
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from foveacam_client.document import JsonObject
 
 if TYPE_CHECKING:
     from foveacam_client.clouds import PointCloud
@@ -32,7 +34,7 @@ def cloud_frame(cloud: "PointCloud") -> str:
     )
 
 
-def _page(drawn: dict[str, Any], *, points: int) -> str:  # Any: a JSON document
+def _page(drawn: JsonObject, *, points: int) -> str:
     count = drawn["count"]
     shown = f"{points} points" if count == points else f"{count} of {points} points"
     caption = f"{shown}; drag to turn, wheel to zoom, double-click to reset"
@@ -40,7 +42,7 @@ def _page(drawn: dict[str, Any], *, points: int) -> str:  # Any: a JSON document
     return _template().replace("CAPTION", caption).replace("CLOUD", content)
 
 
-def _drawn_cloud(cloud: "PointCloud") -> dict[str, Any]:  # Any: a JSON document
+def _drawn_cloud(cloud: "PointCloud") -> JsonObject:
     """Return the points, quantised to 16 bits an axis, with their box, centre and radius in metres."""
     import numpy as np
 

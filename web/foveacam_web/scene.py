@@ -283,7 +283,7 @@ class ViewerScene:
         camera.position, camera.look_at, camera.fov = pose.position_m, pose.look_at_m, pose.fov_rad
 
     async def _place(self, viewer: viser.ClientHandle, viewpoint: Viewpoint) -> None:
-        """Move a viewer to where its person asked for."""
+        """Move a viewer to the view that was asked for."""
         with self._lock:
             pose = self._pose(viewpoint)
         if pose is not None:

@@ -1,7 +1,7 @@
 """Where viewers of the 3D scene stand: before what was found last, over all of it, or at the rig.
 
-A viewer is led to each new shape with a short motion. One whose person has moved the camera stays where it
-is, until that person asks for a view.
+A viewer is led to each new shape with a short motion. Once somebody has moved a viewer's camera, it stays
+there until a view is asked for.
 """
 
 import asyncio
@@ -56,7 +56,7 @@ class Pose:
     fov_rad: float = START_FOV_RAD
 
     def near(self, other: "Pose") -> bool:
-        """Return whether both show the same, but for a person's unnoticeable touch."""
+        """Return whether two poses differ by less than `_MOVED` of the distance looked at."""
         reach_m = float(np.linalg.norm(self.look_at_m - self.position_m))
         apart_m = max(
             float(np.linalg.norm(self.position_m - other.position_m)),
@@ -142,7 +142,7 @@ class Viewpoints:
             self.leave(viewer)
 
     def lead_all(self, pose: Pose, *, asked: bool = False) -> None:
-        """Move the viewers to a pose, those alone whose person left the camera; `asked`: all of them.
+        """Move viewers to a pose: those whose camera nobody has moved, or all of them if `asked`.
 
         From any thread, without waiting for the motion.
         """
@@ -175,12 +175,12 @@ class Viewpoints:
         return not any(given.near(now) for given in self._given.get(viewer.client_id, ()))
 
     async def lead(self, viewer: viser.ClientHandle, pose: Pose) -> None:
-        """Move a viewer to a pose, unless its person has moved the camera."""
+        """Move a viewer to a pose, unless somebody has moved its camera."""
         if not self.has_moved(viewer):
             await self.place(viewer, pose)
 
     async def place(self, viewer: viser.ClientHandle, pose: Pose) -> None:
-        """Move a viewer to a pose that its person asked for; a later motion replaces this one."""
+        """Move a viewer to a pose in a short motion, which a later one replaces."""
         name = viewer.client_id
         number = self._motions[name] = self._motions.get(name, 0) + 1
         begun = pose_of(viewer)

@@ -5,7 +5,7 @@ axe-core comes with the sources alone, as a file of the page's tests.
 
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from foveacam_bench.console.pages import (
     CONSOLE_PAGES,
@@ -18,6 +18,7 @@ from foveacam_bench.console.pages import (
 from foveacam_bench.figures import Figures, Report
 from foveacam_bench.progress import show_note
 from foveacam_bench.stream.console_page import open_context, open_page
+from foveacam_client.document import JsonObject
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -78,7 +79,7 @@ def serious_findings(page: "Page") -> list[str]:
     """Return the serious and critical findings of a page, one line each."""
     if not page.evaluate("typeof axe === 'object'"):
         page.evaluate(_source())
-    found: list[dict[str, Any]] = page.evaluate(_RUN)  # Any: axe's findings
+    found: list[JsonObject] = page.evaluate(_RUN)
     return [
         f"{rule['id']} ({rule['help']}): {node['html'][:160]} | {_last_line(node['failureSummary'])}"
         for rule in found

@@ -86,8 +86,7 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
     computing = _open_computing(foundation)
     shared.hardware.start()
     _start_scene_follower(shared)
-    lag = foundation.lag
-    lease = Lease(clock=foundation.clock, events=foundation.events, blocked_ns=lag.blocked_ns)
+    lease = _open_lease(foundation)
     return Services(
         settings=foundation.settings,
         clock=foundation.clock,
@@ -138,6 +137,11 @@ def open_services(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLo
         measurements=observation.measurements,
         viewer=displays.viewer,
     )
+
+
+def _open_lease(foundation: ServerFoundation) -> Lease:
+    blocked_ns = foundation.lag.blocked_ns
+    return Lease(clock=foundation.clock, events=foundation.events, blocked_ns=blocked_ns)
 
 
 def _open_groups(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoop) -> OpenedGroups:

@@ -35,9 +35,9 @@ class ViewPace:
 
     def slow_reason(self, now_ns: int) -> str | None:
         """Return why the view has been slow for `SLOW_AFTER_NS`; None while it has not."""
-        since_ns = self._slow_since_ns
-        slow = self.expected is not None and since_ns is not None and now_ns - since_ns >= SLOW_AFTER_NS
-        return self.expected.reason if slow and self.expected is not None else None
+        if self.expected is None or self._slow_since_ns is None:
+            return None
+        return self.expected.reason if now_ns - self._slow_since_ns >= SLOW_AFTER_NS else None
 
 
 def expected_rate(

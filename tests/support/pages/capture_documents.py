@@ -68,14 +68,6 @@ def job(state: str = "running", **more: object) -> Document:
 
 def estimate(columns: int = 2, rows: int = 2, **more: object) -> Document:
     """Views of 100 x 80 px side by side, each overlapping the next by a fifth."""
-    prints = [
-        {
-            "left": _box(400.0 + 80.0 * column, 400.0 + 64.0 * row),
-            "right": _box(404.0 + 80.0 * column, 400.0 + 64.0 * row),
-        }
-        for row in range(rows)
-        for column in range(columns)
-    ]
     points = columns * rows
     grid = {
         "kind": "grid",
@@ -118,7 +110,7 @@ def estimate(columns: int = 2, rows: int = 2, **more: object) -> Document:
         "kinds": [],
         "warnings": [],
         "coverage": {
-            "footprints": prints,
+            "footprints": _footprints(columns, rows),
             "seen_either": 1.0,
             "seen_both": 0.97,
             "overlap_across": 0.2,
@@ -127,6 +119,17 @@ def estimate(columns: int = 2, rows: int = 2, **more: object) -> Document:
         },
     }
     return found | more
+
+
+def _footprints(columns: int, rows: int) -> list[Document]:
+    return [
+        {
+            "left": _box(400.0 + 80.0 * column, 400.0 + 64.0 * row),
+            "right": _box(404.0 + 80.0 * column, 400.0 + 64.0 * row),
+        }
+        for row in range(rows)
+        for column in range(columns)
+    ]
 
 
 EXPORT_KINDS = ("hugging-face", "colmap", "nerfstudio", "ome-zarr", "authors")

@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from foveacam_hardware.contract import InvalidInput
 from foveacam_server.commands.options import RigOptions, on_rig
+
+if TYPE_CHECKING:
+    from foveacam_server.resources.capturing.captures.cli_order import CaptureOrder
 
 PlanArgument = Annotated[
     Path | None, typer.Argument(help="plan (.json), or set points as text; without one, a grid")
@@ -91,6 +94,11 @@ def capture(
         codec=codec_of(codec),
         estimate=estimate,
     )
+    _run(rig_options, order, flag=flag, server=server)
+
+
+def _run(rig_options: RigOptions, order: "CaptureOrder", *, flag: str | None, server: str | None) -> None:
+    """Capture with a rig of its own, or order it of a server."""
     if server is None:
         from foveacam_server.resources.capturing.captures.cli_run import run_order
 

@@ -12,7 +12,7 @@ import { textButton } from "../elements/parts.js";
 const SCENE = "calibration";
 const OPENING = Object.freeze({
   title: "Open the calibration scene",
-  text: "The simulated rig is parked and opened again in a room with boards and markers. It takes about ten seconds.",
+  text: "The simulated rig is parked and opened again in a room with boards and markers.",
   yes: "Open it",
 });
 

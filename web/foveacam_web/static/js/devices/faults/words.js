@@ -46,8 +46,7 @@ export function trayLabel(rows) {
   const errors = rows.filter(({ level }) => level === "error").length;
   const present = rows.filter((row) => row.present).length;
   const parts = [counted(errors, "error"), counted(rows.length - errors, "warning")].filter(Boolean);
-  const all = rows.length; // the number that the button shows is a part of its name
-  return `Faults and warnings, ${all}: ${parts.join(", ")}; ${present === 0 ? "all over" : `${present} present`}`;
+  return `Faults and warnings, ${rows.length}: ${parts.join(", ")}; ${present === 0 ? "all over" : `${present} present`}`;
 }
 
 /** @param {number} number @param {string} noun */
