@@ -1,4 +1,4 @@
-"""Computes products of captures (mosaic, reference, export) as jobs in child processes, one each at once."""
+"""Computes products of captures (mosaic, reference, export) in child processes, one of a kind at a time."""
 
 import threading
 from collections.abc import Callable, Sequence
