@@ -53,11 +53,15 @@ def _smoothed(pair: RectifiedPair, depth: DepthMap, step_px: int) -> NDArray[np.
 
 def _faces(corners_px: NDArray[np.float32], tear_px: float) -> NDArray[np.int64]:
     """Return (m, 3) indices into the flattened grid; counter-clockwise as seen from the rig."""
-    height, width = corners_px.shape
-    index = np.arange(height * width).reshape(height, width)
-    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
-    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
-    faces = np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])
+    faces = grid_faces(*corners_px.shape)
     spread = np.ptp(corners_px.ravel()[faces], axis=1)
     whole: NDArray[np.int64] = faces[spread <= tear_px]  # a triangle with an unknown corner compares false
     return whole
+
+
+def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
+    """Return (m, 3) indices of all faces of a grid of vertices; counter-clockwise as seen from the rig."""
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
+    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
+    return np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from foveacam_pipeline.models.intrinsics import Intrinsics
+from foveacam_pipeline.stereo.mesh import grid_faces
 from foveacam_pipeline.stereo.pictures import depth_picture
 from foveacam_pipeline.stereo.values import Cloud, DepthMap, DepthMesh
 from foveacam_pipeline.wide_depth.values import ContextMap
@@ -68,7 +69,7 @@ def backdrop_mesh(known: ContextMap, picture: NDArray[np.uint8], wide: Intrinsic
     uv = np.column_stack([x_px.ravel() + 0.5, y_px.ravel() + 0.5]) / (wide.width, wide.height)
     return DepthMesh(
         vertices_rig_m=np.column_stack([tangents * z_m[:, None], z_m]).astype(np.float32),
-        faces=_grid_faces(*x_px.shape).astype(np.uint32),
+        faces=grid_faces(*x_px.shape).astype(np.uint32),
         uv=uv.astype(np.float32),
         texture=np.repeat(pale[:, :, None], 3, axis=2),
     )
@@ -149,18 +150,10 @@ def without_specks(known: ContextMap) -> ContextMap:
 
 def _faces(q: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return (m, 3) indices into the flattened grid; counter-clockwise as seen from the rig."""
-    faces = _grid_faces(*q.shape)
+    faces = grid_faces(*q.shape)
     corners = q.ravel()[faces]
     whole: NDArray[np.int64] = faces[np.ptp(corners, axis=1) <= TEAR_RELATIVE * corners.max(axis=1)]
     return whole
-
-
-def _grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
-    """Return (m, 3) indices of all faces of a grid of vertices; counter-clockwise as seen from the rig."""
-    index = np.arange(rows * columns).reshape(rows, columns)
-    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
-    c, d = index[1:, :-1].ravel(), index[1:, 1:].ravel()
-    return np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])
 
 
 def _texture(picture: NDArray[np.uint8], width_px: int) -> NDArray[np.uint8]:

@@ -19,7 +19,6 @@ from foveacam_bench.servers import ServerProcess
 from foveacam_bench.stream.click_latency import delete_targets, wait_for_shape
 from foveacam_bench.stream.console_page import open_context, open_page, page_position, wait_until
 from foveacam_client.document import JsonObject
-from foveacam_pipeline.verge.values import Basis
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, FrameLocator, Page
@@ -38,7 +37,6 @@ CLICKS_PX = (
 )
 """Wide pixels of the scene `bench`, near and far, by both foveae and by one."""
 QUICK_CLICKS = 1
-INFERRED = {Basis.SURROUNDINGS, Basis.BOUND}
 PANE = ".area-scene .scene"
 SURFACES, HIDDEN = "Surfaces", ("Point clouds", "Surroundings", "Gaze rays", "Labels")
 """Labels of checkboxes in the 3D scene's panel."""
@@ -50,10 +48,11 @@ _SHOWN = "document.getElementById('fixation').dataset.fixation || null"
 def cloud_fill_figures(browser: "Browser", server: ServerProcess, *, quick: bool, report: Report) -> Figures:
     """Click and measure; return the least and the median share, and how many clicks were counted.
 
-    Not counted are answers without a cloud, inferred ones, and failures. Shares are null where none counts.
+    An answer without a cloud has a flat picture as its shape. Not counted are limits of a distance, and
+    failures. Shares are null where none counts.
     """
     clicks = CLICKS_PX[: QUICK_CLICKS if quick else None]
-    fills: list[float] = []
+    fills: list[tuple[float, bool]] = []
     with open_context(browser, scene=True) as context:
         page = open_page(context, server.url)
         scene = open_scene(page)
@@ -66,26 +65,32 @@ def cloud_fill_figures(browser: "Browser", server: ServerProcess, *, quick: bool
     return fill_figures(fills, clicks=len(clicks))
 
 
-def fill_figures(fills: Sequence[float], *, clicks: int) -> Figures:
-    """Return the figures of so many clicks, of which those with a cloud filled these shares."""
+def fill_figures(fills: Sequence[tuple[float, bool]], *, clicks: int) -> Figures:
+    """Return the figures of so many clicks: the share that a shape filled, and whether it is a cloud."""
+    shares = [share for share, _ in fills]
     return {
-        "cloud_fills": round(min(fills), 3) if fills else None,
-        "cloud_fills_median": round(median(fills), 3) if fills else None,
+        "cloud_fills": round(min(shares), 3) if shares else None,
+        "cloud_fills_median": round(median(shares), 3) if shares else None,
         "cloud_fills_clicks": len(fills),
-        "cloud_fills_without_cloud": clicks - len(fills),
+        "cloud_fills_flat": sum(not cloud for _, cloud in fills),
+        "cloud_fills_without_distance": clicks - len(fills),
     }
 
 
 def _fill_after_click(
     page: "Page", server: ServerProcess, scene: "FrameLocator", pixel: tuple[float, float]
-) -> float | None:
-    """Click on a wide pixel; return the share of the pane's height that its shape takes, None without."""
+) -> tuple[float, bool] | None:
+    """Click on a wide pixel; return the share of the pane's height that its shape takes, None without.
+
+    With it whether the shape is a cloud.
+    """
     before = page.evaluate(_SHOWN)
     page.mouse.click(*page_position(page, *pixel))
     wait_until(page, lambda: page.evaluate(_SHOWN) not in (None, before))
     fixation: JsonObject = server.send("GET", f"/fixations/{page.evaluate(_SHOWN)}").json()
     try:
-        if not wait_for_shape(page, server, str(fixation["id"])) or fixation["basis"] in INFERRED:
+        cloud = wait_for_shape(page, server, str(fixation["id"]))
+        if fixation["distance_m"] is None:
             return None
         shown = _picture_at_rest(page)
         set_shown(scene, SURFACES, shown=False)
@@ -93,7 +98,7 @@ def _fill_after_click(
         set_shown(scene, SURFACES, shown=True)
     finally:
         delete_targets(server)
-    return shape_height_px(shown, hidden) / len(shown)
+    return shape_height_px(shown, hidden) / len(shown), cloud
 
 
 def _picture_at_rest(page: "Page") -> NDArray[np.uint8]:

@@ -36,18 +36,20 @@ def test_what_looks_alike_has_no_height(shown: NDArray[np.uint8]) -> None:
     assert shape_height_px(shown, EMPTY) == 0
 
 
-def test_clicks_without_a_cloud_are_counted_apart() -> None:
-    assert fill_figures([0.5, 0.4, 0.45], clicks=10) == {
+def test_flat_pictures_and_clicks_without_a_distance_are_counted_apart() -> None:
+    assert fill_figures([(0.5, True), (0.4, False), (0.45, True)], clicks=10) == {
         "cloud_fills": 0.4,
         "cloud_fills_median": 0.45,
         "cloud_fills_clicks": 3,
-        "cloud_fills_without_cloud": 7,
+        "cloud_fills_flat": 1,
+        "cloud_fills_without_distance": 7,
     }
     assert fill_figures([], clicks=2) == {
         "cloud_fills": None,
         "cloud_fills_median": None,
         "cloud_fills_clicks": 0,
-        "cloud_fills_without_cloud": 2,
+        "cloud_fills_flat": 0,
+        "cloud_fills_without_distance": 2,
     }
 
 

@@ -11,7 +11,8 @@ from tests.support.scenes.fixations import fixation
 from foveacam_hardware.contract import Cancelled, Frame, InvalidInput, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
-from foveacam_pipeline.stereo.values import Cloud
+from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
@@ -40,11 +41,13 @@ class Pane:
 
     def __init__(self) -> None:
         self.shown: dict[str, tuple[str, Cloud | None]] = {}
+        self.meshes: dict[str, DepthMesh | None] = {}
         self.changed = threading.Condition()
 
     def show_fixation(self, fixation_id: str, drawing: FixationDrawing) -> None:
         with self.changed:
             self.shown[fixation_id] = (drawing.label, drawing.cloud)
+            self.meshes[fixation_id] = drawing.mesh
             self.changed.notify_all()
 
     def wait_for(self, fixation_id: str) -> tuple[str, Cloud | None]:
@@ -194,7 +197,9 @@ def test_frames_of_binning_2_give_no_shape_at_full_scale(setup: Setup, calibrati
         setup.worker.make(replace(setup.seen(binned, calibration), scale=FULL_SCALE))
 
 
-def test_look_without_texture_leaves_the_point_and_says_why(setup: Setup, calibration: Calibration) -> None:
+def test_look_without_texture_leaves_a_flat_picture_and_says_why(
+    setup: Setup, calibration: Calibration
+) -> None:
     blank = np.full((1080, 1440), 90, np.uint8)
     setup.worker.put(setup.seen(sighting(calibration, blank), calibration))
     setup.worker.start()
@@ -203,6 +208,33 @@ def test_look_without_texture_leaves_the_point_and_says_why(setup: Setup, calibr
     told = setup.events.recent(1)[0]
     assert (told.kind, told.data["fixation_id"]) == ("cloud.failed", "fix-1")
     assert setup.created() == []
+    flat = setup.pane.meshes["fix-1"]
+    assert flat is not None
+    np.testing.assert_allclose(flat.vertices_rig_m[:, 2], 4.0)
+
+
+@pytest.mark.parametrize("eye", [Role.LEFT, Role.RIGHT])
+def test_look_by_one_fovea_is_drawn_as_that_eyes_picture(
+    setup: Setup, calibration: Calibration, eye: Role
+) -> None:
+    seen = setup.seen(sighting(calibration, np.full((1080, 1440), 90, np.uint8)), calibration)
+    other = {Role.LEFT: "right", Role.RIGHT: "left"}[eye]
+    bright = replace(getattr(seen.sighting, other), image=np.full((1080, 1440), 200, np.uint8))
+    seen = replace(
+        seen,
+        eye=eye,
+        drawing=replace(seen.drawing, basis=Basis.FOVEA_AND_WIDE),
+        sighting=replace(seen.sighting, **{other: bright}),
+    )
+    setup.worker.put(seen)
+    setup.worker.start()
+    setup.pane.wait_for("fix-1")
+    setup.worker.close()
+    flat = setup.pane.meshes["fix-1"]
+    assert flat is not None
+    assert set(np.unique(flat.texture)) == {90}
+    assert setup.created() == []
+    assert not setup.events.recent(9)
 
 
 def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calibration) -> None:

@@ -15,13 +15,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import FoveaError, Sighting
+from foveacam_hardware.contract import FoveaError, Role, Sighting
 from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.measure.look import look_depth
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.depth import cloud as cloud_of
 from foveacam_pipeline.stereo.depth import depth_map
 from foveacam_pipeline.stereo.estimator import MatchedPair
+from foveacam_pipeline.stereo.flat_picture import flat_picture
 from foveacam_pipeline.stereo.mesh import depth_mesh
 from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.rectify import rectify
@@ -77,6 +78,8 @@ class VergedLook:
     calibration: Calibration
     target_id: str | None
     """Id of its target; None without one."""
+    eye: Role = Role.LEFT
+    """The fovea whose picture is drawn at the target's depth where the pair gives no shape."""
     scale: float = SCALE
     """Pixels of the depth map per pixel of the sensor; `FULL_SCALE` needs frames at binning 1."""
 
@@ -175,18 +178,19 @@ class ShapeWorker:
         try:
             with span("shape"):
                 self._work(seen)
-        except FoveaError as error:
-            self._show(seen, cloud=None, mesh=None)  # draws the point alone
-            self._failed(seen, str(error))
         except Exception:  # noqa: BLE001 - the thread's outermost frame: the next fixation gets its shape
             _log.exception("no shape for %s", seen.fixation_id)
             self._failed(seen, "an unexpected error; the cause is in the server's log")
 
     def _work(self, seen: VergedLook) -> None:
         if seen.drawing.basis is Basis.FOVEA_AND_WIDE:  # only one eye sees it: no pair to match
-            self._show(seen, cloud=None, mesh=None)
+            self._show_flat(seen)
             return
-        self.make(seen)
+        try:
+            self.make(seen)
+        except FoveaError as error:
+            self._failed(seen, str(error))
+            self._show_flat(seen)
 
     def make(self, seen: VergedLook, *, check: Callable[[], None] = _unchecked) -> CloudDocument:
         """Compute the shape of a look, store and show it; raise `NotFound` where nothing matches.
@@ -221,6 +225,14 @@ class ShapeWorker:
             return
         count_flow(this_part(), PANE, "drawings")
         self._viewer.show_fixation(seen.fixation_id, replace(seen.drawing, cloud=cloud, mesh=mesh))
+
+    def _show_flat(self, seen: VergedLook) -> None:
+        """Draw what the look's `eye` saw as a flat picture at the target's depth."""
+        sighting = seen.sighting
+        frame = sighting.left if seen.eye is Role.LEFT else sighting.right
+        z_m = seen.drawing.point_rig_m[2]
+        mesh = flat_picture(frame, seen.eye, sighting.volts, seen.calibration, z_m=z_m)
+        self._show(seen, cloud=None, mesh=mesh)
 
     def _show_limits(self, seen: BoundedLook) -> None:
         if self._viewer is not None:

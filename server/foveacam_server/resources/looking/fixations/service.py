@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from foveacam_hardware.contract import Clock, Frame
+from foveacam_hardware.contract import Clock, Frame, Role
 from foveacam_hardware.contract.spans import span
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.verge.estimate import DistanceEstimate
@@ -321,8 +321,17 @@ class FixationService:
                 sighting=fixation.sighting,
                 calibration=calibration,
                 target_id=described.target_id,
+                eye=_pictured_eye(fixation),
             )
         )
+
+
+def _pictured_eye(fixation: Fixation) -> Role:
+    """Return the fovea that shows the target; the left one where both do, or where it is not known."""
+    left = fixation.left_view
+    if fixation.sighting is not None and fixation.sighting.missing is not None:
+        return Role.RIGHT if fixation.sighting.missing is Role.LEFT else Role.LEFT
+    return Role.LEFT if left is None or left.sees_target else Role.RIGHT
 
 
 def _step_words(step: VergeStep) -> str:
