@@ -24,6 +24,8 @@ const every = setInterval;
 window.setInterval = (run, period_ms, ...rest) =>
   every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
 }</script>"""
+# Outside the console nothing else on the page stops; the address holds below any path at which the server lives
+_STOP = '<script type="module" src="../static/js/looking/scene/viser_stop.js"></script>'
 _PACE = Path(__file__).parent / "static" / "js" / "looking" / "scene" / "drawing_pace.js"
 # Inside the console: hides the docked views, which the console itself shows, folds the panel, hides it in a
 # low pane, whose picture it would cover, and hides the bottom sheet, which would cover most of a phone's pane
@@ -71,7 +73,7 @@ def viser_page(*, bare: bool = False) -> bytes:
     head, separator, rest = page.partition("<head>")
     if not separator:
         raise PageChanged(f"viser {viser.__version__}: its client page has no <head>")
-    added = _RECONNECT + _STYLE + (_DRAW_SELDOM + _draw_in_steps() + _BARE if bare else _THEME)
+    added = _RECONNECT + _STYLE + (_DRAW_SELDOM + _draw_in_steps() + _BARE if bare else _THEME + _STOP)
     return (head + separator + added + rest).encode()
 
 

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
-from playwright.sync_api import Browser, Page, expect
+from fastapi.staticfiles import StaticFiles
+from playwright.sync_api import Browser, Page, Route, ViewportSize, expect
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_server.console import security, viser_relay
+from foveacam_server.console.static_files import STATIC
 from foveacam_server.doors import error_handlers
 from foveacam_server.foundation.http.provided import ServiceRegistry
 from foveacam_server.foundation.persons.person_quota import ServerPlaces
@@ -20,13 +22,13 @@ from foveacam_server.rig.ports import SceneViewer
 from foveacam_web.scene import ViewerScene
 from foveacam_web.scene_values import FixationDrawing, Point, RigShape
 from tests.support.pages.awaited import let_run, wait_for
-from tests.support.pages.console_page import PATIENCE_MS
+from tests.support.pages.console_page import PATIENCE_MS, PHONE
 from tests.support.servers.local_server import serving
 from tests.support.servers.viewer import viewer_of
 
 pytestmark = pytest.mark.browser
 
-SIZE = {"width": 900, "height": 600}
+SIZE: ViewportSize = {"width": 900, "height": 600}
 COUNT_DRAWINGS = """{
 window.drawings = 0;
 const { clear } = WebGL2RenderingContext.prototype;
@@ -78,6 +80,7 @@ def port(scene: ViewerScene) -> Iterator[int]:
     error_handlers.install(app)
     security.install(app, Settings())
     app.include_router(viser_relay.router)
+    app.mount("/static", StaticFiles(directory=STATIC))
 
     @app.get("/view", response_class=HTMLResponse)
     async def view() -> str:
@@ -117,6 +120,44 @@ def test_the_pane_draws_and_a_click_on_a_surface_selects_it(
 
     wait_for(page, click)
     assert complaints == []
+
+
+@pytest.mark.parametrize("size", [SIZE, PHONE], ids=["window", "phone"])
+def test_stop_stands_above_the_pane_and_its_panels(
+    scene: ViewerScene, port: int, page: Page, size: ViewportSize
+) -> None:
+    page.set_viewport_size(size)
+    asked: list[str] = []
+
+    def answer(route: Route) -> None:
+        asked.append(route.request.method)
+        if len(asked) < 3:
+            route.fulfill(json={"engaged": True, "parked": len(asked) == 1})
+        else:
+            route.abort()
+
+    page.route("**/api/v1/stop", answer)
+    page.goto(f"http://127.0.0.1:{port}/viser/")
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    stop, note = page.locator("#stop"), page.locator("#stopped")
+    expect(note).to_be_hidden()
+    stop.click()  # fails where anything covers its middle
+    expect(note).to_contain_text("the mirrors are parked")
+    expect(note.get_by_role("link")).to_have_attribute("href", "/")
+    page.locator("canvas[data-engine]").click(position={"x": 60, "y": 300})
+    page.keyboard.press("Space")
+    expect(note).to_contain_text("the mirrors did not confirm")
+    page.keyboard.press("Space")
+    expect(note).to_contain_text("Not stopped from here")
+    assert asked == ["POST"] * 3
+
+
+def test_inside_the_console_the_pane_has_no_stop_of_its_own(
+    scene: ViewerScene, port: int, page: Page
+) -> None:
+    page.goto(f"http://127.0.0.1:{port}/viser/?embedded=1")
+    wait_for(page, lambda: len(viewer_of(scene).get_clients()) == 1)
+    expect(page.locator("#stop")).to_have_count(0)
 
 
 def test_inside_the_console_nothing_is_drawn_while_nothing_changes(

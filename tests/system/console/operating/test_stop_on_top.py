@@ -11,6 +11,12 @@ from tests.support.pages.stub_server import StubServer
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(120)]
 
+OPEN_DIALOG = """() => {
+  const above = document.createElement("dialog");
+  above.id = "above";
+  document.body.append(above);
+  above.showModal();
+}"""
 COVER = """() => {
   const cover = document.createElement("div");
   cover.style = "position: fixed; inset: 0; z-index: 9999";
@@ -40,14 +46,7 @@ def test_stop_follows_the_topmost_dialog_and_a_window_that_changes_its_size(
 ) -> None:
     page = open_console(stub.url).page
     open_help(page)
-    page.evaluate(
-        """() => {
-          const above = document.createElement("dialog");
-          above.id = "above";
-          document.body.append(above);
-          above.showModal();
-        }"""
-    )
+    page.evaluate(OPEN_DIALOG)
     expect(page.locator("#above > #stop")).to_be_in_viewport(ratio=1.0)
     page.set_viewport_size(PHONE)
     expect(page.locator("#above > #stop")).to_be_in_viewport(ratio=1.0)
@@ -55,6 +54,22 @@ def test_stop_follows_the_topmost_dialog_and_a_window_that_changes_its_size(
     expect(page.locator("dialog[aria-label=Help] > #stop")).to_be_in_viewport(ratio=1.0)
     page.keyboard.press("Escape")
     expect(page.locator(".topbar > #stop")).to_be_in_viewport(ratio=1.0)
+
+
+@pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
+@pytest.mark.parametrize("name", ["view", "windows", "replay"])
+def test_one_click_and_space_stop_beside_a_dialog_of_a_page_of_views(
+    open_console: OpenConsole, stub: StubServer, name: str, phone: bool
+) -> None:
+    page = open_console(f"{stub.url}{name}", options={"viewport": PHONE if phone else DESKTOP}).page
+    stop = page.locator("#stop")
+    before = box_of(stop)
+    page.evaluate(OPEN_DIALOG)
+    assert box_of(stop) == before
+    expect_stop_in_reach(page)
+    page.evaluate("document.getElementById('above').close()")
+    expect(page.locator("#above > #stop")).to_have_count(0)
+    expect(stop).to_be_in_viewport(ratio=1.0)
 
 
 @pytest.mark.parametrize("covered", [False, True])
