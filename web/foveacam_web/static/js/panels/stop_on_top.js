@@ -8,7 +8,7 @@ import { h } from "../elements/dom.js";
  * @param {HTMLElement} button
  */
 export function keepOnTop(button) {
-  const gap = h("span", { class: "stop-gap", "aria-hidden": "true" });
+  const gap = h("span", { class: "stop stop-gap", "aria-hidden": "true" }); // placed as the button is
   /** @type {Element[]} the open dialogs, the topmost last */
   let open = [];
   const place = () => {
@@ -35,6 +35,8 @@ export function keepOnTop(button) {
       inset: `${top}px auto auto ${left}px`,
       width: `${width}px`,
       height: `${height}px`,
+      minWidth: "0",
+      minHeight: "0",
     });
   };
   new MutationObserver(() => {
