@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture, plain_texture
+from tests.support.scenes.plane_head import CALIBRATION, TILE, PlaneHead, noise_texture, plain_texture
 
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.aim import aim_at, volts_for
@@ -40,6 +40,23 @@ def test_each_fovea_against_the_wide_view_tells_the_plane_wherever_the_gazes_cro
         assert len(seen) > 1000
         sigmas = np.abs(seen.inverse_z_per_m - 1.0 / PLANE_M) / seen.sigma_per_m
         assert np.mean(sigmas < 3.0) > 0.98
+
+
+@pytest.mark.parametrize("about_per_m", [0.0, 0.1, 0.35, 0.5])
+def test_depth_far_from_the_expected_one_is_found_where_brightness_differs_across_the_view(
+    about_per_m: float,
+) -> None:
+    """Dark and bright bands as wide as a fovea's view: at the expected depth it shows another one."""
+    bands = np.where(np.arange(TILE) // (TILE // 2) % 2, 0.35, 1.2).astype(np.float32)
+    banded = PlaneHead(z_m=PLANE_M, texture=np.asarray(noise_texture() * bands[None], dtype=np.float32))
+    gazes = aim_at(CALIBRATION, np.array([0.012, 0.0]), 1.0 / PLANE_M)
+    sighting = banded.look(volts_for(CALIBRATION, gazes))
+    for role in (Role.LEFT, Role.RIGHT):
+        expected = eye_matches(sighting, CALIBRATION, role)
+        seen = eye_matches(sighting, CALIBRATION, role, about_per_m=about_per_m)
+        assert len(seen) > 0.6 * len(expected) > 1000
+        sigmas = np.abs(seen.inverse_z_per_m - 1.0 / PLANE_M) / seen.sigma_per_m
+        assert np.mean(sigmas < 3.0) > 0.97
 
 
 def test_dense_depth_of_a_verged_look_tells_the_plane(head: PlaneHead) -> None:
