@@ -375,8 +375,17 @@ export type GivenMap = { name: string; document: api.MapDocument; picture: strin
 
 // Measuring.
 
-/** The measurement that the operator makes. `start`: the first end of a length that waits for its second; `view`: where the tool's bar is. */
-export type Measuring = { kind: MeasureKind; view: MeasuredView; start: api.PlaceRequest | null; busy: boolean };
+/**
+ * The measurement that the operator makes. `start`: the first end of a length that waits for its second; `refused`: the
+ * places of one that could not be made; `view`: where the tool's bar is.
+ */
+export type Measuring = {
+  kind: MeasureKind;
+  view: MeasuredView;
+  start: api.PlaceRequest | null;
+  refused: api.PlaceRequest[];
+  busy: boolean;
+};
 
 /** What a drag over a view draws while it lasts, picture px. */
 export type MeasureDraft = { kind: MeasureKind; from: Point; to: Point };

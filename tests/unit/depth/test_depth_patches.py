@@ -7,13 +7,16 @@ import pytest
 from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.resources.looking.clouds.depth_patches import (
+    MAX_PATCHES,
     DepthPatch,
     DepthPatches,
     load_patch,
     point_patch,
     project_patch,
+    samples_patch,
     save_patch,
 )
 
@@ -136,6 +139,60 @@ def test_verged_point_alone_answers_for_its_pixel() -> None:
     patches.add(point_patch(point, sigma_z_m=0.01, wide=WIDE, fixation_id="fix-1", created_utc="2026-01-01"))
     x_px, y_px = WIDE.pixels([(math.atan(0.4 / 5.0), math.atan(-0.1 / 5.0))])[0]
     assert patches.at(x_px, y_px, wide=WIDE).point_rig_m == pytest.approx(point, abs=1e-6)
+
+
+def test_coarse_depths_count_only_where_their_fixation_measured_nothing_better() -> None:
+    patches = DepthPatches()
+    patches.add(patch_at(2.0, "fix-0"))  # an older look at the same place
+    point = (0.0, 0.0, 5.0)
+    patches.add(point_patch(point, sigma_z_m=0.01, wide=WIDE, fixation_id="fix-1", created_utc="2026-01-01"))
+    axis = np.linspace(-0.01, 0.01, 41)
+    tangents = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    coarse = DepthSamples(
+        tangents=tangents,
+        inverse_z_per_m=np.full(len(tangents), 1.0 / 5.1),
+        sigma_per_m=np.full(len(tangents), 0.001),
+    )
+    found = samples_patch(coarse, wide=WIDE, fixation_id="fix-1", created_utc="2026-01-01")
+    assert found is not None
+    patches.add_coarse(found)
+    x_px, y_px = WIDE.cx_px, WIDE.cy_px
+    assert patches.at(x_px, y_px, wide=WIDE).distance_m == pytest.approx(5.0)
+    beside = patches.at(x_px + 20.0, y_px, wide=WIDE)
+    assert beside.point_rig_m[2] == pytest.approx(5.1)
+    assert beside.distance_sigma_m == pytest.approx(0.001 * 5.1**2, rel=0.01)
+    assert patches.at(x_px + 60.0, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
+    patches.forget("fix-1")
+    assert patches.at(x_px, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
+
+
+def test_no_more_patches_are_held_than_wanted_and_the_newest_of_them() -> None:
+    patches = DepthPatches()
+    for number in range(MAX_PATCHES + 3):
+        z_m = 2.0 + 0.1 * number
+        patches.add(
+            point_patch(
+                (0.0, 0.0, z_m),
+                sigma_z_m=0.01,
+                wide=WIDE,
+                fixation_id=f"fix-{number}",
+                created_utc="2026-01-01",
+            )
+        )
+    newest = patches.at(WIDE.cx_px, WIDE.cy_px, wide=WIDE)
+    assert newest.fixation_id == f"fix-{MAX_PATCHES + 2}"
+    for number in range(3, MAX_PATCHES + 3):
+        patches.forget(f"fix-{number}")
+    with pytest.raises(NotFound):
+        patches.at(WIDE.cx_px, WIDE.cy_px, wide=WIDE)
+
+
+def test_directions_outside_the_wide_image_are_no_patch() -> None:
+    outside = DepthSamples(
+        tangents=np.array([[0.9, 0.0]]), inverse_z_per_m=np.array([0.2]), sigma_per_m=np.array([0.001])
+    )
+    for samples in (outside, DepthSamples.none()):
+        assert samples_patch(samples, wide=WIDE, fixation_id="fix-1", created_utc="2026-01-01") is None
 
 
 def test_pixel_outside_the_image_is_refused() -> None:

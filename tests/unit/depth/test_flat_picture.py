@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from foveacam_hardware.contract import Frame, InvalidInput, Role
+from foveacam_hardware.contract import Binning, Frame, InvalidInput, Role
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.flat_picture import flat_picture
@@ -18,7 +18,7 @@ def calibration() -> Calibration:
     return load_calibration(SHIPPED / "sim-rig120.json")
 
 
-def picture_of(calibration: Calibration, role: Role, *, binning: int = 1, z_m: float = 4.0) -> DepthMesh:
+def picture_of(calibration: Calibration, role: Role, *, binning: Binning = 1, z_m: float = 4.0) -> DepthMesh:
     """Return the flat picture of a grey frame of an eye that looks at `POINT_RIG_M`."""
     x_m, y_m, z_of_point_m = POINT_RIG_M
     volts = calibration.steer(
@@ -35,7 +35,7 @@ def picture_of(calibration: Calibration, role: Role, *, binning: int = 1, z_m: f
 
 @pytest.mark.parametrize("role", [Role.LEFT, Role.RIGHT])
 @pytest.mark.parametrize("binning", [1, 2])
-def test_the_middle_lies_where_the_eye_looks(calibration: Calibration, role: Role, binning: int) -> None:
+def test_the_middle_lies_where_the_eye_looks(calibration: Calibration, role: Role, binning: Binning) -> None:
     flat = picture_of(calibration, role, binning=binning)
     (middle,) = np.flatnonzero((flat.uv == 0.5).all(axis=1))
     pixel_m = 4.0 / calibration.fovea_f_px

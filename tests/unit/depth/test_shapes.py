@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from tests.support.devices.fake_rig import Pictures
 from tests.support.scenes.fixations import fixation
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Cancelled, Frame, InvalidInput, MirrorVolts, Role, Sighting
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.models.calibration_file import load_calibration
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh
+from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.values import Basis
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.store import Store
@@ -235,6 +237,22 @@ def test_look_by_one_fovea_is_drawn_as_that_eyes_picture(
     assert set(np.unique(flat.texture)) == {90}
     assert setup.created() == []
     assert not setup.events.recent(9)
+
+
+def test_depth_beside_the_target_of_a_look_by_one_fovea_is_known_coarsely(setup: Setup) -> None:
+    head = PlaneHead(z_m=4.0, texture=noise_texture(), blind=frozenset({Role.RIGHT}))
+    gazes = aim_at(CALIBRATION, np.zeros(2), 1.0 / 4.0)
+    seen = setup.seen(head.look(volts_for(CALIBRATION, gazes)), CALIBRATION)
+    setup.worker.put(replace(seen, drawing=replace(seen.drawing, basis=Basis.FOVEA_AND_WIDE)))
+    setup.worker.start()
+    setup.pane.wait_for("fix-1")
+    setup.worker.close()
+    x_px, y_px = CALIBRATION.wide.pixels([(0.0, 0.0)])[0]
+    for beside_px in (-60.0, -25.0, 0.0, 25.0, 60.0):
+        reading = setup.shelf.patches.at(x_px + beside_px, y_px + 0.4 * beside_px, wide=CALIBRATION.wide)
+        z_m = reading.point_rig_m[2]
+        assert 0.002 < reading.distance_sigma_m < 0.06
+        assert abs(z_m - 4.0) < 4.0 * reading.distance_sigma_m
 
 
 def test_too_many_waiting_looks_drop_the_oldest(setup: Setup, calibration: Calibration) -> None:

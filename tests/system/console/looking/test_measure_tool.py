@@ -68,9 +68,9 @@ def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
     before = len(page_server.send("GET", "/measurements").json())
     page.locator(".pane-wide").get_by_role("button", name="Measure in the view").click()
     page.mouse.click(*console.page_position(*NOT_LOOKED_AT_PX))
-    offer = page.locator(".toast", has_text="Nobody has looked there yet")
+    offer = page.locator(".toast", has_text="No fovea has looked there yet")
     expect(offer).not_to_contain_text("/api/")
-    offer.get_by_role("button", name="Look here, then measure").click()
+    offer.get_by_role("button", name="Look there, then measure").click()
     expect(rows).to_have_count(before + 1, timeout=FIXATION_PATIENCE_MS)
     newest = page_server.send("GET", "/measurements").json()[0]
     assert newest["kind"] == "point"

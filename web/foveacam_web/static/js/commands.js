@@ -80,7 +80,7 @@ export class Commands {
 
   /** @param {import("./elements/toasts.js").Message} message */
   notify(message) {
-    this.#toasts.show(message);
+    return this.#toasts.show(message);
   }
 
   /** Return the button that resolves a refusal, or null when no single button does. @param {RequestError} error */

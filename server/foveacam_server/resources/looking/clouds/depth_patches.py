@@ -4,9 +4,9 @@ import io
 import math
 import threading
 import zipfile
-from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from foveacam_pipeline.geometry.angles import angles_from_rays, ray
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.depth import points_rig_m
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_server.foundation.errors import NotFound, NotLookedAt
 
 MAX_PATCHES = 32
@@ -82,28 +83,59 @@ def project_patch(
     points_m, sigma_m = _points(pair, depth)
     if len(points_m) == 0:
         return None
-    cells = np.rint(wide.pixels(angles_from_rays(points_m))).astype(np.int64)
-    inside = (cells >= 0).all(axis=1) & (cells[:, 0] < wide.width) & (cells[:, 1] < wide.height)
+    pixels = wide.pixels(angles_from_rays(points_m))
+    grid = _grid(pixels, points_m[:, 2], sigma_m, size_px=(wide.width, wide.height))
+    return None if grid is None else DepthPatch(fixation_id=fixation_id, created_utc=created_utc, **grid)
+
+
+def samples_patch(
+    samples: DepthSamples, *, wide: Intrinsics, fixation_id: str, created_utc: str
+) -> DepthPatch | None:
+    """Return depths in directions of the wide view as a patch; None when there are none inside it."""
+    if len(samples) == 0:
+        return None
+    z_m = 1.0 / samples.inverse_z_per_m
+    pixels = wide.pixels(np.arctan(samples.tangents))
+    grid = _grid(pixels, z_m, samples.sigma_per_m * z_m**2, size_px=(wide.width, wide.height))
+    return None if grid is None else DepthPatch(fixation_id=fixation_id, created_utc=created_utc, **grid)
+
+
+class _Grid(TypedDict):
+    """The fields of a patch that hold depth."""
+
+    x0: int
+    y0: int
+    z_m: NDArray[np.float32]
+    sigma_m: NDArray[np.float32]
+
+
+def _grid(
+    pixels: NDArray[np.float64],
+    z_m: NDArray[np.float64],
+    sigma_m: NDArray[np.float64],
+    *,
+    size_px: tuple[int, int],
+) -> _Grid | None:
+    """Return the patch that holds depths (n,) at wide pixels (n, 2); None when none lies inside the image."""
+    cells = np.rint(pixels).astype(np.int64)
+    inside = (cells >= 0).all(axis=1) & (cells < size_px).all(axis=1)
     if not inside.any():
         return None
-    cells, z_m, sigma_m = cells[inside], points_m[inside, 2], sigma_m[inside]
+    cells, z_m, sigma_m = cells[inside], z_m[inside], sigma_m[inside]
     low, high = cells.min(axis=0), cells.max(axis=0)
     width, height = (high - low + 1).tolist()
     index = (cells[:, 1] - low[1]) * width + (cells[:, 0] - low[0])
     middle = _median_members(index, z_m)
-    shape = (height, width)
     z_grid = np.full(width * height, np.nan, dtype=np.float32)
     sigma_grid = np.full(width * height, np.nan, dtype=np.float32)
     z_grid[index[middle]] = z_m[middle]
     sigma_grid[index[middle]] = sigma_m[middle]
-    return DepthPatch(
-        fixation_id=fixation_id,
-        created_utc=created_utc,
-        x0=int(low[0]),
-        y0=int(low[1]),
-        z_m=z_grid.reshape(shape),
-        sigma_m=sigma_grid.reshape(shape),
-    )
+    return {
+        "x0": int(low[0]),
+        "y0": int(low[1]),
+        "z_m": z_grid.reshape(height, width),
+        "sigma_m": sigma_grid.reshape(height, width),
+    }
 
 
 def point_patch(
@@ -162,18 +194,28 @@ class DepthPatches:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._patches: deque[DepthPatch] = deque(maxlen=MAX_PATCHES)
+        self._patches: list[DepthPatch] = []
+        """Oldest first."""
 
     def add(self, patch: DepthPatch) -> None:
         """Add a patch as the newest."""
         with self._lock:
-            self._patches.append(patch)
+            self._keep([*self._patches, patch])
+
+    def add_coarse(self, patch: DepthPatch) -> None:
+        """Add a patch that counts only where its fixation has no other: its own point is known better."""
+        with self._lock:
+            own = [index for index, held in enumerate(self._patches) if held.fixation_id == patch.fixation_id]
+            at = own[0] if own else len(self._patches)
+            self._keep([*self._patches[:at], patch, *self._patches[at:]])
 
     def forget(self, fixation_id: str) -> None:
         """Drop the patches of one fixation."""
         with self._lock:
-            kept = [patch for patch in self._patches if patch.fixation_id != fixation_id]
-            self._patches = deque(kept, maxlen=MAX_PATCHES)
+            self._keep([patch for patch in self._patches if patch.fixation_id != fixation_id])
+
+    def _keep(self, patches: list[DepthPatch]) -> None:
+        self._patches = patches[-MAX_PATCHES:]
 
     def covering(self, x_px: float, y_px: float) -> bool:
         """Return whether any held depth map covers the pixel."""

@@ -27,14 +27,17 @@ from foveacam_pipeline.stereo.mesh import depth_mesh
 from foveacam_pipeline.stereo.pictures import anaglyph, depth_picture, difference
 from foveacam_pipeline.stereo.rectify import rectify
 from foveacam_pipeline.stereo.values import Cloud, DepthMesh, RectifiedPair
+from foveacam_pipeline.verge.aim import EYES
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Basis
+from foveacam_pipeline.wide_depth.wide_matches import eye_matches
 from foveacam_server.foundation.errors import NotFound
 from foveacam_server.foundation.events import EventLevel, EventLog
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.foundation.watching import timings
 from foveacam_server.foundation.watching.flows import PANE, count_flow, this_part
 from foveacam_server.resources.looking.clouds.collection import CloudCollection, FixationShape
-from foveacam_server.resources.looking.clouds.depth_patches import project_patch
+from foveacam_server.resources.looking.clouds.depth_patches import project_patch, samples_patch
 from foveacam_server.resources.looking.clouds.schema import CloudDocument, CloudFailure, TargetCloud
 from foveacam_server.rig.ports import PictureSink, SceneViewer
 from foveacam_web.scene_values import FixationDrawing, LimitsDrawing
@@ -184,13 +187,13 @@ class ShapeWorker:
 
     def _work(self, seen: VergedLook) -> None:
         if seen.drawing.basis is Basis.FOVEA_AND_WIDE:  # only one eye sees it: no pair to match
-            self._show_flat(seen)
+            self._work_without_pair(seen, (seen.eye,))
             return
         try:
             self.make(seen)
         except FoveaError as error:
             self._failed(seen, str(error))
-            self._show_flat(seen)
+            self._work_without_pair(seen, EYES)
 
     def make(self, seen: VergedLook, *, check: Callable[[], None] = _unchecked) -> CloudDocument:
         """Compute the shape of a look, store and show it; raise `NotFound` where nothing matches.
@@ -226,13 +229,23 @@ class ShapeWorker:
         count_flow(this_part(), PANE, "drawings")
         self._viewer.show_fixation(seen.fixation_id, replace(seen.drawing, cloud=cloud, mesh=mesh))
 
-    def _show_flat(self, seen: VergedLook) -> None:
-        """Draw what the look's `eye` saw as a flat picture at the target's depth."""
-        sighting = seen.sighting
+    def _work_without_pair(self, seen: VergedLook, eyes: Sequence[Role]) -> None:
+        """Draw what the look's `eye` saw as a flat picture at the target's depth, and keep coarse depths.
+
+        `eyes`: those whose view is matched with the wide one.
+        """
+        sighting, z_m = seen.sighting, seen.drawing.point_rig_m[2]
         frame = sighting.left if seen.eye is Role.LEFT else sighting.right
-        z_m = seen.drawing.point_rig_m[2]
         mesh = flat_picture(frame, seen.eye, sighting.volts, seen.calibration, z_m=z_m)
         self._show(seen, cloud=None, mesh=mesh)
+        coarse = DepthSamples.none()
+        for eye in eyes:
+            coarse = coarse.joined(eye_matches(sighting, seen.calibration, eye, about_per_m=1.0 / z_m))
+        patch = samples_patch(
+            coarse, wide=seen.calibration.wide, fixation_id=seen.fixation_id, created_utc=utc_now()
+        )
+        if patch is not None:
+            self._clouds.patches.add_coarse(patch)
 
     def _show_limits(self, seen: BoundedLook) -> None:
         if self._viewer is not None:

@@ -38,7 +38,7 @@ export class Toasts {
     });
   }
 
-  /** @param {Message} message */
+  /** Show a message; return what takes it away. @param {Message} message @returns {() => void} */
   show(message) {
     const key = `${message.title}\n${message.detail}`;
     const stay_ms = message.stay_ms ?? STAY_MS;
@@ -48,11 +48,12 @@ export class Toasts {
       fill(same.counter, `×${same.times}`);
       clearTimeout(same.timer);
       same.timer = setTimeout(() => this.#close(key), stay_ms);
-      return;
+      return () => this.#close(key);
     }
     this.#add(key, message, stay_ms);
     const oldest = this.#shown.keys().next().value;
     if (this.#shown.size > MOST && oldest !== undefined) this.#close(oldest);
+    return () => this.#close(key);
   }
 
   /** @param {string} key @param {Message} message @param {number} stay_ms */

@@ -5,7 +5,7 @@ import { valueText } from "./words.js";
 
 /**
  * @import { MeasurementDocument } from "#api"
- * @import { MeasureDraft, MeasuredView, Point } from "#page"
+ * @import { MeasureDraft, MeasureKind, MeasuredView, Point } from "#page"
  * @import { Viewport } from "../../video/viewport.js"
  */
 
@@ -38,6 +38,21 @@ export function drawDraft({ kind, from, to }, viewport) {
     <path class="under" d=${line}></path>
     <path class="line" d=${line}></path>
     ${kind === "plane" ? null : cross(a.x, a.y)}
+  </g>`;
+}
+
+/**
+ * Draw the places of a measurement that could not be made yet.
+ * @param {MeasureKind} kind
+ * @param {Point[]} points
+ * @param {Viewport} viewport
+ */
+export function drawRefused(kind, points, viewport) {
+  const places = points.map((point) => viewport.toCss(point));
+  const [from, to] = points;
+  return svg`<g class="measured draft refused">
+    ${from && to ? drawDraft({ kind, from, to }, viewport) : null}
+    ${places.map(({ x, y }) => cross(x, y))}
   </g>`;
 }
 

@@ -1,13 +1,14 @@
 // The layer over one view while the measuring tool is on: handles its clicks and drags, and draws the measurements.
 
 import { fill, h, html, s } from "../../elements/dom.js";
-import { drawDraft, drawMeasurement } from "./drawing.js";
+import { drawDraft, drawMeasurement, drawRefused } from "./drawing.js";
 import { visibleIn } from "./state.js";
 
 /**
+ * @import { PlaceRequest } from "#api"
  * @import { ConsoleState, MeasureKind, MeasuredView, Point } from "#page"
  * @import { Pane } from "../../video/pane.js"
- * @typedef {{kind(): MeasureKind | null, start(): Point | null, click(at: Point): void, drag(from: Point, to: Point): void}} Meaning
+ * @typedef {{kind(): MeasureKind | null, start(): Point | null, refused(): PlaceRequest[], click(at: Point): void, drag(from: Point, to: Point): void}} Meaning
  */
 
 const SLACK_PX = 6; // CSS px; a press that moves less is a click
@@ -114,6 +115,8 @@ export class MeasureLayer {
     const { viewport } = this.#pane;
     const kind = this.#mean.kind();
     const start = this.#from ? viewport.toSensor(this.#from) : this.#mean.start();
+    const refused = this.#mean.refused().map(({ x_px, y_px }) => ({ x: x_px, y: y_px }));
+    if (!start && kind && refused.length) return fill(this.#draft, drawRefused(kind, refused, viewport));
     if (!kind || kind === "point" || !start) return fill(this.#draft);
     fill(this.#draft, drawDraft({ kind, from: start, to: at ? viewport.toSensor(at) : start }, viewport));
   }

@@ -1,16 +1,20 @@
 // Makes, reads, renames and deletes measurements; a deletion can be undone.
 
 import { Deletions } from "../../deletions.js";
+import { RequestError, outcome, request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";
+import { unseenWords } from "./words.js";
 
 /**
  * @import { MeasurementDocument, PlaceRequest } from "#api"
  * @import { Commands, MeasureKind, Store } from "#console"
- * @import { RequestError } from "../../transport/api.js"
  */
 
 const PATIENCE_MS = 30_000;
 const NOT_LOOKED_AT = "not-looked-at";
+const LOOK = "Look there, then measure";
+const LOOKED_MS = 8000;
+const ASK_MS = 250;
 
 /** The measurement commands of one page. */
 export class MeasureOrders {
@@ -18,6 +22,7 @@ export class MeasureOrders {
   #commands;
   #reads = new QuietReads();
   #deletions;
+  #withdraw = () => {};
 
   /** @param {{store: Store, commands: Commands}} context */
   constructor({ store, commands }) {
@@ -44,48 +49,74 @@ export class MeasureOrders {
   }
 
   /**
-   * Make a measurement and select it. A refusal is shown, and null returned.
+   * Make a measurement and select it. A refusal is shown, and null returned; where no fovea has looked yet, looking there
+   * is offered.
    * @param {MeasureKind} kind
    * @param {PlaceRequest[]} points
-   * @param {number} [looks] how many of the places were looked at for it
    * @returns {Promise<MeasurementDocument | null>}
    */
-  async measure(kind, points, looks = 0) {
-    const options = { body: { kind, points }, patience_ms: PATIENCE_MS };
-    const shows = (/** @type {RequestError} */ { slug }) => slug !== NOT_LOOKED_AT;
-    const { answer, error } = await this.#commands.tried("POST", "/measurements", { ...options, shows });
-    if (error?.slug === NOT_LOOKED_AT) this.#offerLook(error, kind, points, looks);
-    const made = /** @type {MeasurementDocument | null} */ (answer);
-    if (!made) return null;
-    const others = (this.#store.state.measurements ?? []).filter(({ id }) => id !== made.id);
-    this.#store.set({ measurements: [made, ...others], selected_measurement: made.id });
+  async measure(kind, points) {
+    this.withdraw();
+    const { made, unseen } = await this.#tried(kind, points);
+    if (unseen) await this.#offerLook(kind, points);
     return made;
   }
 
+  /** Take back the offer to look at the places of the last measurement. */
+  withdraw() {
+    this.#withdraw();
+    this.#withdraw = () => {};
+  }
+
+  /** @param {MeasureKind} kind @param {PlaceRequest[]} points */
+  async #tried(kind, points) {
+    const options = { body: { kind, points }, patience_ms: PATIENCE_MS };
+    const shows = (/** @type {RequestError} */ { slug }) => slug !== NOT_LOOKED_AT;
+    const { answer, error } = await this.#commands.tried("POST", "/measurements", { ...options, shows });
+    const made = /** @type {MeasurementDocument | null} */ (answer);
+    if (made) {
+      const others = (this.#store.state.measurements ?? []).filter(({ id }) => id !== made.id);
+      this.#store.set({ measurements: [made, ...others], selected_measurement: made.id });
+    }
+    return { made, unseen: error?.slug === NOT_LOOKED_AT };
+  }
+
   /**
-   * Offer to look at the next of the places in the wide view, and to measure then.
-   * @param {RequestError} error
+   * Offer to look at those of the places that no fovea has shown, one after the other, and to measure then.
    * @param {MeasureKind} kind
    * @param {PlaceRequest[]} points
-   * @param {number} looks
    */
-  #offerLook(error, kind, points, looks) {
-    const there = points.filter(({ view }) => view === "wide")[looks];
-    const act = async () => {
-      if (!there) return;
-      const before = this.#store.state.clouds[0]?.id;
-      await this.#commands.fixate({ pixel: { x_px: there.x_px, y_px: there.y_px } });
-      const patience = new Promise((resolve) => setTimeout(resolve, PATIENCE_MS, null));
-      const found = this.#store.until(["clouds"], ({ clouds }) => clouds[0]?.id !== before);
-      if (await Promise.race([found, patience])) await this.measure(kind, points, looks + 1);
-    };
-    this.#commands.notify({
+  async #offerLook(kind, points) {
+    const seen = await Promise.all(points.map(isSeen));
+    const unseen = points.filter((_, index) => !seen[index]);
+    const can_look = unseen.every(({ view }) => view === "wide");
+    this.#withdraw = this.#commands.notify({
       tone: "warn",
-      title: error.document.title,
+      title: unseenWords(seen),
       detail: "A place can be measured once a fovea has looked at it.",
-      action: there ? { label: "Look here, then measure", act } : null,
+      action: can_look ? { label: LOOK, act: () => this.#lookAndMeasure(kind, points, unseen) } : null,
       stay_ms: PATIENCE_MS,
     });
+  }
+
+  /**
+   * @param {MeasureKind} kind
+   * @param {PlaceRequest[]} points
+   * @param {PlaceRequest[]} unseen
+   */
+  async #lookAndMeasure(kind, points, unseen) {
+    for (const place of unseen) {
+      await this.#commands.fixate({ pixel: { x_px: place.x_px, y_px: place.y_px } });
+      if (await until(() => isSeen(place))) continue;
+      this.#commands.notify({
+        tone: "warn",
+        title: "Not measured",
+        detail: "A fovea looked there, but no depth could be matched.",
+        remedy: "Choose a place with texture close by.",
+      });
+      return;
+    }
+    await this.#tried(kind, points);
   }
 
   /** @param {string} id @param {string} label */
@@ -97,4 +128,20 @@ export class MeasureOrders {
   remove(measured) {
     this.#deletions.add(measured);
   }
+}
+
+/** Return whether a fovea has shown a place; of a view of the foveae it has. @param {PlaceRequest} place */
+async function isSeen({ view, x_px, y_px }) {
+  if (view !== "wide") return true;
+  const { error } = await outcome(request("GET", `/depth?x_px=${x_px}&y_px=${y_px}`));
+  return error?.slug !== NOT_LOOKED_AT;
+}
+
+/** Wait until something holds; return false where it does not in time. @param {() => Promise<boolean>} holds */
+async function until(holds) {
+  for (const end_ms = performance.now() + LOOKED_MS; performance.now() < end_ms;) {
+    if (await holds()) return true;
+    await new Promise((resolve) => setTimeout(resolve, ASK_MS));
+  }
+  return false;
 }

@@ -35,6 +35,7 @@ export class MeasureTool {
     this.#orders = orders;
     for (const view of VIEWS) this.#equip(view);
     store.on(["clouds"], ({ clouds }) => this.#newLook(clouds[0]?.fixation_id ?? ""));
+    store.on(["selected_measurement"], () => this.#forgetRefused());
     store.on(["click_follows"], ({ click_follows }) => click_follows && this.end()); // a click has one meaning
     views.pane("wide").surface.addEventListener("keydown", (event) => this.#key(event), { capture: true });
   }
@@ -43,12 +44,13 @@ export class MeasureTool {
   toggle(view = "wide") {
     const { measuring } = this.#store.state;
     if (measuring && measuring.view === view) this.end();
-    else this.#set({ kind: measuring?.kind ?? this.#last, view, start: null, busy: false });
+    else this.#set({ kind: measuring?.kind ?? this.#last, view, start: null, refused: [], busy: false });
   }
 
   /** End measuring; return whether the tool was on. */
   end() {
     if (!this.#store.state.measuring) return false;
+    this.#orders.withdraw();
     this.#set(null);
     return true;
   }
@@ -59,7 +61,8 @@ export class MeasureTool {
     const kind = ORDER[number - 1];
     if (!measuring || !kind) return;
     this.#last = kind;
-    this.#set({ ...measuring, kind, start: null });
+    this.#orders.withdraw();
+    this.#set({ ...measuring, kind, start: null, refused: [] });
   }
 
   /** @param {import("#page").Measuring | null} measuring */
@@ -87,6 +90,7 @@ export class MeasureTool {
     const layer = new MeasureLayer(pane, view, {
       kind: () => this.#store.state.measuring?.kind ?? null,
       start: () => startIn(this.#store.state.measuring, view),
+      refused: () => (this.#store.state.measuring?.refused ?? []).filter((place) => place.view === view),
       click: (at) => this.#click(view, at),
       drag: (from, to) => this.#drag(view, from, to),
     });
@@ -132,7 +136,7 @@ export class MeasureTool {
           measuring.busy
             ? "Measuring …"
             : measuring.start
-              ? "Click the second point, in any view"
+              ? "Click or tap the second point, in any view"
               : KINDS[measuring.kind].hint,
         );
       },
@@ -147,7 +151,7 @@ export class MeasureTool {
     if (measuring.kind === "point") void this.#measure("point", [place]);
     else if (measuring.kind !== "length") return;
     else if (measuring.start) void this.#measure("length", [measuring.start, place]);
-    else this.#set({ ...measuring, start: place });
+    else this.#set({ ...measuring, start: place, refused: [] });
   }
 
   /** @param {MeasuredView} view @param {Point} from @param {Point} to */
@@ -160,10 +164,16 @@ export class MeasureTool {
   async #measure(kind, points) {
     const { measuring } = this.#store.state;
     if (!measuring || measuring.busy) return;
-    this.#set({ ...measuring, start: null, busy: true });
-    await this.#orders.measure(kind, points);
+    this.#set({ ...measuring, start: null, refused: [], busy: true });
+    const made = await this.#orders.measure(kind, points);
     const now = this.#store.state.measuring;
-    if (now) this.#set({ ...now, busy: false });
+    if (now) this.#set({ ...now, refused: made ? [] : points, busy: false });
+  }
+
+  /** Show the places of a refused measurement no more: one was made. */
+  #forgetRefused() {
+    const { measuring } = this.#store.state;
+    if (measuring?.refused.length) this.#set({ ...measuring, refused: [] });
   }
 
   /**

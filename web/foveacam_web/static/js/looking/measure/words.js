@@ -9,11 +9,19 @@ import { MISSING, angle, distanceText, number } from "../../elements/format.js";
 
 /** @type {Readonly<Record<MeasureKind, {title: string, hint: string}>>} */
 export const KINDS = Object.freeze({
-  point: { title: "Point", hint: "Click a point" },
-  length: { title: "Length", hint: "Click two points, or drag from one to the other" },
+  point: { title: "Point", hint: "Click or tap a point" },
+  length: { title: "Length", hint: "Click or tap two points, or drag from one to the other" },
   plane: { title: "Plane", hint: "Drag a rectangle over a flat part" },
   profile: { title: "Profile", hint: "Drag a line" },
 });
+
+/** Return which of a measurement's places no fovea has looked at yet. @param {boolean[]} seen of each place */
+export function unseenWords(seen) {
+  const unseen = seen.flatMap((is_seen, index) => (is_seen ? [] : [index]));
+  if (seen.length === 1 || unseen.length === 0) return "No fovea has looked there yet";
+  if (unseen.length === seen.length) return "No fovea has looked at either end yet";
+  return `No fovea has looked at the ${unseen[0] === 0 ? "first" : "second"} end yet`;
+}
 
 /** Format the main value of a measurement. @param {MeasurementDocument} measured */
 export function valueText({ length, plane, profile, points: [point] }) {
