@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { heading } from "../foveacam_web/static/js/looking/answers.js";
 import { Fixations } from "../foveacam_web/static/js/looking/fixations.js";
 import { Store } from "../foveacam_web/static/js/store.js";
 import { only } from "./documents.js";
@@ -79,4 +80,18 @@ test("a page that opens in the midst shows the fixation that runs", async (t) =>
   assert.equal(store.state.current?.job_id, "job-4");
   assert.equal(store.state.current?.state, "running");
   assert.equal(store.state.current?.estimate?.step, 2);
+});
+
+test("a distance that is known to no better than a tenth has a warning above it", () => {
+  /** @param {string} basis @param {number} distance_sigma_m */
+  const toned = (basis, distance_sigma_m) =>
+    heading(only({ basis, distance_m: 2.7, distance_sigma_m, left_view: { sees_target: true }, alternatives: [] }));
+  assert.equal(toned("fovea_and_wide", 0.004).tone, "good");
+  assert.equal(toned("both_foveae", 0.2).tone, "good");
+  const uncertain = toned("fovea_and_wide", 1.7);
+  assert.equal(uncertain.tone, "warn");
+  assert.match(uncertain.title, /left fovea/);
+  assert.match(uncertain.hint, /uncertain/);
+  assert.equal(toned("surroundings", 0.4).tone, "warn");
+  assert.equal(toned("surroundings", 0.1).tone, "plain");
 });

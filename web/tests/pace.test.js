@@ -46,6 +46,13 @@ test("a view without new pictures is frozen, however slow it was", () => {
   assert.deepEqual(pace({ served: slow, shown: { silent_ms: 3000 } }), { frozen: true, for_ms: 3000 });
 });
 
+test("a view that nobody watches any more, or only just, is not frozen", () => {
+  const frozen = { frozen_since_ms: 4000 };
+  assert.equal(pace({ served: frozen, shown: { watched_ms: null } }), null);
+  assert.equal(pace({ served: frozen, shown: { watched_ms: 1000 } }), null);
+  assert.equal(pace({ shown: { silent_ms: 3000, watched_ms: null } }), null);
+});
+
 test("the foveae are not slow while a procedure has them", () => {
   const work = { state: "running" };
   assert.equal(pace({ served: { frozen_since_ms: 4000 }, work }, "left"), null);

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as angles from "../foveacam_web/static/js/video/angles.js";
+import { EyesStay } from "../foveacam_web/static/js/video/eyes_stay.js";
 import { HEADER_BYTES, jpegOf, readHeader, socketUrl } from "../foveacam_web/static/js/video/protocol.js";
 import { seeing } from "../foveacam_web/static/js/video/reach.js";
 import { sufficientScale, Viewport } from "../foveacam_web/static/js/video/viewport.js";
@@ -176,4 +177,26 @@ test("a pixel of a scaled picture is the middle of its sensor pixels", () => {
   for (const { index, sensor } of places) {
     near(viewport.toSensor({ x: (index + 0.5) * 2, y: 1 }).x, sensor, 1e-9);
   }
+});
+
+test("the eyes stay where a fixation left them until an overlay shows them elsewhere", () => {
+  const stay = new EyesStay();
+  /** @param {string | null} id @param {number | null} ax_deg */
+  const state = (id, ax_deg) => {
+    const eye = ax_deg === null ? null : { ax_deg, ay_deg: 1 };
+    return only({
+      current: id && { fixation: { id } },
+      overlay: { gaze: { left: eye, right: { ax_deg: 5, ay_deg: 1 } } },
+    });
+  };
+  assert.equal(stay.update(state("fix-1", 0), 0), true);
+  assert.equal(stay.update(state("fix-1", 4), 300), true); // on their way
+  assert.equal(stay.update(state("fix-1", 4.02), 1000), true);
+  assert.equal(stay.update(state("fix-1", 7), 1100), false);
+  assert.equal(stay.update(state("fix-1", null), 1200), false);
+  assert.equal(stay.update(state("fix-1", 4), 1300), true); // looked at again
+  assert.equal(stay.update(state("fix-2", 7), 1400), true);
+  assert.equal(stay.update(state("fix-2", 7.5), 2200), false);
+  assert.equal(stay.update(state("fix-2", 7), 2300), true);
+  assert.equal(stay.update(only({ current: null, overlay: null }), 2400), true);
 });

@@ -87,8 +87,8 @@ export type ShownView = {
   binning: number;
   frozen: boolean;
   silent_ms: number;
-  /** Since the view was subscribed. */
-  watched_ms: number;
+  /** Since the view was subscribed; null once it is so no more. */
+  watched_ms: number | null;
 };
 export type StreamReport =
   | { type: "hello"; hello: Hello }
@@ -481,6 +481,8 @@ export type SharedState = {
   server_stats: ServerStats["views"];
   overlay: Overlay | null;
   current: CurrentFixation | null;
+  /** Whether the eyes look where the current fixation left them. */
+  eyes_stay: boolean;
   full_look: FullLook | null;
   targets: api.TargetDocument[] | null;
   hidden_targets: string[];

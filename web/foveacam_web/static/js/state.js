@@ -108,6 +108,7 @@ function sharedState() {
     server_stats: {},
     overlay: null,
     current: null,
+    eyes_stay: true,
     full_look: null,
     targets: null,
     hidden_targets: [],

@@ -86,6 +86,9 @@ export function basisMeaning(basis) {
   return BASES[basis].meaning;
 }
 
+/** An error of more than this share of the distance is worth a warning. */
+const UNCERTAIN = 0.1;
+
 /**
  * Return the title over the distance, its tone, and a hint when nothing was measured.
  * @param {FixationDocument} fixation
@@ -97,6 +100,9 @@ export function heading(fixation) {
   const eye = basis === "fovea_and_wide" ? seeingEyes(fixation) : null;
   const by = eye === "each" ? "each fovea" : `the ${eye} fovea`;
   const title = eye ? `Measured by ${by} and the wide camera` : BASES[basis].title;
+  const { distance_m, distance_sigma_m } = answerOf(fixation);
+  if (distance_m !== null && (distance_sigma_m ?? 0) > UNCERTAIN * distance_m)
+    return { title, tone: "warn", hint: "The distance is uncertain: look again, or at a place with more texture." };
   return { title, tone: basis === "bound" || basis === "surroundings" ? "plain" : "good", hint: "" };
 }
 

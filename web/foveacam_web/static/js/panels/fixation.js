@@ -219,7 +219,7 @@ function ended(fixation, { commands, follows }) {
         : null,
     alternatives(fixation, commands),
     why && !chosen ? html`<p class="lead">${why}</p>` : null,
-    basis || !end.hint || fixation.reason.length > 60 ? null : html`<p class="remedy">${end.hint}</p>`,
+    !end.hint || (!basis && fixation.reason.length > 60) ? null : html`<p class="remedy">${end.hint}</p>`,
     nearerOrFarther(fixation, commands),
   ];
 }

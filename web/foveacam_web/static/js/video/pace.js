@@ -10,7 +10,7 @@ import { number } from "../elements/format.js";
  */
 
 const SILENT_MS = 2500;
-/** A view was subscribed this long before its rate counts. */
+/** A view was subscribed this long before its rate counts; before it counts as frozen, `SILENT_MS`. */
 const SETTLED_MS = 5000;
 const SLOW_SHARE = 0.5;
 
@@ -22,10 +22,11 @@ const SLOW_SHARE = 0.5;
  */
 export function paceOf(state, name) {
   const [shown, served] = [state.shown[name], state.server_stats[name]];
-  if (!shown || shown.count === 0) return null;
+  if (!shown || shown.count === 0 || shown.watched_ms === null) return null;
   // a procedure triggers the foveae only when it needs a look
   if ((isRunning(state.work) || isCapturing(state.capturing)) && name !== "wide") return null;
   const frozen_ms = served?.frozen_since_ms ?? (shown.frozen || shown.silent_ms > SILENT_MS ? shown.silent_ms : null);
+  if (frozen_ms !== null && shown.watched_ms < SILENT_MS) return null; // on its way
   if (frozen_ms !== null) return { frozen: true, for_ms: frozen_ms };
   if (served?.slow_reason && served.expected_hz)
     return { frozen: false, text: slowWords(served.rate_hz ?? 0, served.expected_hz), reason: served.slow_reason };

@@ -162,11 +162,11 @@ export class Pane {
   }
 
   /**
-   * Show why this eye does not see the target of the last fixation, until the next one begins.
+   * Show why this eye does not see the target of the last fixation, until the eyes turn away.
    * @param {ConsoleState} state
    * @param {boolean} noticed
    */
-  #showNote({ current }, noticed) {
+  #showNote({ current, eyes_stay }, noticed) {
     const seen =
       this.name === "left"
         ? current?.fixation?.left_view
@@ -174,7 +174,7 @@ export class Pane {
           ? current?.fixation?.right_view
           : null;
     const reason = seen && !seen.sees_target ? sentence(seen.reason) || "This eye does not see the target." : "";
-    this.note.hidden = noticed || reason === "";
+    this.note.hidden = noticed || !eyes_stay || reason === "";
     setText(this.note, reason);
     this.note.title = reason;
   }

@@ -1,12 +1,13 @@
 // Holds all views of a page: their panes, the stream that feeds them, and the subscription with the size of each.
 
+import { EyesStay } from "./eyes_stay.js";
 import { openStream } from "./link.js";
 import { ANNOTATED, Pane, VIEWS } from "./pane.js";
 import { sufficientScale } from "./viewport.js";
 import { WideView } from "./wide.js";
 
 /**
- * @import { Commands, PictureScale, Store, StreamReport, Subscription, ViewName } from "#console"
+ * @import { Commands, ConsoleState, PictureScale, Store, StreamReport, Subscription, ViewName } from "#console"
  * @import { FollowOrders } from "../looking/follow/orders.js"
  * @import { LoopOrders } from "../looking/loop/orders.js"
  * @import { Steering } from "../looking/steer/steering.js"
@@ -41,7 +42,12 @@ export class Views {
     document.addEventListener("visibilitychange", () => this.#subscribe());
     store.on(["settings"], () => this.#subscribe());
     store.on(["signed_out"], ({ signed_out }) => this.#stream.halt(signed_out));
-    store.on(["shown", "stream", "rig", "server_stats", "settings", "current"], (state) => {
+    const stay = new EyesStay();
+    store.on(["current", "overlay"], (state) => {
+      const eyes_stay = stay.update(state);
+      if (eyes_stay !== state.eyes_stay) store.set({ eyes_stay });
+    });
+    store.on(["shown", "stream", "rig", "server_stats", "settings", "current", "eyes_stay"], (state) => {
       for (const pane of this.#panes.values()) pane.update(state);
     });
   }
@@ -108,7 +114,7 @@ export class Views {
     } else if (report.type === "down") store.set({ stream: "down" });
     else if (report.type === "overlay") store.set({ overlay: report.overlay });
     else if (report.type === "stats") store.set({ server_stats: report.stats.views });
-    else store.set({ shown: { ...store.state.shown, ...report.views } });
+    else store.set({ shown: { ...unwatched(store.state.shown), ...report.views } });
   }
 
   /** Subscribe to the visible views, each at its size on the screen. */
@@ -138,4 +144,10 @@ export class Views {
     if (wish !== "auto") return wish === "full" ? 1 : 2;
     return sufficientScale(pane.device_width, pane.viewport.width);
   }
+}
+
+/** Return what was shown of views that are subscribed no more. @param {ConsoleState["shown"]} shown */
+function unwatched(shown) {
+  const entries = Object.entries(shown).map(([name, view]) => [name, { ...view, watched_ms: null }]);
+  return /** @type {ConsoleState["shown"]} */ (Object.fromEntries(entries));
 }

@@ -10,7 +10,7 @@ import { valueText } from "./words.js";
  */
 
 const LABEL_HEIGHT_PX = 18;
-const LETTER_PX = 7;
+const LETTER_PX = 8.8; // of bold tabular figures at the label's size
 
 /**
  * @param {MeasurementDocument} measured
