@@ -298,6 +298,8 @@ test("an estimated time is a range in the unit that suits it, rounded outwards",
   assert.equal(spanRange(3600, 7200), "1.0 to 2.0 h");
   assert.equal(spanRange(12, 12), "12 s");
   assert.equal(spanRange(0.24, 11.6), "0.2 to 12 s");
+  assert.equal(spanRange(47, 5600), "47 s to 1.6 h");
+  assert.equal(spanRange(9.6, 95), "9.6 s to 1.6 min");
 });
 
 test("an estimated time says what it is from", () => {

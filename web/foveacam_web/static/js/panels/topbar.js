@@ -33,6 +33,7 @@ export function mountBadges(place, { store, openLease }) {
   const lease = h("button", { type: "button", class: "badge plain button", on: { click: openLease } });
   const capture = h("a", { class: "badge link plain mine", href: CAPTURE_ADDRESS });
   fill(place, rig, simulated, state, calibration, lease);
+  shareHeight(place);
   store.on(["rig", "stream", "stop", "signed_out", "server_stats"], (now) => {
     setText(rig, now.rig ? now.rig.name : "");
     rig.title = now.rig ? `${now.rig.rig_id ?? "no rig yet"}, baseline ${baseline(now.rig.baseline_m)}` : "";
@@ -47,6 +48,13 @@ export function mountBadges(place, { store, openLease }) {
     showCapture(capture, now);
   });
   store.on(["lease", "lease_token"], (now) => showLease(lease, now));
+}
+
+/** Tell the style sheets how high the bar is, for what stays below it. @param {HTMLElement} place in the bar */
+function shareHeight(place) {
+  const bar = /** @type {HTMLElement} */ (place.closest(".topbar"));
+  const share = () => document.documentElement.style.setProperty("--topbar", `${bar.offsetHeight}px`);
+  new ResizeObserver(share).observe(bar);
 }
 
 /** @param {HTMLElement} badge @param {ConsoleState} now */

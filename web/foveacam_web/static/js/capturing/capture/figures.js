@@ -43,6 +43,19 @@ function shortened(plan) {
   return plan.points.kind === "grid" ? plan : { ...plan, points: { ...plan.points, points: [] } };
 }
 
+/** Return the warnings of a plan, several of them folded: the button that starts shall stay on the screen. @param {Estimate} estimate */
+function warningsOf({ warnings }) {
+  if (warnings.length === 0) return null;
+  const list = html`<ul class="warnings">
+    ${warnings.map((words) => html`<li>${icon("warn")}<span>${sentence(words)}</span></li>`)}
+  </ul>`;
+  if (warnings.length === 1) return list;
+  return html`<details class="warnings">
+    <summary>${warnings.length} things to know before it starts</summary>
+    ${list}
+  </details>`;
+}
+
 /** @param {Estimate} estimate @returns {Child[]} */
 function figuresOf(estimate) {
   return [
@@ -51,10 +64,7 @@ function figuresOf(estimate) {
       <span class="lead">${timeWords(estimate)}</span>
     </p>`,
     figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
-    estimate.warnings.length > 0 &&
-      html`<ul class="warnings">
-        ${estimate.warnings.map((words) => html`<li>${icon("warn")}<span>${sentence(words)}</span></li>`)}
-      </ul>`,
+    warningsOf(estimate),
   ];
 }
 

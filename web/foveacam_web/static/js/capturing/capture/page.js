@@ -30,7 +30,11 @@ const ROLES = ["wide", "left", "right"];
 export function mountCapturePage(place, context) {
   const { store, views, commands, capture_orders: orders, capture_reader: reader, still_reader } = context;
   const bench = new Bench({ store, commands, orders });
-  const [runs, figures, partials] = [h("div", {}), h("div", { class: "stack figures" }), h("div", { class: "stack" })];
+  const [runs, figures, partials] = [
+    h("div", { class: "runs-bar" }),
+    h("div", { class: "stack figures" }),
+    h("div", { class: "stack" }),
+  ];
   const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
   mountRuns(runs, { store, orders, reader });
   mountFigures(figures, store);

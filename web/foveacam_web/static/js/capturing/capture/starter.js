@@ -5,6 +5,7 @@ import { choiceField, keptButton } from "../../elements/parts.js";
 import { changing, h, html } from "../../elements/dom.js";
 import { sentence, timedName } from "../../elements/format.js";
 import { blamed } from "./blame.js";
+import { isCapturing } from "./state.js";
 import { asked, textField } from "./parts.js";
 
 /**
@@ -31,13 +32,21 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   /** The refusal of the last start, until something changes. @type {Problem | null} */
   let refused = null;
   let sending = false;
+  let faulty = false;
+  const beside = h("span", { class: "why", hidden: true, text: "A capture runs: see above." });
   const element = h(
     "div",
     { class: "stack", on: { input: edited, change: edited } },
     fields.element,
     above,
-    html`<p class="actions">${start}</p>`,
+    html`<p class="actions">${start}${beside}</p>`,
   );
+  store.on(["capturing"], ({ capturing }) => {
+    const running = isCapturing(capturing);
+    if (running === !beside.hidden) return;
+    beside.hidden = !running;
+    enable();
+  });
 
   function edited() {
     refused = null;
@@ -47,9 +56,11 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
   async function begin() {
     const whole = plan();
     if (!whole || sending) return;
-    sending = start.disabled = true;
+    sending = true;
+    enable();
     refused = await orders.start(fields.wish(whole));
-    sending = start.disabled = false;
+    sending = false;
+    enable();
     if (!refused) fields.nextName();
     changed();
   }
@@ -62,7 +73,12 @@ export function makeStarter({ store, orders, troubles, plan, source, changed }) 
       ({ place }) => !stale || !OF_POINTS.has(place ?? "") || (place === "text") === (source() === "set_points"),
     );
     showAbove(troubles.show(distinct([...own, ...of(refused), ...estimated])));
-    start.disabled = sending || own.length > 0 || problem?.status === 422;
+    faulty = own.length > 0 || problem?.status === 422;
+    enable();
+  }
+
+  function enable() {
+    start.disabled = sending || faulty || !beside.hidden;
   }
 
   return { element, showTroubles, read: fields.read, put: fields.put, forget: () => (refused = null) };

@@ -30,11 +30,16 @@ export function percent(share) {
 export function spanRange(low_s, high_s) {
   const unit_s = high_s < 90 ? 1 : high_s < 5400 ? 60 : 3600;
   const name = { 1: "s", 60: "min", 3600: "h" }[unit_s];
+  if (low_s < SMALL * unit_s && unit_s > 1)
+    return `${span(low_s)} to ${rounded(Math.ceil, high_s / unit_s, 1)} ${name}`;
   const fine = high_s < 10 * unit_s ? 1 : 0;
   const low = rounded(Math.floor, low_s / unit_s, low_s < unit_s ? 1 : fine);
   const high = rounded(Math.ceil, high_s / unit_s, fine);
   return low === high ? `${high} ${name}` : `${low} to ${high} ${name}`;
 }
+
+/** A lower limit below this share of the upper one's unit has a unit of its own. */
+const SMALL = 0.4;
 
 /** @param {(value: number) => number} towards @param {number} value @param {number} decimals */
 function rounded(towards, value, decimals) {
