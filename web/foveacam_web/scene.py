@@ -169,6 +169,13 @@ class ViewerScene:
             node.clickable(self._clicked)
             self._add(fixation_id, node)
 
+    def relabel_fixation(self, fixation_id: str, label: str) -> None:
+        """Give a fixation another name; no effect when there is none of that id."""
+        with self._lock:
+            node = self._fixations.get(fixation_id)
+            if node is not None:
+                node.relabel(label)
+
     def remove_fixation(self, fixation_id: str) -> None:
         """Remove a fixation; no effect when there is none of that id."""
         with self._lock:

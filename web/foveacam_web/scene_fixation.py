@@ -1,7 +1,7 @@
 """Draws one fixation in the 3D scene: `FixationNode` with a distance, `LimitsNode` with limits of it."""
 
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -124,6 +124,11 @@ class FixationNode:
         self._label.visible = shown.labels
         self._bar.visible = shown.labels
 
+    def relabel(self, label: str) -> None:
+        """Give it another name."""
+        self.drawing = replace(self.drawing, label=label)
+        self._label.text = self.drawing.text
+
     def select(self, *, selected: bool) -> None:
         """Set whether the fixation is highlighted as the selected one."""
         self._marker.color = SELECTED_COLOR if selected else self._color
@@ -195,6 +200,7 @@ class LimitsNode:
     def __init__(
         self, scene: viser.SceneApi, fixation_id: str, drawing: LimitsDrawing, *, shown: FixationParts
     ) -> None:
+        self.drawing = drawing
         self._id = fixation_id
         self._root = scene.add_frame(f"/fixations/{fixation_id}", show_axes=False)
         ends_m = drawing.ends_rig_m()
@@ -247,6 +253,11 @@ class LimitsNode:
             return
         self._shown = shown
         self._label.visible = shown.labels
+
+    def relabel(self, label: str) -> None:
+        """Give it another name."""
+        self.drawing = replace(self.drawing, label=label)
+        self._label.text = self.drawing.text
 
     def select(self, *, selected: bool) -> None:
         """Set whether the fixation is highlighted as the selected one."""

@@ -205,6 +205,10 @@ class SceneViewer(Protocol):
         """Turn the foveae, or hide one whose gaze is unknown; at most a few times a second."""
         ...
 
+    def relabel_fixation(self, fixation_id: str, label: str) -> None:
+        """Give the drawing of a fixation another name, if there is one."""
+        ...
+
     def remove_fixation(self, fixation_id: str) -> None:
         """Remove the drawing of a fixation, if there is one."""
         ...

@@ -341,6 +341,19 @@ def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
     assert not list(scene._fixations)
 
 
+def test_a_renamed_fixation_has_its_new_name_above_it(scene: ViewerScene) -> None:
+    show(scene, "T1")
+    scene.show_limits(
+        "fix-2", LimitsDrawing(label="T2", direction_deg=(0.0, 0.0), nearest_m=1.3, farthest_m=None)
+    )
+    before = fixation_in(scene, "T1").drawing.text
+    scene.relabel_fixation("T1", "the globe")
+    scene.relabel_fixation("fix-2", "the sky")
+    scene.relabel_fixation("fix-9", "nothing")
+    labels = [node._label.text for node in scene._fixations.values()]
+    assert labels == [before.replace("T1", "the globe"), "the sky  > 1.3 m"]
+
+
 def test_of_labels_that_would_cover_each_other_the_selected_s_or_the_newest_is_shown(
     scene: ViewerScene,
 ) -> None:

@@ -37,11 +37,18 @@ def one(target_id: str, fixations: Provided[FixationService]) -> TargetDocument:
 
 @router.patch("/{target_id}", summary="Rename a target", responses=problems(404))
 def rename(
-    target_id: str, patch: TargetPatch, fixations: Provided[FixationService], events: Provided[EventLog]
+    target_id: str,
+    patch: TargetPatch,
+    fixations: Provided[FixationService],
+    events: Provided[EventLog],
+    viewer: Provided[SceneViewer | None],
 ) -> TargetDocument:
     """Give a target another label."""
-    target = describe_target(fixations.targets.rename(target_id, patch.label))
+    renamed = fixations.targets.rename(target_id, patch.label)
+    target = describe_target(renamed)
     events.emit("target.updated", f"{target_id} is now {patch.label}", data=target)
+    if viewer is not None:
+        viewer.relabel_fixation(renamed.fixation.id, patch.label)
     return target
 
 
