@@ -25,6 +25,8 @@ LIVE_POINTS = 50_000
 """Most points of a cloud sent to viewers: a browser without a GPU needs 5-7 us per point and frame."""
 _MARKER_PER_DISTANCE = 0.0025
 """Marker radius as a share of the distance, so that it is as easy to click at 30 m as at 1 m."""
+_MARKER_ON_SHAPE = 0.3
+"""Factor on it where a shape, which can be clicked as well, is not to be covered."""
 _LABEL_RISE_PER_DISTANCE = 0.021
 """Height of the label above the target as a share of the distance: half a fovea's 2.15 deg field is 0.019."""
 _SELECTED_LABEL_SCALE = 1.25
@@ -75,7 +77,7 @@ class FixationNode:
         self._root = scene.add_frame(f"/fixations/{fixation_id}", show_axes=False)
         self._marker = scene.add_icosphere(
             f"{self._root.name}/marker",
-            radius=_MARKER_PER_DISTANCE * drawing.distance_m,
+            radius=_MARKER_PER_DISTANCE * drawing.distance_m * (_MARKER_ON_SHAPE if self.has_shape else 1.0),
             color=self._color,
             wireframe=drawing.basis is Basis.SURROUNDINGS,
             position=drawing.point_rig_m,

@@ -24,7 +24,7 @@ const every = setInterval;
 window.setInterval = (run, period_ms, ...rest) =>
   every(run, period_ms === 1000 && !String(run).includes("retry") ? 5000 : period_ms, ...rest);
 }</script>"""
-# Outside the console nothing else on the page stops; the address holds below any path at which the server lives
+# Outside the console nothing else on the page stops; the address holds below any path of the server
 _STOP = '<script type="module" src="../static/js/looking/scene/viser_stop.js"></script>'
 _PACE = Path(__file__).parent / "static" / "js" / "looking" / "scene" / "drawing_pace.js"
 # Inside the console: hides the docked views, which the console itself shows, folds the panel, hides it in a

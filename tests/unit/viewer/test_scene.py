@@ -341,6 +341,13 @@ def test_limits_stand_in_the_scene_until_removed(scene: ViewerScene) -> None:
     assert not list(scene._fixations)
 
 
+def test_a_marker_on_a_shape_is_small_enough_to_leave_it_in_sight(scene: ViewerScene) -> None:
+    show(scene, "alone", with_cloud=False, with_mesh=False)
+    show(scene, "shaped", with_cloud=False)
+    alone, shaped = (fixation_in(scene, name)._marker.radius for name in ("alone", "shaped"))
+    assert shaped < 0.5 * alone
+
+
 def test_a_renamed_fixation_has_its_new_name_above_it(scene: ViewerScene) -> None:
     show(scene, "T1")
     scene.show_limits(
