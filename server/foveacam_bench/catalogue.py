@@ -46,6 +46,7 @@ REMEDIES: Mapping[str, str] = {
 BENCHES: Mapping[str, Bench] = {
     "accept": Bench(module="accept.runs", whole_s=(900, 2400)),
     "archive": Bench(module="archive.figures", whole_s=(90, 180), needs=("moto",)),
+    "attention": Bench(module="attention.maps", whole_s=(900, 1800)),
     "auth": Bench(module="access.figures", whole_s=(90, 180)),
     "batch": Bench(module="batch.figures", whole_s=(480, 720), needs=("distributed",)),
     "binning": Bench(module="verge.binning", whole_s=(180, 360)),

@@ -44,11 +44,11 @@ class Gazes:
 
 def aim_at(calibration: Calibration, target: NDArray[np.float64], inverse_z: float) -> Gazes:
     """Return the gazes that meet on a target: (2,) tangents from the origin, depth 1 / `inverse_z` m."""
-    left, right = (_gaze_at(calibration, role, target, np.array([inverse_z])) for role in EYES)
+    left, right = (gaze_at(calibration, role, target, np.array([inverse_z])) for role in EYES)
     return Gazes(left=left, right=right)
 
 
-def _gaze_at(
+def gaze_at(
     calibration: Calibration, role: Role, target: NDArray[np.float64], inverse_z: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the gaze of one eye, (..., 2), at depths 1 / `inverse_z`: (..., 1)."""
@@ -99,7 +99,7 @@ def reach_span(
     tried = np.linspace(0.0, nearest, REACH_STEPS + 1)
     inside = np.ones(len(tried), dtype=np.bool_)
     for role in EYES:
-        angles_rad = np.arctan(_gaze_at(calibration, role, target, tried[:, None]))
+        angles_rad = np.arctan(gaze_at(calibration, role, target, tried[:, None]))
         inside &= calibration.eye(role).mirror.inside(angles_rad)
     reached = tried[inside]
     return (float(reached[0]), float(reached[-1])) if len(reached) else None

@@ -1,5 +1,7 @@
 """Depth samples from one look of both foveae, and their fusion into the wide context."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,6 +56,22 @@ def fuse_look(context: WideContext, sighting: Sighting, calibration: Calibration
     overlapping = overlap_share(dense.inverse_z_per_m - q_ref, calibration) >= LEAST_OVERLAP
     mismatched = contradicted(dense, by=coarse, block_tan=BLOCK_PX / calibration.wide.fx_px)
     context.fuse(dense.only(overlapping & ~mismatched), source=DepthSource.DENSE_DEPTH, gray=wide)
+    return coarse
+
+
+def fuse_apart(
+    context: WideContext,
+    sighting: Sighting,
+    calibration: Calibration,
+    *,
+    expected_per_m: Mapping[Role, float],
+) -> DepthSamples:
+    """Fuse the depth of one look whose eyes look at different places, of each with the wide view; return it.
+
+    `expected_per_m`: 1/Z about which each eye's depth is searched.
+    """
+    coarse = wide_matches(sighting, calibration, expected_per_m=expected_per_m)
+    context.fuse(coarse, source=DepthSource.WIDE_MATCH, gray=gray(to_uint8(sighting.wide)))
     return coarse
 
 

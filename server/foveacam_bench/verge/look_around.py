@@ -15,11 +15,11 @@ from foveacam_hardware.contract import Binning
 from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_hardware.sim.truth import Truth
+from foveacam_pipeline.attention.look_around import look_around
 from foveacam_pipeline.geometry.angles import tan_from_angles
 from foveacam_pipeline.models import Calibration, load_calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
-from foveacam_pipeline.wide_depth.look_around import look_around
 from foveacam_pipeline.wide_depth.wide_context import WideContext
 from foveacam_server.resources.studying.studies.click_truth import truth_of
 from foveacam_server.resources.studying.studies.judged_clicks import WRONG_SHARE, WRONG_SIGMA

@@ -22,7 +22,7 @@ class WideDepthDocument(ResponseModel):
     age_median_s: float | None
     oldest_s: float | None
     surveyed_fraction: float | None = Field(
-        description="share of directions that the last look around reached; null before the first"
+        description="share of the field that the last look around showed to a fovea; null before the first"
     )
     survey_job_id: str | None = Field(description="the look around that is waiting or at work")
     png_url: str

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from foveacam_hardware.contract import Clock, FoveaError
 from foveacam_hardware.contract.spans import span
+from foveacam_pipeline.attention.look_around import LookAroundProgress, LookedAround, look_around
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.ply import ply_bytes
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Fixation
-from foveacam_pipeline.wide_depth.look_around import LookedAround, look_around
 from foveacam_pipeline.wide_depth.looks import fuse_fixation
 from foveacam_pipeline.wide_depth.rendering import (
     backdrop_mesh,
@@ -57,6 +57,8 @@ WAITING = 2
 LEAST_SHARE_CHANGE = 0.005
 """Change of the share of known cells at which an event is emitted."""
 DEPTH_DIGITS, SHARE_DIGITS = 4, 5
+PERCENT = 100
+"""Steps of a look around's progress: the number of its looks is not known before its end."""
 
 _log = logging.getLogger(__name__)
 PART, LOOKS = "foveacam-wide-depth", "looks"
@@ -171,8 +173,9 @@ class WideDepthService:
     def _survey(self, job: JobContext) -> str:
         calibration, context = self._tools.calibration(), self._require()
 
-        def on_direction(done: int, total: int) -> None:
-            job.progress(done, total=total, note=f"direction {done} of {total}")
+        def on_look(made: LookAroundProgress) -> None:
+            note = f"look {made.look.index}. {made.look.look.reason}"
+            job.progress(round(PERCENT * made.done), total=PERCENT, note=note)
 
         holder = f"look around {job.job.id}"
         with self._tools.hardware.session(holder, cancelled=job.cancelled) as head:
@@ -181,10 +184,10 @@ class WideDepthService:
                 calibration,
                 context,
                 clock=self._tools.clock,
-                on_direction=on_direction,
+                on_look=on_look,
                 cancelled=job.cancelled,
             )
-        self._surveyed = looked.done / max(1, looked.directions)
+        self._surveyed = looked.shown_fraction
         self._keeper.save()
         self._show(bring=True)
         self._emit_change(always=True)
@@ -278,8 +281,8 @@ def _eight_bit_rgb(picture: ViewPicture) -> NDArray[np.uint8]:
 def _describe_survey(looked: LookedAround) -> str:
     ended = "was cancelled after" if looked.cancelled else "took"
     return (
-        f"the look around {ended} {looked.duration_s:.0f} s: "
-        f"{looked.done} of {looked.directions} directions, {looked.looks} looks"
+        f"the look around {ended} {looked.duration_s:.0f} s: {looked.looks} looks showed "
+        f"{PERCENT * looked.shown_fraction:.0f} % of the field"
     )
 
 

@@ -43,7 +43,7 @@ export class Loupe {
     this.stream.aimLoupe(pixel, Math.max(MAGNIFY, place.scale * 2));
     if (!pixel) return;
     this.element.classList.toggle("to-left", place.css.x > place.width / 2);
-    setText(this.pixel, `${pixel.x.toFixed(2)}, ${pixel.y.toFixed(2)} px`);
+    setText(this.pixel, `${pixel.x.toFixed(1)}, ${pixel.y.toFixed(1)} px`);
     const { text, verdict, beyond } = judge(pixel, state);
     setText(this.direction, text);
     setText(this.verdict, verdict);

@@ -66,6 +66,7 @@ export class WideView {
     store.on(["rig", "intrinsics", "reach", "settings"], (state) => {
       this.#overlay.drawField(pane.viewport, state);
       this.#legend.show(state.settings.field ? state.reach : null);
+      if (this.#pointer || this.#cross) this.#showAimed(); // what is beyond reach depends on the distance looked at
     });
     store.on(["targets", "hidden_targets", "selected_target", "current", "settings"], (state) =>
       this.#overlay.drawMarks(pane.viewport, state),

@@ -1,4 +1,4 @@
-"""One look tells depth over both foveae's fields; a look around covers the field and can be cancelled."""
+"""One look tells depth over both foveae's fields."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,6 @@ from foveacam_hardware.contract import Role
 from foveacam_pipeline.verge.aim import aim_at, volts_for
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import Basis, Fixation, FixationState
-from foveacam_pipeline.wide_depth import look_around as looking_around
-from foveacam_pipeline.wide_depth.look_around import field_directions, look_around
 from foveacam_pipeline.wide_depth.looks import fuse_fixation, fuse_look, overlap_samples
 from foveacam_pipeline.wide_depth.values import DepthSource
 from foveacam_pipeline.wide_depth.wide_context import WideContext
@@ -87,48 +85,6 @@ def test_what_lies_beyond_all_other_depths_of_its_block_is_contradicted() -> Non
     found = contradicted(_samples([0.05, 0.10, 0.15, 0.2003, 0.30]), by=by, block_tan=0.01)
     assert found.tolist() == [True, False, False, False, True]
     assert not contradicted(_samples([0.5]), by=DepthSamples.none(), block_tan=0.01).any()
-
-
-def test_directions_of_the_field_leave_no_gap_that_a_fovea_does_not_see() -> None:
-    directions = field_directions(CALIBRATION)
-    assert 30 < len(directions) < 120
-    field_tan = CALIBRATION.fovea_width / CALIBRATION.fovea_f_px
-    apart = np.linalg.norm(directions[:, None] - directions[None], axis=2)
-    np.fill_diagonal(apart, np.inf)
-    assert apart.min(axis=1).max() < field_tan
-
-
-def test_a_cancelled_look_around_keeps_what_it_has_seen() -> None:
-    near_m = 2.5
-    head = PlaneHead(z_m=near_m, texture=noise_texture())
-    context = WideContext(CALIBRATION.wide)
-    told: list[tuple[int, int]] = []
-    found = look_around(
-        head,
-        CALIBRATION,
-        context,
-        clock=head.clock,
-        on_direction=lambda done, total: told.append((done, total)),
-        cancelled=lambda: len(told) >= 2,
-    )
-    assert (found.done, found.cancelled) == (2, True)
-    assert found.directions == len(field_directions(CALIBRATION))
-    assert found.looks == 2  # the second direction begins with what the first one found
-    known = context.snapshot()
-    assert np.count_nonzero(known.source == DepthSource.DENSE_DEPTH) > 100
-    q = known.inverse_z_per_m[0][known.known[0]]
-    assert np.mean(np.abs(q * near_m - 1.0) < 0.01) > 0.98
-
-
-def test_surfaces_at_another_depth_than_expected_get_a_look_of_their_own(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(looking_around, "field_directions", lambda _calibration: np.zeros((1, 2)))
-    head = PlaneHead(z_m=2.5, texture=noise_texture())
-    context = WideContext(CALIBRATION.wide)
-    found = look_around(head, CALIBRATION, context, clock=head.clock)
-    assert found.looks == 2  # at the depth that is assumed, then at that of the plane
-    assert np.count_nonzero(context.snapshot().source == DepthSource.DENSE_DEPTH) > 100
 
 
 @pytest.mark.parametrize("basis", [Basis.BOTH_FOVEAE, Basis.FOVEA_AND_WIDE, Basis.SURROUNDINGS])

@@ -1,0 +1,1 @@
+"""Attention: where the foveae look next, and why."""
