@@ -3727,7 +3727,7 @@ export interface components {
             };
             /** @description the look around that is waiting or at work */
             survey_job_id: string | null;
-            /** @description share of directions that the last look around reached; null before the first */
+            /** @description share of the field that the last look around showed to a fovea; null before the first */
             surveyed_fraction: number | null;
         };
         /**

@@ -52,13 +52,6 @@ class FieldGrid:
     def __len__(self) -> int:
         return self.rows * self.columns
 
-    def cells_in(self, x_px: float, y_px: float, width_px: float, height_px: float) -> Bools:
-        """Return (n,) bool: the cells that a rectangle of wide px touches."""
-        row, column = np.divmod(np.arange(len(self)), self.columns)
-        left, top = column * self.cell_px - 0.5, row * self.cell_px - 0.5
-        across = (left < x_px + width_px) & (left + self.cell_px > x_px)
-        return np.asarray(across & (top < y_px + height_px) & (top + self.cell_px > y_px), dtype=np.bool_)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Yields:
@@ -81,11 +74,9 @@ class FieldState:
 
     `inverse_z_per_m`: (n,), 1/m, from neighbours where nothing is known; `guessed`: (n,) bool, where it is
     so. `relative_sigma`: (n, 9) error over distance of its parts, infinite where unknown. `contrast`: (n,)
-    root mean square slope of the wide picture, grey levels per px. `changed`: (n,) share of parts that look
-    different from when they were measured. `looked_s`: (n,) time of the last look, -inf for none. `tries`:
-    (n,) looks since that left it as it was. `interest`: (n,) 0 to 1, by detections not yet measured.
-    `urgency`: (n,) 0 to 1, by followed targets whose place is uncertain. `yields`: what looks of the eyes
-    apart, and of both on one point, brought lately, as a share of what was expected.
+    root mean square slope of the wide picture, grey levels per px. `looked_s`: (n,) time of the last look,
+    -inf for none. `tries`: (n,) looks since that left it as it was. `yields`: what looks of the eyes apart,
+    and of both on one point, brought lately, as a share of what was expected.
     """
 
     now_s: float
@@ -93,25 +84,9 @@ class FieldState:
     guessed: Bools
     relative_sigma: Floats
     contrast: Floats
-    changed: Floats
     looked_s: Floats
     tries: NDArray[np.int64]
-    interest: Floats
-    urgency: Floats
     yields: "Yields"
-
-    def after(self, cells: Bools, *, relative_sigma: Floats, measured: Bools) -> "FieldState":
-        """Return the state after a look at `cells`, (n,), that measures those in `measured` to an error."""
-        better = np.minimum(self.relative_sigma, relative_sigma[:, None])
-        return replace(
-            self,
-            relative_sigma=np.where(measured[:, None], better, self.relative_sigma),
-            changed=np.where(cells, 0.0, self.changed),
-            looked_s=np.where(cells, self.now_s, self.looked_s),
-            tries=np.where(measured, 0, self.tries + cells),
-            interest=np.where(measured, 0.0, self.interest),
-            urgency=np.where(cells, 0.0, self.urgency),
-        )
 
 
 def parts_of(values: NDArray[np.generic], grid: FieldGrid, *, fill: float) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from foveacam_hardware.contract import Cancelled, Clock, Head
 from foveacam_pipeline.attention.field import FieldGrid
 from foveacam_pipeline.attention.looks import Candidates
-from foveacam_pipeline.attention.losses import DepthRange, Weights
+from foveacam_pipeline.attention.losses import DepthRange
 from foveacam_pipeline.attention.policy import AttentionPolicy
 from foveacam_pipeline.attention.watching import FieldMemory, WatchedLook, Watcher
 from foveacam_pipeline.models.calibration import Calibration
@@ -54,7 +54,7 @@ def look_around(
     grid = FieldGrid.of(calibration.wide, context_cell_px=context.cell_px)
     memory, candidates = FieldMemory(grid), Candidates(calibration, grid)
     watcher = Watcher(head, calibration, context, memory, candidates, clock=clock, depths=DEPTHS)
-    policy = AttentionPolicy(candidates, Weights(map=1.0), depths=DEPTHS, least_worth=WORTH_ENDING)
+    policy = AttentionPolicy(candidates, depths=DEPTHS, least_worth=WORTH_ENDING)
     looks, ended_early, first_worth = 0, False, 0.0
     while looks < MOST_LOOKS and not (ended_early := cancelled is not None and cancelled()):
         try:

@@ -22,9 +22,6 @@ ONE_EYE_SIGMA_PX, BOTH_SIGMA_PX = 0.22, 0.2
 """Usual standard errors of a match, beside the calibration's: of one fovea with the wide view, px of that
 frame, and between the foveae, px of the sensor."""
 
-ROLLED = 1.1
-"""Share of its width and height that a fovea may show, with the roll of its view."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookErrors:
@@ -79,7 +76,6 @@ class Candidates:
         size = np.array([calibration.fovea_width, calibration.fovea_height]) / calibration.fovea_f_px
         self.half_view = SHOWN * size / 2.0
         """(2,) half of what a fovea shows reliably, tangents."""
-        self._whole = ROLLED * size / 2.0
         self._step = STEP * size
 
     def set_binning(self, binning: Binning) -> None:
@@ -105,22 +101,16 @@ class Candidates:
         aside = np.abs(self.grid.tangents[None] - self.directions[:, None])
         return np.asarray((aside <= self.half_view).all(axis=2), dtype=np.float32)
 
-    def worths(
-        self, role: Role, inverse_z_per_m: Floats, cell_worths: Floats, *, whole: bool = False
-    ) -> Floats:
-        """Return (b, a) the sum of (n,) worths over the cells that an eye shows under each gaze of its grid.
-
-        `whole`: also over those at the rim of its view, which it may show.
-        """
-        cells, half = self._cell_gazes(role, inverse_z_per_m), self._whole if whole else self.half_view
-        grid = self.gazes[role]
+    def worths(self, role: Role, inverse_z_per_m: Floats, cell_worths: Floats) -> Floats:
+        """Return (b, a) the sum of (n,) worths over the cells that each gaze of an eye's grid shows."""
+        cells, half, grid = self._cell_gazes(role, inverse_z_per_m), self.half_view, self.gazes[role]
         across = np.abs(cells[None, :, 0] - grid.x[:, None]) <= half[0]
         down = np.abs(cells[None, :, 1] - grid.y[:, None]) <= half[1]
         return np.asarray((down * cell_worths) @ across.T.astype(np.float64), dtype=np.float64)
 
-    def shows(self, role: Role, gazes: Floats, inverse_z_per_m: Floats, *, whole: bool = False) -> Bools:
-        """Return (c, n) bool: which cells an eye shows under gazes (c, 2); `whole` as for `worths`."""
-        cells, half = self._cell_gazes(role, inverse_z_per_m), self._whole if whole else self.half_view
+    def shows(self, role: Role, gazes: Floats, inverse_z_per_m: Floats) -> Bools:
+        """Return (c, n) bool: which cells an eye shows under gazes (c, 2)."""
+        cells, half = self._cell_gazes(role, inverse_z_per_m), self.half_view
         across = np.abs(cells[None, :, 0] - gazes[:, None, 0]) <= half[0]
         down = np.abs(cells[None, :, 1] - gazes[:, None, 1]) <= half[1]
         return np.asarray(across & down, dtype=np.bool_)

@@ -35,26 +35,23 @@ LEAST_LEARNED = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WatchedLook:
-    """A look that was made. `loss_before`, `loss`: mean loss of the field, before and after it."""
+    """A look that was made. `loss`: mean loss of the field after it; `decided_ms`: time to choose it."""
 
     index: int
     look: Look
     sighting: Sighting
     t_s: float
-    loss_before: float
     loss: float
     decided_ms: float
 
 
 class FieldMemory:
-    """What attention remembers of the field beside its depth: looks, tries, detections, targets."""
+    """What attention remembers of the field beside its depth: its looks, and what they brought."""
 
     def __init__(self, grid: FieldGrid) -> None:
         self.grid = grid
         self.looked_s: Floats = np.full(len(grid), -np.inf)
         self.tries: NDArray[np.int64] = np.zeros(len(grid), dtype=np.int64)
-        self.interest: Floats = np.zeros(len(grid))
-        self.urgency: Floats = np.zeros(len(grid))
         self.yields = Yields()
 
     def state(self, context: WideContext, wide: NDArray[np.uint8] | None, *, now_s: float) -> FieldState:
@@ -67,7 +64,6 @@ class FieldMemory:
         with np.errstate(invalid="ignore"):
             relative = known.sigma_per_m[0] / known.inverse_z_per_m[0]
         relative[~known.known[0]] = np.inf
-        withheld = context.withheld().astype(np.float64)
         return FieldState(
             now_s=now_s,
             inverse_z_per_m=inverse_z,
@@ -76,25 +72,20 @@ class FieldMemory:
             contrast=np.full(len(self.grid), np.inf)
             if wide is None
             else cell_contrast(wide, self.grid, binning=context.wide.binning_of(wide.shape)),
-            changed=parts_of(withheld, self.grid, fill=0.0).mean(axis=1),
             looked_s=self.looked_s.copy(),
             tries=self.tries.copy(),
-            interest=self.interest.copy(),
-            urgency=self.urgency.copy(),
             yields=self.yields,
         )
 
     def looked(self, look: Look, cells: Bools, *, before: Floats, after: Floats, now_s: float) -> None:
         """Remember a look that showed some cells, (n,) bool, by the map's loss before it and after, (n,)."""
-        if look.depth_worth >= LEAST_LEARNED:
-            share = float((before - after).sum()) / look.depth_worth
+        if look.promised >= LEAST_LEARNED:
+            share = float((before - after).sum()) / look.promised
             self.yields = self.yields.learned(apart=look.meeting_m is None, share=share)
         left = cells & (after > LEFT_OVER * before) & (after > 0.0)
         self.tries[left] += 1
         self.tries[cells & ~left] = 0
         self.looked_s[cells] = now_s
-        self.interest[cells & ~left] = 0.0
-        self.urgency[cells] = 0.0
 
 
 class Watcher:
@@ -152,7 +143,6 @@ class Watcher:
             look=look,
             sighting=sighting,
             t_s=self._now_s(),
-            loss_before=float(losses[0].mean()),
             loss=float(losses[1].mean()),
             decided_ms=decided_ms,
         )

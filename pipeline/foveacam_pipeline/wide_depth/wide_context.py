@@ -163,11 +163,6 @@ class WideContext:
         )
         return copy
 
-    def withheld(self) -> NDArray[np.bool_]:
-        """Return (rows, columns) bool: cells that look different from when they were measured."""
-        with self._lock:
-            return np.asarray(np.isfinite(self._changed_since_s), dtype=np.bool_)
-
     def reference(self) -> NDArray[np.float32]:
         """Return (2 rows, 2 columns) float32, the cells' block means when they were measured; NaN unknown."""
         with self._lock:

@@ -30,7 +30,7 @@ from foveacam_hardware.rig import Rig
 from foveacam_hardware.sim.rig import open_simulated
 from foveacam_pipeline.attention.field import FieldGrid
 from foveacam_pipeline.attention.looks import Candidates
-from foveacam_pipeline.attention.losses import GOAL, Weights
+from foveacam_pipeline.attention.losses import GOAL
 from foveacam_pipeline.attention.policy import AttentionPolicy, Policy
 from foveacam_pipeline.attention.watching import FieldMemory, Watcher
 from foveacam_pipeline.learn.pair_folder import Split
@@ -43,7 +43,7 @@ from foveacam_server.resources.studying.studies.simulated_rigs import bin_camera
 
 SCENES = ("bench", "street", "toy")
 RANDOM, QUICK_RANDOM = 20, 1
-LOOKS, QUICK_LOOKS = 140, 70
+LOOKS, QUICK_LOOKS = 100, 60
 SEED = 1_311
 WANTED = 0.9
 """Share of what any policy has measured at which a field counts as known."""
@@ -143,7 +143,7 @@ def chooser_of(policy: str, candidates: Candidates, wide: NDArray[np.uint8]) -> 
     """Return a policy by its name; `wide`: (h, w) uint8 the wide picture at the start."""
     grid = candidates.grid
     made: dict[str, Callable[[], Policy]] = {
-        POLICY: lambda: AttentionPolicy(candidates, Weights(map=1.0)),
+        POLICY: lambda: AttentionPolicy(candidates),
         "raster": lambda: Raster(candidates),
         "random": lambda: RandomLooks(candidates, np.random.default_rng(SEED)),
         "saliency": lambda: BySalience(candidates, spectral_residual(wide, (grid.rows, grid.columns))),

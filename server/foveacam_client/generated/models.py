@@ -3790,7 +3790,9 @@ class WideDepthDocument(Document):
     survey_job_id: Annotated[str | None, Field(description="the look around that is waiting or at work")]
     surveyed_fraction: Annotated[
         float | None,
-        Field(description="share of directions that the last look around reached; null before the first"),
+        Field(
+            description="share of the field that the last look around showed to a fovea; null before the first"
+        ),
     ]
 
 

@@ -13,10 +13,7 @@ def unknown_state(cells: int, *, inverse_z: float = 0.25) -> FieldState:
         guessed=np.zeros(cells, dtype=np.bool_),
         relative_sigma=np.full((cells, 9), np.inf),
         contrast=np.full(cells, 3.0),
-        changed=np.zeros(cells),
         looked_s=np.full(cells, -np.inf),
         tries=np.zeros(cells, dtype=np.int64),
-        interest=np.zeros(cells),
-        urgency=np.zeros(cells),
         yields=Yields(),
     )

@@ -32,6 +32,13 @@ def test_directions_of_the_field_leave_no_gap_that_a_fovea_does_not_see() -> Non
     assert apart.min(axis=1).max() < field_tan
 
 
+def cells_about(x_px: float, y_px: float, reach_px: float) -> np.ndarray:
+    """Return (n,) bool: the cells whose middles lie within a square about a wide pixel."""
+    row, column = np.divmod(np.arange(len(GRID)), GRID.columns)
+    middles_px = np.column_stack([column, row]) * GRID.cell_px + GRID.cell_px / 2
+    return np.asarray((np.abs(middles_px - (x_px, y_px)) <= reach_px).all(axis=1))
+
+
 def seen(look: Look | None) -> Look:
     assert look is not None
     assert look.meeting_m is not None
@@ -50,7 +57,7 @@ def test_a_raster_shows_the_field_and_begins_anew() -> None:
 
 def test_uncertainty_looks_where_least_is_known_and_where_it_was_not_looked() -> None:
     sigma = np.full((len(GRID), 9), 0.001)
-    unknown = GRID.cells_in(500.0, 600.0, 100.0, 100.0)
+    unknown = cells_about(550.0, 650.0, 50.0)
     sigma[unknown] = np.inf
     look = seen(ByUncertainty(CANDIDATES).choose(replace(STATE, relative_sigma=sigma)))
     assert (look.cells & unknown).sum() > 0.8 * unknown.sum()
@@ -61,7 +68,7 @@ def test_salience_is_of_what_differs_and_falls_where_it_was_looked_at() -> None:
     picture[300:340, 400:450] = 250
     salience = spectral_residual(picture, (GRID.rows, GRID.columns))
     assert salience.shape == (len(GRID),)
-    odd = GRID.cells_in(800.0, 600.0, 100.0, 80.0)
+    odd = cells_about(850.0, 640.0, 45.0)
     assert salience[odd].mean() > 4.0 * salience[~odd].mean()
     chooser = BySalience(CANDIDATES, salience)
     first = seen(chooser.choose(STATE))

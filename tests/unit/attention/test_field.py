@@ -26,14 +26,6 @@ def test_the_grid_covers_the_wide_view_with_cells_of_three_by_three_context_cell
     assert pixel == pytest.approx([30 * 24 + 11.5, 22 * 24 + 11.5], abs=1e-6)
 
 
-def test_cells_of_a_rectangle_are_those_that_it_touches() -> None:
-    cells = GRID.cells_in(23.6, 24.0, 24.0, 1.0).reshape(45, 60)
-    assert np.argwhere(cells).tolist() == [[1, 1], [1, 2]] or np.argwhere(cells).tolist() == [[1, 1]]
-    assert GRID.cells_in(20.0, 20.0, 10.0, 10.0).sum() == 4
-    assert GRID.cells_in(0.0, 0.0, 1440.0, 1080.0).all()
-    assert not GRID.cells_in(2000.0, 0.0, 10.0, 10.0).any()
-
-
 def test_parts_are_the_context_cells_of_each_cell_and_filled_beyond_the_edge() -> None:
     values = np.arange(135 * 180, dtype=np.float64).reshape(135, 180)
     parts = parts_of(values, GRID, fill=-1.0)

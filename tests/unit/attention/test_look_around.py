@@ -6,7 +6,6 @@ from foveacam_hardware.contract import Cancelled, LookOptions, OutOfRange, Sight
 from foveacam_pipeline.attention.field import FieldGrid
 from foveacam_pipeline.attention.look_around import MOST_LOOKS, LookAroundProgress, look_around
 from foveacam_pipeline.attention.looks import Candidates
-from foveacam_pipeline.attention.losses import Weights
 from foveacam_pipeline.attention.policy import AttentionPolicy
 from foveacam_pipeline.attention.watching import FieldMemory, Watcher
 from foveacam_pipeline.wide_depth.wide_context import WideContext
@@ -100,9 +99,9 @@ def test_looks_that_bring_nothing_make_their_kind_and_their_cells_less_worth() -
     context = WideContext(CALIBRATION.wide)
     watcher = Watcher(head, CALIBRATION, context, memory, candidates, clock=head.clock)
     textured = np.random.default_rng(1).integers(0, 255, (1080, 1440), dtype=np.uint8)
-    made = watcher.look(AttentionPolicy(candidates, Weights(map=1.0)), textured)
+    made = watcher.look(AttentionPolicy(candidates), textured)
     assert made is not None
-    assert made.loss == made.loss_before
+    assert made.loss == pytest.approx(1.0)
     assert min(memory.yields.apart, memory.yields.verged) == pytest.approx(0.8)
     assert memory.tries.sum() > 20
     assert np.isfinite(memory.looked_s).sum() == memory.tries.sum()

@@ -1,43 +1,19 @@
-import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.unit.attention.states import unknown_state
 
 from foveacam_hardware.contract import InvalidInput
-from foveacam_pipeline.attention.field import FieldState
 from foveacam_pipeline.attention.losses import (
     MISSED,
-    NOVELTY_S,
     DepthRange,
-    Weights,
     map_loss,
     part_losses,
     worth_of,
 )
 
 RANGE = DepthRange(nearest_m=1.0, farthest_m=20.0)
-
-
-def state(**changed: Any) -> FieldState:  # Any: its fields
-    return replace(unknown_state(4), **changed)
-
-
-@pytest.mark.parametrize(
-    "given",
-    [
-        {},
-        {"map": 0.0},
-        {"map": -1.0, "change": 1.0},
-        {"map": math.nan},
-        {"novelty": math.inf},
-    ],
-)
-def test_weights_that_say_nothing_or_contradict_are_refused_by_name(given: dict[str, float]) -> None:
-    with pytest.raises(InvalidInput, match="0 or more, and one of them above 0"):
-        Weights(**given)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +35,7 @@ def test_the_loss_of_a_part_has_a_step_at_the_goal_and_grows_to_one() -> None:
 def test_what_is_known_to_lie_outside_the_range_has_no_loss_and_what_is_guessed_has() -> None:
     sigma = np.full((4, 9), 0.1)
     near_and_far = np.array([2.0, 0.01, 0.2, 0.2])
-    known = state(inverse_z_per_m=near_and_far, guessed=np.zeros(4, np.bool_), relative_sigma=sigma)
+    known = replace(unknown_state(4), inverse_z_per_m=near_and_far, relative_sigma=sigma)
     assert map_loss(known, RANGE)[:2].tolist() == [0.0, 0.0]
     assert (map_loss(known, RANGE)[2:] > 0.5).all()
     guessed = replace(known, guessed=np.ones(4, np.bool_))
@@ -70,24 +46,5 @@ def test_a_look_is_worth_the_parts_that_it_improves() -> None:
     sigma = np.full((4, 9), np.inf)
     sigma[1, :3] = 0.001
     sigma[2] = 0.001
-    worth = worth_of(
-        state(relative_sigma=sigma), Weights(map=2.0), relative_sigma=np.full(4, 0.002), depths=RANGE
-    )
-    assert worth.measured == pytest.approx([2.0, 2.0 * 6 / 9, 0.0, 2.0])
-    assert worth.seen == pytest.approx(np.zeros(4))
-
-
-def test_changes_targets_novelty_and_detections_add_by_their_weights() -> None:
-    sigma = np.zeros((4, 9))
-    seen = state(
-        relative_sigma=sigma,
-        now_s=100.0,
-        looked_s=np.array([100.0, 100.0 - NOVELTY_S, -np.inf, 100.0]),
-        changed=np.array([1.0, 0.0, 0.0, 0.0]),
-        urgency=np.array([0.0, 0.5, 0.0, 0.0]),
-        interest=np.array([0.0, 0.0, 0.0, 1.0]),
-    )
-    weights = Weights(change=3.0, targets=2.0, novelty=1.0, objects=5.0)
-    worth = worth_of(seen, weights, relative_sigma=np.full(4, 0.001), depths=RANGE)
-    assert worth.seen == pytest.approx([3.0, 1.0 + 1.0 - math.exp(-1.0), 1.0, 0.0])
-    assert worth.measured == pytest.approx([0.0, 0.0, 0.0, 5.0])
+    worth = worth_of(replace(unknown_state(4), relative_sigma=sigma), RANGE, relative_sigma=np.full(4, 0.002))
+    assert worth == pytest.approx([1.0, 6 / 9, 0.0, 1.0])

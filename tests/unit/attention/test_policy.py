@@ -8,18 +8,16 @@ from tests.unit.attention.states import unknown_state
 from foveacam_hardware.contract import Role
 from foveacam_pipeline.attention.field import FieldGrid, Yields
 from foveacam_pipeline.attention.looks import Candidates
-from foveacam_pipeline.attention.losses import Weights
 from foveacam_pipeline.attention.policy import AttentionPolicy, match_chance, weighted_medians
 from foveacam_pipeline.verge.aim import EYES, reachable_eyes
 
 GRID = FieldGrid.of(CALIBRATION.wide, context_cell_px=8)
 CANDIDATES = Candidates(CALIBRATION, GRID)
-MAP = Weights(map=1.0)
 NEAR_PER_M, FAR_PER_M = 1.0 / 2.5, 1.0 / 25.0
 
 
-def mapping(**more: object) -> AttentionPolicy:
-    return AttentionPolicy(CANDIDATES, MAP, **more)  # type: ignore[arg-type]  # its own fields
+def mapping(*, least_worth: float = 0.5) -> AttentionPolicy:
+    return AttentionPolicy(CANDIDATES, least_worth=least_worth)
 
 
 def test_near_things_are_looked_at_by_each_eye_on_its_own() -> None:
@@ -60,42 +58,6 @@ def test_a_blank_field_is_not_looked_at_for_its_depth() -> None:
     assert mapping(least_worth=3.0).choose(blank) is None
 
 
-@pytest.mark.parametrize("inverse_z", [NEAR_PER_M, FAR_PER_M])
-def test_what_is_forbidden_is_shown_to_neither_eye_at_whatever_distance_it_is(inverse_z: float) -> None:
-    forbidden = GRID.cells_in(560.0, 400.0, 300.0, 250.0)
-    policy = mapping(forbidden=forbidden)
-    state = unknown_state(len(GRID), inverse_z=inverse_z)
-    looks = policy.plan(state, 40)
-    assert len(looks) > 15
-    shown = np.zeros(len(GRID), dtype=np.bool_)
-    for look in looks:
-        for q in (0.0, inverse_z):
-            for role in EYES:
-                gaze = look.gazes.eye(role)[None]
-                shown |= CANDIDATES.shows(role, gaze, np.full(len(GRID), q), whole=True)[0]
-    assert not (shown & forbidden).any()
-
-
-def test_a_change_draws_a_look_to_it() -> None:
-    known = replace(unknown_state(len(GRID)), relative_sigma=np.full((len(GRID), 9), 0.001))
-    changed = GRID.cells_in(700.0, 300.0, 60.0, 60.0)
-    state = replace(known, changed=changed.astype(np.float64))
-    look = AttentionPolicy(CANDIDATES, Weights(map=1.0, change=5.0)).choose(state)
-    assert look is not None
-    assert (look.cells & changed).sum() == changed.sum()
-    assert "changed" in look.reason
-    assert AttentionPolicy(CANDIDATES, MAP).choose(state) is None
-
-
-def test_a_plan_goes_on_to_what_is_not_shown_yet_and_to_less_and_less() -> None:
-    looks = mapping().plan(unknown_state(len(GRID)), 5)
-    assert len(looks) == 5
-    worths = [look.worth for look in looks]
-    assert worths == sorted(worths, reverse=True)
-    first, second = looks[0].cells, looks[1].cells
-    assert (first & second).sum() < 0.2 * min(first.sum(), second.sum())
-
-
 def test_cells_that_looks_left_as_they_were_are_tried_less() -> None:
     state = unknown_state(3)
     tried = replace(state, contrast=np.array([0.0, 3.0, 3.0]), tries=np.array([0, 0, 3]))
@@ -103,17 +65,6 @@ def test_cells_that_looks_left_as_they_were_are_tried_less() -> None:
     assert blank < 0.05
     assert fresh == pytest.approx(0.9)
     assert left < 0.05
-
-
-def test_a_state_after_a_look_holds_what_the_look_was_expected_to_bring() -> None:
-    state = replace(unknown_state(3), changed=np.ones(3), urgency=np.ones(3), interest=np.ones(3))
-    cells, measured = np.array([True, True, False]), np.array([True, False, False])
-    then = state.after(cells, relative_sigma=np.full(3, 0.005), measured=measured)
-    assert then.relative_sigma[:, 0].tolist() == [0.005, np.inf, np.inf]
-    assert then.tries.tolist() == [0, 1, 0]
-    assert then.changed.tolist() == [0.0, 0.0, 1.0]
-    assert then.interest.tolist() == [0.0, 1.0, 1.0]
-    assert then.looked_s.tolist() == [100.0, 100.0, -np.inf]
 
 
 def test_a_weighted_median_is_the_value_that_halves_the_weight() -> None:
