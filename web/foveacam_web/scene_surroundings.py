@@ -7,13 +7,16 @@ import viser
 
 from foveacam_pipeline.stereo.values import DepthMesh
 from foveacam_web.glb import write_glb
-from foveacam_web.scene_viewpoints import Pose
+from foveacam_web.scene_viewpoints import FOV_OVER_ALL_RAD, Pose
 
 _HALF_TURN_ABOUT_X = (0.0, 1.0, 0.0, 0.0)
 """wxyz: GLB files for other programs are +y up, the rig frame is +y down."""
-_NEAR_QUANTILE, _MIDDLE_QUANTILE = 0.02, 0.5
-_STAND = (0.22, -0.16, 0.3)
-"""Camera position (x right, y down, z forward) that shows the surface, in units of its nearest depth."""
+_MIDDLE_QUANTILE = 0.5
+_STAND = (0.05, -0.035, 0.05)
+"""Camera position (x right, y down, z forward) that shows the surface, in units of its middle depth: little
+aside, because near and far are torn apart when seen from the side."""
+_EDGE_QUANTILE, _FILLS = 0.02, 0.9
+"""Share of the surface's points left out at each edge, and of the view's height that the rest fills."""
 
 
 class SurroundingsNode:
@@ -85,10 +88,24 @@ def _draw(scene: viser.SceneApi, name: str, content: bytes, *, visible: bool) ->
 
 
 def outlook(mesh: DepthMesh) -> Pose:
-    """Return the pose from which a mesh is seen whole."""
-    near_m, middle_m = np.quantile(mesh.vertices_rig_m[:, 2], (_NEAR_QUANTILE, _MIDDLE_QUANTILE)).tolist()
-    x_m, y_m = mesh.vertices_rig_m[:, :2].mean(axis=0).tolist()
-    return Pose(position_m=near_m * np.asarray(_STAND), look_at_m=np.array([x_m, y_m, middle_m]))
+    """Return the pose from which a mesh is seen whole, near the rig's own."""
+    points_m = mesh.vertices_rig_m.astype(np.float64)
+    middle_m = np.quantile(points_m, _MIDDLE_QUANTILE, axis=0)
+    position_m = float(middle_m[2]) * np.asarray(_STAND)
+    seen_m = points_m - position_m
+    low, high = np.quantile(
+        seen_m[:, 1] / np.maximum(seen_m[:, 2], 1e-3), (_EDGE_QUANTILE, 1.0 - _EDGE_QUANTILE)
+    ).tolist()
+    x_m, y_m, z_m = (
+        points_m[:, 0].mean(),
+        (low + high) / 2.0 * float(middle_m[2]) + position_m[1],
+        middle_m[2],
+    )
+    return Pose(
+        position_m=position_m,
+        look_at_m=np.array([x_m, y_m, z_m]),
+        fov_rad=float(np.clip(2.0 * np.arctan((high - low) / 2.0 / _FILLS), *FOV_OVER_ALL_RAD)),
+    )
 
 
 def draw_field(scene: viser.SceneApi, content: bytes) -> viser.GlbHandle:

@@ -35,7 +35,7 @@ _ABOVE = (0.14, -0.1, 0.0)
 """Where a viewer stands to see everything, in units of the least distance."""
 _FILLED = 0.8
 """Share of the view that everything may fill."""
-_FOV_OVER_ALL_RAD = (0.35, START_FOV_RAD)
+FOV_OVER_ALL_RAD = (0.35, START_FOV_RAD)
 """Least and most field of that view; the least is that of the wide camera, whose picture lies behind."""
 _RIG_MARGIN = 1.12
 """Field of the view from the rig, in units of the wide camera's."""
@@ -109,9 +109,7 @@ def pose_over(points_rig_m: Sequence[Point], *, aspect: float = 1.5) -> Pose:
     across, down = np.abs(seen_m @ right) / aspect, np.abs(seen_m @ np.cross(ahead, right))
     half = float(np.max(np.maximum(across, down) / np.maximum(seen_m @ ahead, 1e-3)))
     fov_rad = 2.0 * float(np.arctan(half / _FILLED))
-    return Pose(
-        position_m=position_m, look_at_m=middle_m, fov_rad=float(np.clip(fov_rad, *_FOV_OVER_ALL_RAD))
-    )
+    return Pose(position_m=position_m, look_at_m=middle_m, fov_rad=float(np.clip(fov_rad, *FOV_OVER_ALL_RAD)))
 
 
 def pose_at_rig(shape: RigShape | None) -> Pose:

@@ -23,11 +23,17 @@ def _mesh(z_m: float) -> DepthMesh:
     )
 
 
-def test_viewers_stand_before_the_nearest_thing_and_look_at_the_middle() -> None:
-    pose = outlook(_mesh(3.0))
-    assert 0.0 < pose.position_m[2] < 3.0
+def test_viewers_see_the_whole_surface_from_near_the_rig() -> None:
+    mesh = _mesh(3.0)
+    pose = outlook(mesh)
+    assert np.linalg.norm(pose.position_m) < 0.15 * pose.look_at_m[2]
     assert pose.position_m[1] < 0.0  # above the rig: +y is down
-    assert pose.look_at_m == pytest.approx((0.5, 0.0, 3.0))
+    assert pose.look_at_m[2] == pytest.approx(3.0)
+    ahead = (pose.look_at_m - pose.position_m) / np.linalg.norm(pose.look_at_m - pose.position_m)
+    seen = mesh.vertices_rig_m - pose.position_m
+    down = np.cross(ahead, np.array([1.0, 0.0, 0.0]))
+    up_rad = np.arctan(np.abs(seen @ down) / (seen @ ahead))
+    assert 0.6 * pose.fov_rad / 2.0 < up_rad.max() < pose.fov_rad / 2.0
 
 
 def test_surfaces_follow_each_other_and_go() -> None:

@@ -177,7 +177,7 @@ class WideDepthService:
             note = f"look {made.look.index}. {made.look.look.reason}"
             job.progress(round(PERCENT * made.done), total=PERCENT, note=note)
 
-        holder = f"look around {job.job.id}"
+        holder, before = f"look around {job.job.id}", self._tools.hardware.pose
         with self._tools.hardware.session(holder, cancelled=job.cancelled) as head:
             looked = look_around(
                 head,
@@ -187,6 +187,8 @@ class WideDepthService:
                 on_look=on_look,
                 cancelled=job.cancelled,
             )
+            if before is not None and not looked.cancelled:
+                head.look(before)  # the eyes look where they looked, and at one place
         self._surveyed = looked.shown_fraction
         self._keeper.save()
         self._show(bring=True)

@@ -2,6 +2,7 @@
 
 import { RequestError, request } from "../transport/api.js";
 import { fill, h } from "../elements/dom.js";
+import { sentence } from "../elements/format.js";
 import { hasEnded, JobFollower } from "../transport/jobs.js";
 import { QuietReads } from "../transport/quiet.js";
 import { API } from "../root.js";
@@ -104,9 +105,10 @@ export class WideDepth {
       ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture`
       : "";
     const { running, job } = this.#survey;
-    const done = job?.progress?.total ? `${job.progress.done} of ${job.progress.total}` : "waiting";
+    const done = job?.progress?.total ? `${job.progress.done} %` : "waiting";
+    const why = sentence(job?.progress?.note);
     fill(this.#button, running ? `Cancel (${done})` : "Look around");
-    this.#button.title = running ? "End the look around; what it has found stays" : TITLE;
+    this.#button.title = running ? `End the look around; what it has found stays. ${why}`.trim() : TITLE;
     this.#button.disabled =
       !running && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
   }
