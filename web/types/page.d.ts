@@ -170,6 +170,8 @@ export type SetupState = {
   setup_problem: string;
   setup_file: api.RigFileDocument | null;
   setup_files: api.RigFiles | null;
+  /** Whether the draft without a file was begun here from the simulated rig; null: it was begun elsewhere. */
+  setup_begun_simulated: boolean | null;
   found: api.FoundDevices | null;
   searching: boolean;
   advice: api.AdviceDocument[] | null;

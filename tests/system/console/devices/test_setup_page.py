@@ -156,6 +156,9 @@ def test_the_rig_that_runs_is_the_one_that_the_page_shows_with_what_saving_chang
     expect(difference).to_be_visible()
     page.locator("#setup-file").select_option("a new rig")
     expect(page.locator(".wrong-fields")).to_be_visible()
+    give(page, "simulated", "wide", "wide")
+    expect(page.locator("#setup-page")).to_contain_text("choose the simulated controller")
+    expect(chosen).to_have_text("a new rig")  # whatever devices it takes
     page.locator("#setup-file").select_option(label="the simulated rig, open now")
     expect(page.locator(".wrong-fields")).to_have_count(0)
 

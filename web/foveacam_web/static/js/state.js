@@ -52,6 +52,7 @@ const SETUP_STATE = Object.freeze({
   setup_problem: "",
   setup_file: null,
   setup_files: null,
+  setup_begun_simulated: null,
   found: null,
   searching: false,
   advice: null,

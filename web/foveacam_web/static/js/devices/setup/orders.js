@@ -62,7 +62,8 @@ export class SetupOrders {
    */
   async begin(path, simulated = false) {
     await this.#queue;
-    await this.#commands.send("POST", "/rig/setup/draft", { body: { path, simulated } });
+    const begun = await this.#commands.send("POST", "/rig/setup/draft", { body: { path, simulated } });
+    if (begun) this.#store.set({ setup_begun_simulated: path === null ? simulated : null });
     await this.#reader.readDraft();
     void this.#reader.readAdvice();
   }

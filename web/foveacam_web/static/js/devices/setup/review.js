@@ -18,11 +18,12 @@ const NEW = "";
 const SIMULATED = "simulated";
 
 /** Build the choice of the rig file. @param {ConsoleState} state @param {SetupOrders} orders */
-export function filesOf({ setup, setup_files }, orders) {
+export function filesOf({ setup, setup_files, setup_begun_simulated }, orders) {
   if (!setup || !setup_files) return null;
   const { files } = setup_files;
   const listed = setup.file_exists && files.some(({ path }) => path === setup.path);
-  const chosen = listed ? setup.path : setup.simulated ? SIMULATED : NEW;
+  // a new rig stays one when it takes simulated devices
+  const chosen = listed ? setup.path : (setup_begun_simulated ?? setup.simulated) ? SIMULATED : NEW;
   const begin = async (/** @type {{currentTarget: HTMLSelectElement}} */ { currentTarget: select }) => {
     const simulated = select.value === SIMULATED;
     if (setup.changed && setup.file_exists && !(await ask(UNSAVED))) select.value = chosen;
