@@ -162,8 +162,26 @@ def test_coarse_depths_count_only_where_their_fixation_measured_nothing_better()
     assert beside.point_rig_m[2] == pytest.approx(5.1)
     assert beside.distance_sigma_m == pytest.approx(0.001 * 5.1**2, rel=0.01)
     assert patches.at(x_px + 60.0, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
+    edge_px = x_px + 0.01 * WIDE.fx_px
+    assert patches.at(edge_px + 4.0, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(5.1)  # beside its edge
+    assert patches.at(edge_px + 7.0, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
     patches.forget("fix-1")
     assert patches.at(x_px, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
+
+
+def test_a_point_that_is_doubted_is_known_better_by_what_its_look_shows_about_it() -> None:
+    patches = DepthPatches()
+    point = (0.0, 0.0, 2.7)
+    patches.add(point_patch(point, sigma_z_m=1.7, wide=WIDE, fixation_id="fix-1", created_utc="2026-01-01"))
+    about = DepthSamples(
+        tangents=np.zeros((1, 2)), inverse_z_per_m=np.array([1.0 / 2.72]), sigma_per_m=np.array([0.002])
+    )
+    found = samples_patch(about, wide=WIDE, fixation_id="fix-1", created_utc="2026-01-01")
+    assert found is not None
+    patches.add_coarse(found)
+    reading = patches.at(WIDE.cx_px, WIDE.cy_px, wide=WIDE)
+    assert reading.distance_m == pytest.approx(2.72)
+    assert reading.distance_sigma_m == pytest.approx(0.002 * 2.72**2, rel=0.01)
 
 
 def test_no_more_patches_are_held_than_wanted_and_the_newest_of_them() -> None:

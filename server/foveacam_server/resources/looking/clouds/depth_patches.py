@@ -22,6 +22,8 @@ MAX_PATCHES = 32
 """Number of depth maps held in memory; older ones are dropped."""
 REACH_PX = 1.5
 """Radius within which a pixel without depth takes its nearest neighbour's (0.03 degrees)."""
+COARSE_REACH_PX = 5.0
+"""The same in depths that were matched at the resolution of the wide view, which have none beside edges."""
 STEP_PX = 2
 """Stride at which a half-size depth map is sampled; leaves some 10 points a wide pixel."""
 
@@ -39,19 +41,20 @@ class DepthPatch:
     y0: int
     z_m: NDArray[np.float32]
     sigma_m: NDArray[np.float32]
+    reach_px: float = REACH_PX
 
     def at(self, x_px: float, y_px: float) -> tuple[float, float] | None:
-        """Return (z, sigma) m of the nearest known cell within `REACH_PX`; None where there is none."""
-        x, y = x_px - self.x0, y_px - self.y0
-        left, top = max(0, math.ceil(x - REACH_PX)), max(0, math.ceil(y - REACH_PX))
-        bottom, right = max(0, math.floor(y + REACH_PX) + 1), max(0, math.floor(x + REACH_PX) + 1)
+        """Return (z, sigma) m of the nearest known cell within `reach_px`; None where there is none."""
+        x, y, reach = x_px - self.x0, y_px - self.y0, self.reach_px
+        left, top = max(0, math.ceil(x - reach)), max(0, math.ceil(y - reach))
+        bottom, right = max(0, math.floor(y + reach) + 1), max(0, math.floor(x + reach) + 1)
         near = self.z_m[top:bottom, left:right]
         rows, columns = np.nonzero(np.isfinite(near))
         if len(rows) == 0:
             return None
         distance_px = np.hypot(columns + left - x, rows + top - y)
         nearest = int(np.argmin(distance_px))
-        if distance_px[nearest] > REACH_PX:
+        if distance_px[nearest] > reach:
             return None
         row, column = int(rows[nearest]) + top, int(columns[nearest]) + left
         return float(self.z_m[row, column]), float(self.sigma_m[row, column])
@@ -97,7 +100,9 @@ def samples_patch(
     z_m = 1.0 / samples.inverse_z_per_m
     pixels = wide.pixels(np.arctan(samples.tangents))
     grid = _grid(pixels, z_m, samples.sigma_per_m * z_m**2, size_px=(wide.width, wide.height))
-    return None if grid is None else DepthPatch(fixation_id=fixation_id, created_utc=created_utc, **grid)
+    if grid is None:
+        return None
+    return DepthPatch(fixation_id=fixation_id, created_utc=created_utc, reach_px=COARSE_REACH_PX, **grid)
 
 
 class _Grid(TypedDict):
@@ -203,7 +208,7 @@ class DepthPatches:
             self._keep([*self._patches, patch])
 
     def add_coarse(self, patch: DepthPatch) -> None:
-        """Add a patch that counts only where its fixation has no other: its own point is known better."""
+        """Add a patch that counts only where its fixation has no better depth, as its own point."""
         with self._lock:
             own = [index for index, held in enumerate(self._patches) if held.fixation_id == patch.fixation_id]
             at = own[0] if own else len(self._patches)
@@ -227,10 +232,13 @@ class DepthPatches:
         wide.check_pixel(x_px, y_px)
         with self._lock:
             newest_first = list(reversed(self._patches))
-        for patch in newest_first:
-            found = patch.at(x_px, y_px)
-            if found is not None:
-                return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
+        for newest in newest_first:
+            if newest.at(x_px, y_px) is None:
+                continue
+            own = [patch for patch in newest_first if patch.fixation_id == newest.fixation_id]
+            found = [each for patch in own if (each := patch.at(x_px, y_px)) is not None]
+            best = min(found, key=lambda each: each[1])  # a doubted point is known better by what is about it
+            return _reading(newest, best, pixel=(x_px, y_px), wide=wide)
         if self.covering(x_px, y_px):
             raise NotFound(
                 f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure",
