@@ -1,8 +1,8 @@
-"""The policy: the look that is worth most per second, with both eyes on one point or each on its own.
+"""The policy: the look that is worth most, with both eyes on one point or each on its own.
 
-A fovea and the wide camera measure what that fovea shows, at a tenth of the baseline's angle that both foveae
-have; so the eyes cover twice the field apart, and see farther together. What a look is expected to measure
-follows from the texture of the wide picture and from what earlier looks could not.
+One fovea and the wide camera measure what that fovea shows, at half the baseline and the resolution of the
+wide camera. So the eyes cover twice the field apart, and measure what is farther together. What a look is
+expected to measure follows from the texture of the wide picture and from what earlier looks could not.
 """
 
 from collections.abc import Mapping
@@ -34,9 +34,9 @@ LEAST_WORTH = 0.5
 class Look:
     """A look: gazes of both eyes, tangents; the distance at which they meet, or None for eyes apart.
 
-    `expected_per_m`: 1/Z that each eye is expected to see.
-    `cells`: (n,) bool, those that either fovea shows. `promised`: by how much the loss falls if all goes as
-    texture promises, cells; `worth`: the same as lately such looks went. `reason`: a sentence for people.
+    `expected_per_m`: 1/Z that each eye is expected to see. `cells`: (n,) bool, those that either
+    fovea shows. `promised`: by how much the loss falls if all goes as texture promises, cells; `worth`: the
+    same by what such looks brought lately. `reason`: a sentence for people.
     """
 
     gazes: Gazes
