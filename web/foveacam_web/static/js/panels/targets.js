@@ -19,11 +19,11 @@ export function mountTargets(place, context) {
   context.store.on(["targets", "hidden_targets", "selected_target"], ({ targets, hidden_targets, selected_target }) => {
     const shown = (targets ?? []).filter(({ id }) => !hidden_targets.includes(id));
     const row = (/** @type {TargetDocument} */ target) => targetRow(target, target.id === selected_target, context);
-    const empty = targets === null ? waiting("Loading the targets") : "Everything that you fixate is listed here.";
+    const empty = html`<p class="empty" ?hidden=${shown.length > 0}>Everything that you fixate is listed here.</p>`;
     update(
       place,
       html`<ul class="targets">${repeat(shown, ({ id }) => id, row)}</ul>
-        <p class="empty" ?hidden=${shown.length > 0}>${empty}</p>`,
+        ${targets === null ? waiting("Loading the targets") : empty}`,
     );
   });
 }

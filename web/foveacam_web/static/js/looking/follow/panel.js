@@ -32,10 +32,10 @@ export function mountFollowed(place, { store, orders }) {
  * @param {{orders: FollowOrders, how: string, added?: (followed: FollowedDocument) => {tools: unknown, more: unknown}}} parts `how`: how to follow something here
  */
 export function cards({ followed }, { orders, how, added }) {
-  const empty = followed === null ? waiting("Loading what is followed") : `Nothing is followed: ${how}.`;
+  const empty = html`<p class="empty" ?hidden=${(followed ?? []).length > 0}>Nothing is followed: ${how}.</p>`;
   const card = (/** @type {FollowedDocument} */ each) => followCard(each, { orders, ...added?.(each) });
   return html`<ul class="follow-cards">${repeat(followed ?? [], ({ id }) => id, card)}</ul>
-    <p class="empty" ?hidden=${(followed ?? []).length > 0}>${empty}</p>`;
+    ${followed === null ? waiting("Loading what is followed") : empty}`;
 }
 
 /** @param {ConsoleState} state @param {FollowOrders} orders */

@@ -52,12 +52,11 @@ function listOf(state, context) {
   const shown = shownOf(state);
   const row = (/** @type {MeasurementDocument} */ measured) =>
     rowOf(measured, measured.id === state.selected_measurement, context);
-  const empty =
-    state.measurements === null
-      ? waiting("Loading the measurements")
-      : "Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.";
+  const empty = html`<p class="empty" ?hidden=${shown.length > 0}>
+    Nothing measured yet. Press M, or the ruler on a view, then click in what the foveae have looked at.
+  </p>`;
   return html`<ul class="targets measurements">${repeat(shown, ({ id }) => id, row)}</ul>
-    <p class="empty" ?hidden=${shown.length > 0}>${empty}</p>`;
+    ${state.measurements === null ? waiting("Loading the measurements") : empty}`;
 }
 
 /** @param {MeasurementDocument} measured @param {boolean} selected @param {Context} context */
