@@ -11,6 +11,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
 
 TEXTURED_PX = (812.0, 420.0)  # the poster of the scene "bench"
 NOT_LOOKED_AT_PX = (1050.0, 740.0)  # its red ball
+ENDS_PX = ((700.0, 560.0), (560.0, 500.0))  # the wall beside its sign, and the sign
 
 
 def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
@@ -74,4 +75,38 @@ def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
     expect(rows).to_have_count(before + 1, timeout=FIXATION_PATIENCE_MS)
     newest = page_server.send("GET", "/measurements").json()[0]
     assert newest["kind"] == "point"
+    page.keyboard.press("Escape")
+
+
+def test_both_ends_that_nobody_looked_at_are_looked_at_by_one_button_and_stay_marked_until_then(
+    open_console: OpenConsole, page_server: Server
+) -> None:
+    console = open_console(page_server.url)
+    page = console.page
+    console.wait_for_frames("wide")
+    page.locator("#tab-measurements").click()
+    ruler = page.locator(".pane-wide").get_by_role("button", name="Measure in the view")
+    offer = page.locator(".toast", has_text="No fovea has looked at either end yet")
+    refused = page.locator(".pane-wide .measured.refused")
+    before = len(page_server.send("GET", "/measurements").json())
+
+    def click_both() -> None:
+        ruler.click()
+        page.locator(".pane-wide .measure-bar").get_by_role("button", name="Length").click()
+        for end in ENDS_PX:
+            page.mouse.click(*console.page_position(*end))
+
+    click_both()
+    expect(offer).to_be_visible()
+    expect(refused).to_have_count(1)
+    page.keyboard.press("Escape")
+    expect(offer).to_have_count(0)  # with the tool
+    expect(refused).to_have_count(0)
+
+    click_both()
+    offer.get_by_role("button", name="Look there, then measure").click()
+    expect(page.locator(".measurements li")).to_have_count(before + 1, timeout=2 * FIXATION_PATIENCE_MS)
+    expect(refused).to_have_count(0)
+    newest = page_server.send("GET", "/measurements").json()[0]
+    assert (newest["kind"], len(newest["fixation_ids"])) == ("length", 2)
     page.keyboard.press("Escape")
