@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Clock, Head, Sighting
+from foveacam_hardware.contract import Clock, Head, OutOfRange, Sighting
 from foveacam_pipeline.attention.field import (
     Bools,
     FieldGrid,
@@ -30,7 +30,9 @@ from foveacam_pipeline.wide_depth.wide_context import WideContext
 LEFT_OVER = 0.25
 """Share of a cell's loss before a look above which the look left it as it was."""
 LEAST_LEARNED = 3.0
-"""Least worth for the map of a look from which it is learned what looks bring, cells."""
+"""Least worth of a look from which it is learned what looks bring, cells."""
+MOST_REFUSED = 20
+"""Looks out of range in a row after which none is left: at the rim of a mirror's field a few may be."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,18 +117,29 @@ class Watcher:
     def look(self, policy: Policy, wide: NDArray[np.uint8] | None = None) -> WatchedLook | None:
         """Choose a look, make it and fuse it; return None where nothing is left to look at.
 
-        `wide`: (h, w) uint8 the newest wide picture, by default that of the last look. Raise what the head
-        raises.
+        `wide`: (h, w) uint8 the newest wide picture, by default that of the last look. A look that the head
+        refuses as out of range counts as tried, and another is chosen, `MOST_REFUSED` times. Raise what else
+        the head raises.
         """
-        began_s = time.perf_counter()
         if wide is not None:
             self._wide = wide
-        before = self._memory.state(self._context, self._wide, now_s=self._now_s())
-        look = policy.choose(before)
-        decided_ms = 1e3 * (time.perf_counter() - began_s)
-        if look is None:
-            return None
-        sighting = self._head.look(volts_for(self._calibration, look.gazes))
+        for _ in range(MOST_REFUSED):
+            began_s = time.perf_counter()
+            before = self._memory.state(self._context, self._wide, now_s=self._now_s())
+            look = policy.choose(before)
+            decided_ms = 1e3 * (time.perf_counter() - began_s)
+            if look is None:
+                return None
+            try:
+                sighting = self._head.look(volts_for(self._calibration, look.gazes))
+            except OutOfRange:
+                self._memory.tries[look.cells] += 1
+            else:
+                return self._fused(look, sighting, before, decided_ms=decided_ms)
+        return None
+
+    def _fused(self, look: Look, sighting: Sighting, before: FieldState, *, decided_ms: float) -> WatchedLook:
+        """Fuse a look that was made, and remember what it brought."""
         self._candidates.set_binning(sighting.left.binning)
         self._wide = gray(to_uint8(sighting.wide))
         if look.meeting_m is None:

@@ -107,10 +107,23 @@ def test_looks_that_bring_nothing_make_their_kind_and_their_cells_less_worth() -
     assert np.isfinite(memory.looked_s).sum() == memory.tries.sum()
 
 
-def test_every_look_is_one_that_both_mirrors_reach() -> None:
-    """Else the head would refuse it: `volts_for` raises OutOfRange."""
-    head = PlaneHead(z_m=6.0, texture=noise_texture())
-    try:
-        look_around(head, CALIBRATION, WideContext(CALIBRATION.wide), clock=head.clock)
-    except OutOfRange as error:
-        pytest.fail(f"a look was out of reach: {error}")
+class NarrowHead(PlaneHead):
+    """A head whose mirrors refuse the left part of their field."""
+
+    refused = 0
+
+    def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
+        if min(volts.left.x_v, volts.right.x_v) < 0.0:
+            self.refused += 1
+            raise OutOfRange("the driver does not reach that")
+        return super().look(volts, options=options)
+
+
+def test_looks_that_the_head_refuses_are_left_out() -> None:
+    head = NarrowHead(z_m=2.5, texture=noise_texture())
+    context = WideContext(CALIBRATION.wide)
+    found = look_around(head, CALIBRATION, context, clock=head.clock)
+    assert head.refused > 0
+    assert not found.cancelled
+    assert found.looks > 5
+    assert context.snapshot().known[0].mean() > 0.05
