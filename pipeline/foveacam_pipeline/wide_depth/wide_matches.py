@@ -91,16 +91,14 @@ def eye_matches(
     binning = common_binning(frame, sighting.wide)
     calibration = calibration.binned(binning)
     look = EyeLook.of(calibration, role, volts)
-    if about_per_m is None:
-        about_per_m = 1.0 / crossing_z_m(calibration, sighting.volts)
-    q_ref = float(np.clip(about_per_m, 0.0, 1.0 / NEAREST_M))
+    expected = 1.0 / crossing_z_m(calibration, sighting.volts) if about_per_m is None else about_per_m
+    q_ref = float(np.clip(expected, 0.0, 1.0 / NEAREST_M))
     window = _window(calibration, role, look, q_ref)
     fovea, valid_fovea = _fovea_view(gray(to_uint8(frame)), look, window)
     wide, valid_wide = _wide_view(gray(to_uint8(sighting.wide)), look, window, calibration, role, q_ref)
-    seen = valid_fovea & valid_wide
-    if not seen.any():
+    if not (valid_fovea & valid_wide).any():
         return DepthSamples.none()
-    gain = _gain(fovea, wide, valid_fovea, valid_wide)
+    gain = _gain(fovea, wide, valid_fovea)
     f_px = calibration.fovea_f_px / window.step_px
     half_m = 0.5 * calibration.baseline_m
     pair = RectifiedPair(
@@ -196,17 +194,13 @@ def _wide_view(
     return np.asarray(view, dtype=np.float32), np.asarray(valid, dtype=np.bool_)
 
 
-def _gain(
-    fovea: NDArray[np.uint8],
-    wide: NDArray[np.float32],
-    valid_fovea: NDArray[np.bool_],
-    valid_wide: NDArray[np.bool_],
-) -> float:
+def _gain(fovea: NDArray[np.uint8], wide: NDArray[np.float32], valid: NDArray[np.bool_]) -> float:
     """Return the brightness of a fovea over that of the wide view, where both show the same.
 
-    They do so at an unknown shift along the rows: the one at which the fovea's middle fits best.
+    They do so at an unknown shift along the rows: the one at which the fovea's middle fits best. `valid`:
+    (h, w), some of the fovea's pixels are.
     """
-    rows, columns = np.flatnonzero(valid_fovea.any(axis=1)), np.flatnonzero(valid_fovea.any(axis=0))
+    rows, columns = np.flatnonzero(valid.any(axis=1)), np.flatnonzero(valid.any(axis=0))
     (top, bottom), (left, right) = ((a[len(a) // 8], a[-1 - len(a) // 8] + 1) for a in (rows, columns))
     middle = fovea[top:bottom, left:right]
     scores = score_map(wide[top:bottom].astype(np.float32), middle.astype(np.float32))
