@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.support.pages.awaited import box_of, match_of
-from tests.support.pages.console_page import FIXATION_PATIENCE_MS, OpenConsole
+from tests.support.pages.console_page import FIXATION_PATIENCE_MS, Console, OpenConsole
 from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -14,13 +14,19 @@ NOT_LOOKED_AT_PX = (1050.0, 740.0)  # its red ball
 ENDS_PX = ((700.0, 560.0), (560.0, 500.0))  # the wall beside its sign, and the sign
 
 
+def open_measurements(open_console: OpenConsole, server: Server) -> Console:
+    """Open the console with live views, and in it the list of measurements."""
+    console = open_console(server.url)
+    console.wait_for_frames("wide")
+    console.page.locator("#tab-measurements").click()
+    return console
+
+
 def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
     open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(page_server.url)
+    console = open_measurements(open_console, page_server)
     page = console.page
-    console.wait_for_frames("wide")
-    page.locator("#tab-measurements").click()
     expect(page.locator("#measurements .empty")).to_contain_text("Nothing measured yet")
     page.locator("#tab-depth").click()
     console.fixate(*TEXTURED_PX)
@@ -61,10 +67,8 @@ def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
 def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
     open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(page_server.url)
+    console = open_measurements(open_console, page_server)
     page = console.page
-    console.wait_for_frames("wide")
-    page.locator("#tab-measurements").click()
     rows = page.locator(".measurements li")
     before = len(page_server.send("GET", "/measurements").json())
     page.locator(".pane-wide").get_by_role("button", name="Measure in the view").click()
@@ -81,10 +85,8 @@ def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
 def test_both_ends_that_nobody_looked_at_are_looked_at_by_one_button_and_stay_marked_until_then(
     open_console: OpenConsole, page_server: Server
 ) -> None:
-    console = open_console(page_server.url)
+    console = open_measurements(open_console, page_server)
     page = console.page
-    console.wait_for_frames("wide")
-    page.locator("#tab-measurements").click()
     ruler = page.locator(".pane-wide").get_by_role("button", name="Measure in the view")
     offer = page.locator(".toast", has_text="No fovea has looked at either end yet")
     refused = page.locator(".pane-wide .measured.refused")

@@ -99,7 +99,8 @@ export class Commands {
   }
 
   /**
-   * Fixate a pixel, a rectangle or a direction. Requests reach the server one after the other.
+   * Fixate a pixel, a rectangle or a direction; return whether the server took the order. Orders reach it one after the
+   * other.
    * @param {FixationRequest} body
    */
   fixate(body) {
@@ -137,7 +138,7 @@ export class Commands {
     return this.#inTurn(() => this.#post(`/targets/${target_id}/fixate`, undefined, there));
   }
 
-  /** Send an order after those before it, whatever became of them. @param {() => Promise<void>} send */
+  /** Send an order after those before it, whatever became of them. @param {() => Promise<boolean>} send */
   #inTurn(send) {
     const order = this.#queue.then(send);
     this.#queue = order.catch(() => null);
@@ -154,6 +155,7 @@ export class Commands {
     const job = /** @type {JobDocument | null} */ (await this.send("POST", path, { body }));
     if (job) this.#fixations.follow(job, shown, true);
     else this.#fixations.refused();
+    return job !== null;
   }
 
   /** Cancel the running fixation. */

@@ -106,7 +106,7 @@ export class MeasureOrders {
    */
   async #lookAndMeasure(kind, points, unseen) {
     for (const place of unseen) {
-      await this.#commands.fixate({ pixel: { x_px: place.x_px, y_px: place.y_px } });
+      if (!(await this.#commands.fixate({ pixel: { x_px: place.x_px, y_px: place.y_px } }))) return;
       if (await until(() => isSeen(place))) continue;
       this.#commands.notify({
         tone: "warn",
