@@ -1,8 +1,8 @@
 """Compare policies by the time until the depth of a field is known, in virtual time, scene by scene.
 
 Every policy gets the same number of looks. What counts as the field of a scene is what any of them has
-measured to the goal by then: blank walls and the sky are in no policy's reach. The random scenes have been
-used to tune nothing; all other figures of a scene are of the rig's clock, without the time to compute.
+measured to the goal by then: no policy measures blank walls and the sky. Times are those of the rig's clock,
+without the time to compute. Nothing was tuned on the random scenes.
 """
 
 from collections.abc import Callable, Iterator
