@@ -21,7 +21,7 @@ FIRST_GUESS_PER_M = 0.15
 BLANKEST, MOST_NOISE = 0.1, 0.35
 """Quantile of the cells that count as blank, and the largest slope of noise, grey levels per px."""
 LEARNED, MOST_YIELD = 0.2, 1.5
-"""Weight of the newest look among those that say what looks bring, and the most that one counts."""
+"""Weight of the newest look in `Yields`, and the largest share that one look counts as."""
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -75,8 +75,8 @@ class FieldState:
     `inverse_z_per_m`: (n,), 1/m, from neighbours where nothing is known; `guessed`: (n,) bool, where it is
     so. `relative_sigma`: (n, 9) error over distance of its parts, infinite where unknown. `contrast`: (n,)
     root mean square slope of the wide picture, grey levels per px. `looked_s`: (n,) time of the last look,
-    -inf for none. `tries`: (n,) looks since that left it as it was. `yields`: what looks of the eyes apart,
-    and of both on one point, brought lately, as a share of what was expected.
+    -inf for none. `tries`: (n,) looks in a row that did not improve it. `yields`: what recent looks brought, as
+    a share of what was expected.
     """
 
     now_s: float

@@ -11,7 +11,7 @@ from foveacam_pipeline.attention.field import Bools, FieldState, Floats
 GOAL = 0.01
 """Error over distance at which a cell counts as known."""
 MISSED = 0.75
-"""Least loss of what is known to more than the goal; the rest of it grows with the logarithm of the error."""
+"""Loss of a part whose error is just above the goal; it grows to 1 with the logarithm of the error."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

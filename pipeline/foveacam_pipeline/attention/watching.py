@@ -28,9 +28,9 @@ from foveacam_pipeline.wide_depth.looks import fuse_apart, fuse_look
 from foveacam_pipeline.wide_depth.wide_context import WideContext
 
 LEFT_OVER = 0.25
-"""Share of a cell's loss before a look above which the look left it as it was."""
+"""Share of a cell's loss that is left after a look, above which the look did not improve it."""
 LEAST_LEARNED = 3.0
-"""Least worth of a look from which it is learned what looks bring, cells."""
+"""Least promise of a look, in cells, for its result to change `Yields`."""
 MOST_REFUSED = 20
 """Looks out of range in a row after which none is left: at the rim of a mirror's field a few may be."""
 
