@@ -75,8 +75,8 @@ class FieldState:
     `inverse_z_per_m`: (n,), 1/m, from neighbours where nothing is known; `guessed`: (n,) bool, where it is
     so. `relative_sigma`: (n, 9) error over distance of its parts, infinite where unknown. `contrast`: (n,)
     root mean square slope of the wide picture, grey levels per px. `looked_s`: (n,) time of the last look,
-    -inf for none. `tries`: (n,) looks in a row that did not improve it. `yields`: what recent looks brought, as
-    a share of what was expected.
+    -inf for none. `tries`: (n,) looks in a row that did not improve it. `yields`: what recent looks brought,
+    as a share of what was expected.
     """
 
     now_s: float

@@ -42,8 +42,8 @@ KNOT_PX = 8
 BLOCK_PX = 8
 """Side of the blocks in which the depths of both eyes are compared, wide px."""
 SPARE_PER_M = 0.12
-"""Difference of 1/Z from the expected one up to which far surfaces get no extra columns: the repeated border in
-such columns costs the matcher a tenth of its samples."""
+"""Difference of 1/Z from the expected one up to which far surfaces get no extra columns: the repeated border
+in such columns costs the matcher a tenth of its samples."""
 ROW_STRIDE = 1 << 32
 """Numbers a block by its column and row: one key a sample sorts ten times as fast as two."""
 
