@@ -23,7 +23,13 @@ from foveacam_pipeline.verge.looking.motion import TargetMotion, TargetTracker
 from foveacam_pipeline.verge.looking.passing_detector import PassingDetector
 from foveacam_pipeline.verge.matching.centre_match import match_centres, shows_another
 from foveacam_pipeline.verge.matching.fine import FineMatch, MatchGuess, eye_patch, guessed_depth_m
-from foveacam_pipeline.verge.matching.support import FOVEA_SCALE, SECTORS, MatchSupport, SupportReport, support_of
+from foveacam_pipeline.verge.matching.support import (
+    FOVEA_SCALE,
+    SECTORS,
+    MatchSupport,
+    SupportReport,
+    support_of,
+)
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.measure import Measurement, measure, point_sigma_px
 from foveacam_pipeline.verge.resolved_target import ResolvedTarget, patches_for
@@ -144,7 +150,7 @@ class ClosedLoop:
         if self._hidden or self._tracker is None:
             raise verdict.moved_away()
         self._fixation_head.wait_until_still(
-            PassingDetector(self._calibration.wide, self.templates[0].target)
+            PassingDetector(self._calibration.wide, self.templates[0].target), shown=self._tracker.shown
         )
         frame = self._fixation_head.wide()
         self._hidden = self.gone(frame)

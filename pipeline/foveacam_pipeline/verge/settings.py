@@ -82,8 +82,9 @@ class VergeSettings:
     sure_sigma_px: float = 0.8
     """The same for matches that correlate by `sure_score`: grain along the rows, not another thing."""
     neighbour_lead: float = 0.1
-    """Largest lead in correlation of a place beside the target in one eye: 3 of 221 right matches have more,
-    and four of four of a notice that one eye could not see."""
+    """Largest lead in correlation of a place beside the target in one eye, unless the foveae show the same
+    all around the point: 3 of 221 right matches have more, and four of four of a notice that one eye could
+    not see."""
     neighbour_lead_both: float = 0.01
     """The same in both eyes: no right match has more, and six of six that show what lies behind an apple."""
 

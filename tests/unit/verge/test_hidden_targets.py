@@ -13,6 +13,7 @@ from foveacam_pipeline.verge import closed_loop
 from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.looking.fixation_head import Observation
 from foveacam_pipeline.verge.matching.centre_match import CentreMatch
+from foveacam_pipeline.verge.matching.support import MatchSupport, SupportReport
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.measure import Measurement, measure
 from foveacam_pipeline.verge.settings import VergeSettings
@@ -147,8 +148,10 @@ def test_what_covers_a_target_for_a_moment_is_not_measured_in_its_place() -> Non
     assert found.point_rig_m[2] == pytest.approx(Z_M, rel=0.005)
 
 
-def test_a_match_that_lies_higher_in_one_eye_is_not_of_one_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    def askew(
+def _found_with(monkeypatch: pytest.MonkeyPatch, **fine: float) -> Fixation:
+    """Fixate with every left-right match changed."""
+
+    def changed(
         observation: Observation,
         templates: tuple[WidePatch, ...],
         target: NDArray[np.float64],
@@ -157,23 +160,45 @@ def test_a_match_that_lies_higher_in_one_eye_is_not_of_one_point(monkeypatch: py
         limits: VergeSettings,
     ) -> Measurement:
         found = measure(observation, templates, target, calibration=calibration, limits=limits)
-        return replace(found, fine=replace(found.fine, residual_y_px=1.5, sigma_y_px=1.0))
+        return replace(found, fine=replace(found.fine, **fine))
 
-    monkeypatch.setattr(closed_loop, "measure", askew)
-    found = fix(known=PriorKnowledge())
+    monkeypatch.setattr(closed_loop, "measure", changed)
+    return fix(known=PriorKnowledge())
+
+
+def test_a_match_that_lies_higher_in_one_eye_is_not_of_one_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _found_with(monkeypatch, residual_y_px=1.5, sigma_y_px=1.0)
     assert found.state is FixationState.LOST
     assert found.basis is not Basis.BOTH_FOVEAE
 
 
+@pytest.mark.parametrize(("sigma_px", "settles"), [(0.7, True), (0.3, False)])
+def test_a_residual_within_the_error_of_its_match_is_not_looked_at_again(
+    monkeypatch: pytest.MonkeyPatch, sigma_px: float, settles: bool
+) -> None:
+    found = _found_with(monkeypatch, score=0.95, residual_x_px=1.2, sigma_x_px=sigma_px)
+    assert (found.basis is Basis.BOTH_FOVEAE and len(found.steps) <= 3) is settles, found.reason
+
+
 @pytest.mark.parametrize(
-    ("leads", "alike"),
-    [((0.05, 0.0), False), ((0.0, 0.15), True), ((0.007, 0.008), False), ((0.03, 0.03), True)],
+    ("leads", "sectors", "alike"),
+    [
+        ((0.05, 0.0), 7, False),
+        ((0.0, 0.15), 7, True),
+        ((0.0, 0.15), 8, False),
+        ((0.007, 0.008), 7, False),
+        ((0.03, 0.03), 7, True),
+        ((0.03, 0.03), 8, True),
+    ],
 )
 def test_a_look_alike_leads_far_in_one_eye_or_a_little_in_both(
-    monkeypatch: pytest.MonkeyPatch, leads: tuple[float, float], alike: bool
+    monkeypatch: pytest.MonkeyPatch, leads: tuple[float, float], sectors: int, alike: bool
 ) -> None:
+    """In one eye alone it does not count where the foveae show the same all around the point."""
     matches = tuple(CentreMatch(here=0.8, best=0.8 + lead, aside_wide_px=20.0) for lead in leads)
     monkeypatch.setattr(closed_loop, "match_centres", lambda *_given, **_named: matches)
+    report = SupportReport(support=MatchSupport.MATCHED, sectors=sectors, alike_offset_px=(0.0, 0.0))
+    monkeypatch.setattr(closed_loop, "support_of", lambda *_given, **_named: report)
     found = fix(known=PriorKnowledge())
     assert (found.state is FixationState.VERGED) is not alike, found.reason
 

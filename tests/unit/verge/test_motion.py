@@ -1,5 +1,6 @@
 """Whether a target moves, by the wide view alone."""
 
+import math
 from dataclasses import replace
 
 import cv2
@@ -103,6 +104,20 @@ def test_the_view_is_still_once_nobody_has_moved_for_a_while() -> None:
     target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
     wait_until_still(PassingDetector(WIDE, target), head.wide, head.clock)
     assert 950_000_000 <= head.clock.now_ns() <= 1_200_000_000
+
+
+@pytest.mark.parametrize(
+    ("shown_ns", "until_ns"), [(0, 2.0e9), (3_100_000_000, 3.1e9), (9_000_000_000, 5.0e9)]
+)
+def test_a_hidden_target_is_waited_for_longer_than_a_restless_view(shown_ns: int, until_ns: float) -> None:
+    def walks(t_ns: int) -> float:
+        return TARGET_PX[0] + 60.0 * math.sin(2e-9 * math.pi * t_ns)
+
+    head = PlaneHead(z_m=6.0, texture=noise_texture(), passer_px=walks)
+    target = np.tan(WIDE.angles_rad(np.array([TARGET_PX]))[0])
+    around = PassingDetector(WIDE, target)
+    wait_until_still(around, head.wide, head.clock, shown=lambda frame: frame.t_ns >= shown_ns)
+    assert until_ns <= head.clock.now_ns() <= until_ns + 0.2e9
 
 
 @pytest.mark.parametrize(("likeness", "moved"), [(0.94, False), (1.0, True)])

@@ -143,10 +143,10 @@ class FixationHead:
         with self._own.paused():
             return self._head.wide()
 
-    def wait_until_still(self, around: PassingDetector) -> None:
-        """Wait until nothing moves about a target."""
+    def wait_until_still(self, around: PassingDetector, *, shown: Callable[[Frame], bool]) -> None:
+        """Wait until nothing moves about a target, or until it is shown again."""
         with self._own.paused():
-            wait_until_still(around, self.wide, self._clock)
+            wait_until_still(around, self.wide, self._clock, shown=shown)
 
     def watch(self, covered_in: Callable[[Frame], bool]) -> None:
         """From now on, note whether the wide frame of any look shows something in front of the target."""

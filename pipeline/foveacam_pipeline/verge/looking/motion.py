@@ -132,6 +132,11 @@ class TargetTracker:
             return False
         return self._plain or self._fits(frame)[0] < MOVED_SCORE
 
+    def shown(self, frame: Frame) -> bool:
+        """Return whether a wide frame shows a stationary target as it was; True for one that moves."""
+        still = not self.motion.moves
+        return not (still and (self.gone(frame) or self._point.differ(self._cut, frame)))
+
     def gone(self, frame: Frame) -> bool:
         """Return whether a wide frame shows a textured target neither where it was nor on its track."""
         if self._plain:

@@ -25,6 +25,8 @@ LEAST_CHANGE = 6.0
 MOVED_SHARE = 0.01
 """Least share of the strip's pixels that changes when something moves in it."""
 LONGEST_S = 2.0
+HIDDEN_LONGEST_S = 5.0
+"""The same while the target is hidden: a walker covers a place for up to three seconds."""
 STILL_S = 0.2
 """The view counts as still when nothing has moved for this long."""
 POLL_NS = 50_000_000
@@ -68,11 +70,22 @@ def _strip(
     return np.asarray(image[rows, columns], dtype=np.float32)
 
 
-def wait_until_still(around: PassingDetector, wide: Callable[[], Frame], clock: Clock) -> None:
-    """Return when nothing has moved there for `STILL_S`, or after `LONGEST_S` in any case."""
+def wait_until_still(
+    around: PassingDetector,
+    wide: Callable[[], Frame],
+    clock: Clock,
+    *,
+    shown: Callable[[Frame], bool] = lambda frame: True,
+) -> None:
+    """Return when nothing has moved there for `STILL_S`, or else once the target is shown after `LONGEST_S`.
+
+    Return after `HIDDEN_LONGEST_S` in any case. `shown`: whether a wide frame shows the target.
+    """
     last = wide()
     began_ns = still_ns = clock.now_ns()
-    while clock.now_ns() < began_ns + round(1e9 * LONGEST_S):
+    while (waited_s := (clock.now_ns() - began_ns) / 1e9) < HIDDEN_LONGEST_S:
+        if waited_s >= LONGEST_S and shown(last):
+            return
         clock.sleep_until_ns(clock.now_ns() + POLL_NS)
         frame = wide()
         if frame.seq == last.seq:
