@@ -180,8 +180,8 @@ class FallbackEstimator:
             own = self._own_side(motion)
             if own is not None and not all(own.agrees(match) for match in matches):
                 return self._of_own_side(own, loop, motion), []
-            sighted = [self._single.look_at(match, motion, f_px) for match in matches]
-            sound = [one for one in sighted if one is not None and one.supported]
+            sighted = self._single.look_at(matches, motion, f_px)
+            sound = [one for one in sighted if one.supported]
             if len(sound) == 2 and agree(sound[0].match, sound[1].match):
                 verged = loop.close_at(weighted([one.match for one in sound])[0])
                 if verged is not None:

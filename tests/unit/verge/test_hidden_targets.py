@@ -1,5 +1,6 @@
 """Targets that an eye cannot see or that something covers, and depths that are known before."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from foveacam_pipeline.verge import closed_loop
 from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.looking.fixation_head import Observation
 from foveacam_pipeline.verge.matching.centre_match import CentreMatch
+from foveacam_pipeline.verge.matching.fine import FineMatch
 from foveacam_pipeline.verge.matching.support import MatchSupport, SupportReport
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.measure import Measurement, measure
@@ -148,7 +150,7 @@ def test_what_covers_a_target_for_a_moment_is_not_measured_in_its_place() -> Non
     assert found.point_rig_m[2] == pytest.approx(Z_M, rel=0.005)
 
 
-def _found_with(monkeypatch: pytest.MonkeyPatch, **fine: float) -> Fixation:
+def _found_with(monkeypatch: pytest.MonkeyPatch, change: Callable[[FineMatch], FineMatch]) -> Fixation:
     """Fixate with every left-right match changed."""
 
     def changed(
@@ -160,14 +162,14 @@ def _found_with(monkeypatch: pytest.MonkeyPatch, **fine: float) -> Fixation:
         limits: VergeSettings,
     ) -> Measurement:
         found = measure(observation, templates, target, calibration=calibration, limits=limits)
-        return replace(found, fine=replace(found.fine, **fine))
+        return replace(found, fine=change(found.fine))
 
     monkeypatch.setattr(closed_loop, "measure", changed)
     return fix(known=PriorKnowledge())
 
 
 def test_a_match_that_lies_higher_in_one_eye_is_not_of_one_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = _found_with(monkeypatch, residual_y_px=1.5, sigma_y_px=1.0)
+    found = _found_with(monkeypatch, lambda fine: replace(fine, residual_y_px=1.5, sigma_y_px=1.0))
     assert found.state is FixationState.LOST
     assert found.basis is not Basis.BOTH_FOVEAE
 
@@ -176,7 +178,9 @@ def test_a_match_that_lies_higher_in_one_eye_is_not_of_one_point(monkeypatch: py
 def test_a_residual_within_the_error_of_its_match_is_not_looked_at_again(
     monkeypatch: pytest.MonkeyPatch, sigma_px: float, settles: bool
 ) -> None:
-    found = _found_with(monkeypatch, score=0.95, residual_x_px=1.2, sigma_x_px=sigma_px)
+    found = _found_with(
+        monkeypatch, lambda fine: replace(fine, score=0.95, residual_x_px=1.2, sigma_x_px=sigma_px)
+    )
     assert (found.basis is Basis.BOTH_FOVEAE and len(found.steps) <= 3) is settles, found.reason
 
 

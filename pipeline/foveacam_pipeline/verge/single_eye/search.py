@@ -33,7 +33,7 @@ from foveacam_pipeline.verge.single_eye.eye_match import (
     side_of,
     view_half_px,
 )
-from foveacam_pipeline.verge.single_eye.weighing import AGREE_SIGMAS, only_sure, outdone, sound
+from foveacam_pipeline.verge.single_eye.weighing import AGREE_SIGMAS, agree, only_sure, outdone, sound, weighted
 from foveacam_pipeline.verge.surroundings.blank_region import on_edge, side_of_edge
 from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.values import VergePhase
@@ -141,29 +141,61 @@ class SingleEyeSearch:
         ]
         return sorted(found, key=lambda match: -match.score)
 
-    def look_at(self, match: EyeMatch, motion: TargetMotion, f_px: float) -> EyeSighting | None:
-        """Look at a target that one eye shows with both; return None when it is not confirmed there."""
-        calibration, role = self._calibration, match.role
-        inverse_z = match.inverse_z_per_m
+    def look_at(self, matches: list[EyeMatch], motion: TargetMotion, f_px: float) -> list[EyeSighting]:
+        """Look with both eyes at a target that single eyes show; return what is confirmed there.
+
+        Matches of both eyes that agree are looked at together, others one after the other.
+        """
+        if len(matches) == 2 and agree(*matches):
+            return self._look_at(matches, motion, f_px)
+        return [sighted for match in matches for sighted in self._look_at([match], motion, f_px)]
+
+    def _look_at(self, matches: list[EyeMatch], motion: TargetMotion, f_px: float) -> list[EyeSighting]:
+        """Look at matches of one depth until it stays where it is."""
+        inverse_z = weighted(matches)[0]
         for _ in range(ROUNDS):
-            gazes = aim_at(calibration, motion.at(self._fixation_head.next_ns), max(inverse_z, 0.0))
+            gazes = aim_at(self._calibration, motion.at(self._fixation_head.next_ns), max(inverse_z, 0.0))
             observation = self._fixation_head.look_clamped(gazes, VergePhase.FINE)
-            eye = self._eye(observation, role, inverse_z, f_px)
             view = self._wide_view(observation.sighting.wide, motion, f_px)
             target = motion.at(observation.sighting.left.t_ns)
-            better = register_eye(eye, role, view, target, inverse_z, calibration=calibration, f_px=f_px)
-            self._fixation_head.record(observation, StepResult(score=0.0 if better is None else better.score))
-            if better is None or not sound(better):
-                return None
-            moved_px = abs(better.inverse_z_per_m - inverse_z) * f_px * 0.5 * calibration.baseline_m
-            inverse_z = better.inverse_z_per_m
-            if moved_px <= CENTRED_PX:
-                return EyeSighting(
-                    match=better,
-                    support=self._support(eye, view, target, better, f_px),
-                    between_score=self._between(observation, gazes),
-                )
-        return None
+            shown = [
+                self._registered_in(observation, match.role, view, target, inverse_z, f_px=f_px)
+                for match in matches
+            ]
+            scores = [better.score for _, better in shown if better is not None]
+            self._fixation_head.record(observation, StepResult(score=max(scores, default=0.0)))
+            found = [(eye, better) for eye, better in shown if better is not None and sound(better)]
+            if not found:
+                return []
+            before, inverse_z = inverse_z, weighted([better for _, better in found])[0]
+            if abs(inverse_z - before) * f_px * 0.5 * self._calibration.baseline_m <= CENTRED_PX:
+                between_score = self._between(observation, gazes)
+                return [
+                    EyeSighting(
+                        match=better,
+                        support=self._support(eye, view, target, better, f_px),
+                        between_score=between_score,
+                    )
+                    for eye, better in found
+                ]
+        return []
+
+    def _registered_in(
+        self,
+        observation: Observation,
+        role: Role,
+        view: NDArray[np.float32],
+        target: NDArray[np.float64],
+        inverse_z_per_m: float,
+        *,
+        f_px: float,
+    ) -> tuple[ReducedEye, EyeMatch | None]:
+        """Return one eye's picture in a look, and the match of the target in it."""
+        eye = self._eye(observation, role, inverse_z_per_m, f_px)
+        match = register_eye(
+            eye, role, view, target, inverse_z_per_m, calibration=self._calibration, f_px=f_px
+        )
+        return eye, match
 
     def best_score(
         self,
