@@ -189,8 +189,10 @@ class FallbackEstimator:
             edges = [one for one in sound if any(_same_edge(one, other) for other in sound)]
             near = () if len(edges) == len(sound) else self._near(loop, motion)
             hidden = [one for one in sound if one not in edges and plausible(one.match, near)]
+            if hidden and (near or own is not None):
+                return self._one_eyed(hidden, motion, near, own_side=own is not None), []
             if hidden:
-                return (self._one_eyed(hidden, motion, near), []) if near else (None, hidden)
+                return None, hidden
             behind = self._behind_edge(edges, loop, motion)
             beside = self._of_own_side(own, loop, motion) if behind is None and own is not None else behind
             return beside, []
@@ -266,18 +268,19 @@ class FallbackEstimator:
         near: tuple[InferredDepth, ...],
         *,
         confirming: bool = True,
+        own_side: bool = False,
     ) -> Answer:
         """Return the answer of one fovea and the wide camera; the weighted mean of two that agree.
 
         `near`: depths around the target. If they disagree with an eye, it may show the edge of something
         nearer. `confirming`: whether they may confirm an eye's depth; those measured by looks that were made
-        because of it may have the same error.
+        because of it may have the same error. `own_side`: whether the surface on the target's own side of an
+        edge beside it has the same depth: so it was not taken from what lies beyond the edge.
         """
         best = max(sighted, key=lambda one: one.match.score)
         both = len(sighted) == 2 and agree(sighted[0].match, sighted[1].match)
         inverse_z, sigma = weighted([one.match for one in (sighted if both else [best])])
-        depths = [(one.match.inverse_z_per_m, one.match.sigma_per_m) for one in sighted]
-        sure = confirming and all(confirmed(*depth, near) for depth in depths)
+        sure = own_side or (confirming and all(_confirmed(one, near) for one in sighted))
         if len(sighted) == 2 and not both:
             alternatives = rivals(sighted, self._target(motion))
         else:
@@ -374,6 +377,12 @@ class FallbackEstimator:
             bound=bound,
             alternatives=alternatives,
         )
+
+
+def _confirmed(one: EyeSighting, near: tuple[InferredDepth, ...]) -> bool:
+    """Return whether the depths around a target confirm what one eye shows of it."""
+    match, alone = one.match, one.between_score is None
+    return confirmed(match.inverse_z_per_m, match.sigma_per_m, near, alone=alone)
 
 
 def _same_edge(one: EyeSighting, other: EyeSighting) -> bool:

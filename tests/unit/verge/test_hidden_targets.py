@@ -10,7 +10,7 @@ from tests.support.scenes.plane_head import CALIBRATION, TEXEL_M, TILE, PlaneHea
 
 from foveacam_hardware.contract import Frame, LookOptions, Role, Sighting, StereoVolts, VirtualClock
 from foveacam_pipeline.models.calibration import Calibration
-from foveacam_pipeline.verge import closed_loop
+from foveacam_pipeline.verge import closed_loop, fallback
 from foveacam_pipeline.verge.fixate import PriorKnowledge, fixate
 from foveacam_pipeline.verge.looking.fixation_head import Observation
 from foveacam_pipeline.verge.matching.centre_match import CentreMatch
@@ -19,6 +19,7 @@ from foveacam_pipeline.verge.matching.support import MatchSupport, SupportReport
 from foveacam_pipeline.verge.matching.wide_patch import WidePatch
 from foveacam_pipeline.verge.measure import Measurement, measure
 from foveacam_pipeline.verge.settings import VergeSettings
+from foveacam_pipeline.verge.single_eye.search import OwnSide, SingleEyeSearch
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.surroundings.estimator import SurroundingsEstimator
 from foveacam_pipeline.verge.surroundings.infer import InferredDepth
@@ -93,6 +94,22 @@ class Beside:
             inverse_z_per_m=np.array([self.far_per_m, self.next_per_m, self.far_per_m]),
             sigma_per_m=np.full(3, 1e-3),
         )
+
+
+@pytest.mark.parametrize(("sides_m", "sure"), [(Z_M, True), (None, False)])
+def test_a_depth_by_one_eye_is_sure_where_the_own_side_of_an_edge_is_as_deep(
+    monkeypatch: pytest.MonkeyPatch, sides_m: float | None, sure: bool
+) -> None:
+    """What lies beyond an edge cannot have been taken for the target then."""
+    roles = frozenset({Role.RIGHT})
+    own = None if sides_m is None else OwnSide(roles=roles, inverse_z_per_m=1.0 / sides_m, sigma_per_m=1e-3)
+    monkeypatch.setattr(SingleEyeSearch, "on_own_side", lambda *_given, **_named: own)
+    monkeypatch.setattr(SurroundingsEstimator, "peek", lambda *_given: ())
+    monkeypatch.setattr(fallback, "confirmed", lambda *_given, **_named: False)
+    found = fix(Role.LEFT, known=PriorKnowledge())
+    assert found.basis is Basis.FOVEA_AND_WIDE, found.reason
+    assert found.distance_m is not None and found.distance_sigma_m is not None
+    assert (found.distance_sigma_m < 0.02 * found.distance_m) is sure
 
 
 def test_the_first_look_is_at_the_depth_of_the_nearest_known_point() -> None:

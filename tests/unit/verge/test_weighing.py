@@ -58,6 +58,15 @@ def test_only_a_surface_at_the_target_confirms_a_match() -> None:
     assert not confirmed(0.5, 1e-3, ())  # nothing is known there
 
 
+def test_fewer_points_confirm_a_match_where_the_other_eye_cannot_turn() -> None:
+    around = _inferred(0.5, probability=0.9, owned=False)
+
+    assert confirmed(0.5, 1e-3, (around,), alone=True)
+    assert not confirmed(0.5, 1e-3, (replace(around, samples=2),), alone=True)
+    assert not confirmed(0.5, 1e-3, (replace(around, probability=0.85),), alone=True)
+    assert not confirmed(0.52, 1e-3, (around,), alone=True)
+
+
 def test_two_eyes_agree_within_their_errors_and_the_better_one_counts_more() -> None:
     left, right = _match(0.500, sigma_per_m=1.0e-3), _match(0.504, role=Role.RIGHT, sigma_per_m=2.0e-3)
 

@@ -33,7 +33,14 @@ from foveacam_pipeline.verge.single_eye.eye_match import (
     side_of,
     view_half_px,
 )
-from foveacam_pipeline.verge.single_eye.weighing import AGREE_SIGMAS, agree, only_sure, outdone, sound, weighted
+from foveacam_pipeline.verge.single_eye.weighing import (
+    AGREE_SIGMAS,
+    agree,
+    only_sure,
+    outdone,
+    sound,
+    weighted,
+)
 from foveacam_pipeline.verge.surroundings.blank_region import on_edge, side_of_edge
 from foveacam_pipeline.verge.surroundings.border_depth import BorderDepth, BorderPlace, border_patch
 from foveacam_pipeline.verge.values import VergePhase
