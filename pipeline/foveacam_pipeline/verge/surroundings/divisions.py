@@ -15,7 +15,7 @@ from foveacam_pipeline.verge.surroundings.planes import PlaneHypotheses, planes_
 BULGE_SIGMA = 0.35
 """Standard deviation of a surface from its plane, relative to 1/Z and per tangent from the nearest sample:
 three times that is a half sphere."""
-FRONT_SHARE = 0.95
+FRONT_SHARE = 0.87
 """Share of the foreign edges about a blank region that lie in front of it: an edge belongs to the nearer
 surface, so one behind it is a mismatch."""
 EVEN_SHARE = 0.5
