@@ -59,6 +59,8 @@ class ViewerScene:
         self._panel: ScenePanel | None = None
         self._fixations: OrderedDict[str, FixationNode | LimitsNode] = OrderedDict()
         self._measurements: dict[str, MeasurementNode] = {}
+        self._labelled: list[FixationNode | LimitsNode | MeasurementNode] = []
+        """Fixations and measurements, whose labels must not cover each other; the newest last."""
         self._trails: dict[str, TrailNode] = {}
         self._field: viser.GlbHandle | None = None
         self._surroundings = SurroundingsNode()
@@ -116,6 +118,7 @@ class ViewerScene:
             self._surroundings.close()
             self._fixations.clear()
             self._measurements.clear()
+            self._labelled.clear()
             self._trails.clear()
         # Without the lock, for which a callback on viser's loop may wait
         if private is not None:
@@ -182,6 +185,7 @@ class ViewerScene:
             self._drop(fixation_id)
             if self._selected == fixation_id:
                 self._selected = None
+            self._show_parts()
 
     def show_measurement(self, measurement_id: str, drawing: MeasurementDrawing) -> None:
         """Add or replace a measurement."""
@@ -191,15 +195,18 @@ class ViewerScene:
             self.remove_measurement(measurement_id)
             with self._server.atomic():
                 node = MeasurementNode(self._server.scene, measurement_id, drawing)
-            node.show_label(visible=self._shown.labels)
             self._measurements[measurement_id] = node
+            self._labelled.append(node)
+            self._show_parts()
 
     def remove_measurement(self, measurement_id: str) -> None:
         """Remove a measurement; no effect when there is none of that id."""
         with self._lock:
             node = self._measurements.pop(measurement_id, None)
             if node is not None:
+                self._labelled.remove(node)
                 node.remove()
+                self._show_parts()
 
     def show_trail(self, target_id: str, label: str, points_rig_m: list[Point]) -> None:
         """Add or replace the trail of a followed target, oldest point first, m, rig frame."""
@@ -271,6 +278,7 @@ class ViewerScene:
     def _drop(self, fixation_id: str) -> None:
         node = self._fixations.pop(fixation_id, None)
         if node is not None:
+            self._labelled.remove(node)
             node.remove()
             self._place_new_viewers()
 
@@ -311,6 +319,7 @@ class ViewerScene:
 
     def _add(self, fixation_id: str, node: FixationNode | LimitsNode) -> None:
         self._fixations[fixation_id] = node
+        self._labelled.append(node)
         node.select(selected=fixation_id == self._selected)
         while len(self._fixations) > MAX_FIXATIONS:
             oldest = next(name for name in self._fixations if name != self._selected)
@@ -320,18 +329,17 @@ class ViewerScene:
 
     def _show_parts(self) -> None:
         """Set what is visible; of labels that would cover each other, seen from the rig, only the newest."""
-        newest_first = list(reversed(self._fixations))
-        newest_first.sort(key=lambda name: name != self._selected)
-        labelled = free_labels([(name, self._fixations[name].point_rig_m) for name in newest_first])
-        for name, node in self._fixations.items():
-            node.show(replace(self._shown, labels=self._shown.labels and name in labelled))
+        selected = self._fixations.get(self._selected or "")
+        newest_first = self._labelled[::-1]
+        newest_first.sort(key=lambda node: node is not selected)
+        labelled = free_labels([(node, node.label_rig_m) for node in newest_first])
+        for node in self._labelled:
+            node.show(replace(self._shown, labels=self._shown.labels and node in labelled))
 
     def _show(self, shown: FixationParts) -> None:
         with self._lock:
             self._shown = shown
             self._show_parts()
-            for measured in self._measurements.values():
-                measured.show_label(visible=shown.labels)
 
     def _show_rays(self, visible: bool) -> None:  # the only argument, named by the method
         with self._lock:

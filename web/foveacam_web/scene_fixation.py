@@ -97,6 +97,12 @@ class FixationNode:
         return self.drawing.point_rig_m
 
     @property
+    def label_rig_m(self) -> Point:
+        """The place of the label above the target, m, rig frame."""
+        x_m, y_m, z_m = self.drawing.point_rig_m
+        return x_m, y_m - _LABEL_RISE_PER_DISTANCE * self.drawing.distance_m, z_m
+
+    @property
     def has_shape(self) -> bool:
         """Whether there is more to see than a marker."""
         return self.drawing.cloud is not None or self.drawing.mesh is not None
@@ -155,12 +161,8 @@ class FixationNode:
         )
 
     def _draw_label(self) -> viser.LabelHandle:
-        x_m, y_m, z_m = self.drawing.point_rig_m
         return self._scene.add_label(
-            f"{self._root.name}/label",
-            self.drawing.text,
-            position=(x_m, y_m - _LABEL_RISE_PER_DISTANCE * self.drawing.distance_m, z_m),
-            anchor="bottom-center",
+            f"{self._root.name}/label", self.drawing.text, position=self.label_rig_m, anchor="bottom-center"
         )
 
     def _draw_surface(self) -> viser.GlbHandle | None:
@@ -239,6 +241,11 @@ class LimitsNode:
         """The nearest end of the line, m, rig frame."""
         x_m, y_m, z_m = self._nearest_m.tolist()
         return x_m, y_m, z_m
+
+    @property
+    def label_rig_m(self) -> Point:
+        """The place of the label, m, rig frame."""
+        return self.point_rig_m
 
     @property
     def pose(self) -> Pose:

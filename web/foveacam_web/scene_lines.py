@@ -4,6 +4,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from foveacam_web.scene_fixation import FixationParts
 from foveacam_web.scene_values import MEASURE_COLOR, MeasurementDrawing, Point, Rgb, short
 
 TRAIL_COLOR: Rgb = (214, 64, 159)
@@ -29,11 +30,13 @@ class MeasurementNode:
                 color=MEASURE_COLOR,
             )
         self._draw_lines(drawing)
+        x_m, y_m, z_m = np.array(drawing.points_rig_m).mean(axis=0).tolist()
+        self.label_rig_m: Point = (x_m, y_m, z_m)
         self._label = self._draw_label(drawing)
 
-    def show_label(self, *, visible: bool) -> None:
-        """Set whether the value is visible."""
-        self._label.visible = visible
+    def show(self, shown: FixationParts) -> None:
+        """Set whether the value is visible; the lines always are."""
+        self._label.visible = shown.labels
 
     def remove(self) -> None:
         """Remove its parts from the scene."""
@@ -50,9 +53,8 @@ class MeasurementNode:
         _add_lines(self._scene, f"{self._root.name}/lines", lines, about=centre_m, color=MEASURE_COLOR)
 
     def _draw_label(self, drawing: MeasurementDrawing) -> viser.LabelHandle:
-        x_m, y_m, z_m = np.array(drawing.points_rig_m).mean(axis=0).tolist()
         return self._scene.add_label(
-            f"{self._root.name}/label", drawing.label, position=(x_m, y_m, z_m), anchor="bottom-center"
+            f"{self._root.name}/label", drawing.label, position=self.label_rig_m, anchor="bottom-center"
         )
 
 

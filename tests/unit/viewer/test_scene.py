@@ -22,7 +22,14 @@ from foveacam_web.scene_fixation import LIVE_POINTS, FixationNode, FixationParts
 from foveacam_web.scene_labels import MOST, free_labels
 from foveacam_web.scene_lines import trail_segments
 from foveacam_web.scene_rig import frustum_scale, gaze_direction, rig_from_gaze
-from foveacam_web.scene_values import EyeGaze, FixationDrawing, LimitsDrawing, RigShape
+from foveacam_web.scene_values import (
+    EyeGaze,
+    FixationDrawing,
+    LimitsDrawing,
+    MeasurementDrawing,
+    Point,
+    RigShape,
+)
 from foveacam_web.viser_page import viser_page
 
 SHAPE = RigShape(
@@ -373,6 +380,33 @@ def test_of_labels_that_would_cover_each_other_the_selected_s_or_the_newest_is_s
     assert labelled() == {"fix-2"}
     scene.select("fix-0")
     assert labelled() == {"fix-0"}
+    scene._show(FixationParts(labels=False))
+    assert labelled() == set()
+
+
+def test_labels_of_measurements_and_targets_do_not_cover_each_other_and_come_back_once_there_is_room(
+    scene: ViewerScene,
+) -> None:
+    def labelled() -> set[str]:
+        every = {**scene._fixations, **scene._measurements}
+        return {name for name, node in every.items() if node._label.visible}
+
+    def measure(name: str, *points_rig_m: Point) -> None:
+        scene.show_measurement(name, MeasurementDrawing(label="0.06 m", points_rig_m=points_rig_m))
+
+    show(scene, "fix-0", with_cloud=False, with_mesh=False)  # at (0.3, -0.1, 12)
+    label_y_m = -0.1 - 0.021 * 12.0  # its label stands above it
+    measure("msr-1", (0.2, label_y_m, 12.0), (0.4, label_y_m, 12.0))
+    assert labelled() == {"msr-1"}
+    measure("msr-2", (0.2, label_y_m, 12.0))
+    measure("msr-far", (0.2, 1.0, 12.0))
+    assert labelled() == {"msr-2", "msr-far"}
+    scene.select("fix-0")
+    assert labelled() == {"fix-0", "msr-far"}
+    scene.remove_fixation("fix-0")
+    assert labelled() == {"msr-2", "msr-far"}
+    scene.remove_measurement("msr-2")
+    assert labelled() == {"msr-1", "msr-far"}
     scene._show(FixationParts(labels=False))
     assert labelled() == set()
 
