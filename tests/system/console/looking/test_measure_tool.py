@@ -1,10 +1,11 @@
 """The tool Measure in the console: points and lengths in the depth view, their list, refusals."""
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import ViewportSize, expect
 
 from tests.support.pages.awaited import box_of, match_of
 from tests.support.pages.console_page import FIXATION_PATIENCE_MS, Console, OpenConsole
+from tests.support.pages.stub_server import StubServer
 from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -112,3 +113,21 @@ def test_both_ends_that_nobody_looked_at_are_looked_at_by_one_button_and_stay_ma
     newest = page_server.send("GET", "/measurements").json()[0]
     assert (newest["kind"], len(newest["fixation_ids"])) == ("length", 2)
     page.keyboard.press("Escape")
+
+
+@pytest.mark.parametrize("size", [(1120, 700), (1440, 900), (1920, 1080)])
+def test_wide_picture_keeps_its_size_and_place_while_the_tool_is_on(
+    stub: StubServer, open_console: OpenConsole, size: tuple[int, int]
+) -> None:
+    viewport: ViewportSize = {"width": size[0], "height": size[1]}
+    console = open_console(stub.url, options={"viewport": viewport})
+    console.wait_for_frames("wide")
+    wide = console.page.locator(".pane-wide")
+    picture, bar, legend = (wide.locator(part) for part in (".picture", ".measure-bar", ".reach-legend"))
+    before = box_of(picture)
+    wide.get_by_role("button", name="Measure in the view").click()
+    expect(bar.get_by_role("button", name="Length")).to_be_visible()
+    assert box_of(picture) == before
+    over, below = box_of(bar), box_of(legend)
+    assert over["height"] < 45  # one row
+    assert below["y"] + below["height"] <= over["y"]
