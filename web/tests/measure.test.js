@@ -111,6 +111,6 @@ test("a plane is its tilt, a profile its length", () => {
   assert.equal(valueText(measured({ profile })), "0.500 m long");
   assert.deepEqual(factsOf(measured({ points: [], profile })), [
     ["Median Z", "2.000 ± 0.010 m"],
-    ["Known", "93 % of the line"],
+    ["Depth known", "93 % of the line"],
   ]);
 });

@@ -40,7 +40,7 @@ test("research has to be confirmed for those alone that are chosen", () => {
 test("figures say what they would be, and what is unknown", () => {
   const side = { name: "a", sha256: null, known: 0.954, compute_ms: 12.4, sigma_median_px: null, picture_url: "" };
   assert.deepEqual(words.sideRows(side), [
-    ["Known", "95 %"],
+    ["Depth known", "95 % of the picture"],
     ["Its error, median", "–"],
     ["Time", "12 ms"],
     ["Graph, SHA-256", "built in"],

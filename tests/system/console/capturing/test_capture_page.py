@@ -160,6 +160,21 @@ def test_what_is_refused_is_told_where_it_was_typed(page_rig: Running, open_cons
     expect(started).to_be_enabled()
 
 
+def test_several_warnings_are_folded_under_a_line_in_the_colour_of_a_warning(
+    stub: StubServer, open_console: OpenConsole
+) -> None:
+    stub.answers["/captures/estimates"] = documents.estimate(warnings=["no overlap", "gaps", "too far"])
+    folded = open_console(f"{stub.url}#/capture").page.locator(".figures details.warnings")
+    line, items = folded.locator("summary"), folded.locator("li")
+    expect(line).to_have_text("3 warnings about this plan")
+    expect(line.locator(".icon")).to_be_visible()
+    expect(items.first).to_be_hidden()
+    line.click()
+    expect(items).to_have_text(["No overlap.", "Gaps.", "Too far."])
+    colour = items.first.evaluate("item => getComputedStyle(item).color")
+    expect(line).to_have_css("color", colour)
+
+
 def test_newest_plan_is_the_one_that_is_shown(stub: StubServer, open_console: OpenConsole) -> None:
     console = open_console(f"{stub.url}#/capture")
     page = console.page.locator("#capture-page")

@@ -234,3 +234,29 @@ def test_the_3d_pane_below_the_fold_does_not_scroll_the_page_to_itself(
         scene.locator("[data-dock-minimize]").first.wait_for(state="attached")  # viser gives the focus to it
         let_run(page, 1000)
         expect_value(page, lambda: page.evaluate("scrollY"), 0)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"viewport": DESKTOP}, {"viewport": {"width": 1120, "height": 700}}, TOUCH],
+    ids=["desktop", "small desktop", "phone"],
+)
+def test_known_share_of_the_depth_is_worded_in_full_in_the_head_of_the_3d_pane(
+    open_console: OpenConsole, stub: StubServer, options: dict[str, object]
+) -> None:
+    stub.answers["/wide_depth"] = {
+        "known_cells": 40,
+        "known_fraction": 0.0213,
+        "nearest_m": 1.8,
+        "farthest_m": 8.0,
+        "survey_job_id": None,
+    }
+    head = open_console(stub.url, options=options).page.locator(".area-scene > header")
+    share, link = head.locator(".wide-depth-known"), head.get_by_role("link", name="Open in a tab")
+    expect(share).to_have_text("Depth known in 2 % of the view")
+    share_box, link_box, head_box = box_of(share), box_of(link), box_of(head)
+    assert max(share_box["height"], link_box["height"]) < 32  # one line each
+    beside = share_box["x"] + share_box["width"] <= link_box["x"]
+    assert beside or share_box["y"] >= link_box["y"] + link_box["height"]
+    assert head.evaluate("head => head.scrollWidth <= head.clientWidth")
+    assert share_box["y"] + share_box["height"] <= head_box["y"] + head_box["height"]

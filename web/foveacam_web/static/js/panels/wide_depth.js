@@ -100,7 +100,7 @@ export class WideDepth {
     const known = this.#known;
     const share = known ? Math.round(100 * known.known_fraction) : 0;
     this.#words.hidden = !known || known.known_cells === 0;
-    this.#words.textContent = `${share} % known`;
+    this.#words.textContent = `Depth known in ${share} % of the view`;
     this.#words.title = known
       ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture`
       : "";

@@ -51,7 +51,7 @@ function warningsOf({ warnings }) {
   </ul>`;
   if (warnings.length === 1) return list;
   return html`<details class="warnings">
-    <summary>${warnings.length} things to know before it starts</summary>
+    <summary>${icon("warn")}<span>${warnings.length} warnings about this plan</span></summary>
     ${list}
   </details>`;
 }

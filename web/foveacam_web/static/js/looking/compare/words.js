@@ -23,7 +23,7 @@ export function researchOnly({ backends }, names) {
 /** @param {ComparedBackend} side @returns {[string, string][]} */
 export function sideRows({ known, compute_ms, sigma_median_px, sha256 }) {
   return [
-    ["Known", `${Math.round(100 * known)} %`],
+    ["Depth known", `${Math.round(100 * known)} % of the picture`],
     ["Its error, median", sigma_median_px === null ? MISSING : `${number(sigma_median_px, 3)} px`],
     ["Time", `${number(compute_ms, 0)} ms`],
     ["Graph, SHA-256", sha256 === null ? "built in" : `${sha256.slice(0, 12)}…`],

@@ -52,7 +52,7 @@ export function factsOf(measured) {
   if (profile) {
     facts.push(
       ["Median Z", distanceText(profile.median_z_m, profile.shared_sigma_m)],
-      ["Known", `${number(100 * profile.known_fraction, 0)} % of the line`],
+      ["Depth known", `${number(100 * profile.known_fraction, 0)} % of the line`],
     );
   }
   const snapped = Math.max(0, ...points.map(({ snapped_px }) => snapped_px));
