@@ -152,9 +152,11 @@ class Viewpoints:
             moving.add_done_callback(_report)
 
     def join(self, viewer: viser.ClientHandle) -> None:
-        """Remember where a new viewer begins, as its page places it."""
+        """Remember where a new viewer begins, and where its page places it, if need be much later."""
         self._joined_s[viewer.client_id] = time.monotonic()
         self._given[viewer.client_id] = [pose_of(viewer)]
+        if self._server is not None:
+            self._given[viewer.client_id].append(_pose_of(self._server.initial_camera))
 
         async def updated(_event: object) -> None:
             if time.monotonic() - self._joined_s.get(viewer.client_id, 0.0) < _SETTLING_S:
@@ -204,7 +206,10 @@ def _eased(share: float) -> float:
 
 def pose_of(viewer: viser.ClientHandle) -> Pose:
     """Return where a viewer's camera is, as its page reported last."""
-    camera = viewer.camera
+    return _pose_of(viewer.camera)
+
+
+def _pose_of(camera: viser.CameraHandle | viser.InitialCameraConfig) -> Pose:
     return Pose(
         position_m=np.array(camera.position), look_at_m=np.array(camera.look_at), fov_rad=float(camera.fov)
     )

@@ -143,6 +143,24 @@ def test_a_late_report_of_a_pose_on_the_way_is_no_move_of_the_person(
     assert not viewpoints.has_moved(viewer)
 
 
+class _Server:
+    """A server whose new viewers begin before `TARGET`."""
+
+    def __init__(self) -> None:
+        self.initial_camera = _Camera()
+        self.initial_camera.position, self.initial_camera.look_at = TARGET.position_m, TARGET.look_at_m
+        self.on_client_connect = self.on_client_disconnect = lambda callback: callback
+
+
+def test_a_page_that_places_its_camera_late_is_still_led(viewer: viser.ClientHandle) -> None:
+    viewpoints = Viewpoints()
+    viewpoints.open(cast(viser.ViserServer, _Server()))
+    viewpoints.join(viewer)
+    viewer.camera.position, viewer.camera.look_at = TARGET.position_m, TARGET.look_at_m  # a slow page
+    assert not viewpoints.has_moved(viewer)
+    assert _led(viewpoints, viewer, OTHER)
+
+
 def test_a_viewer_that_left_is_forgotten(viewer: viser.ClientHandle) -> None:
     viewpoints = Viewpoints()
     viewpoints.join(viewer)
