@@ -43,6 +43,9 @@ STEPS, STEP_S = 5, 0.08
 """Poses of one motion, and the time between two; a browser that draws in software shows some of them."""
 _MOVED = 0.02
 """Share of the distance looked at by which a camera must differ from its given pose to count as moved."""
+PLACED_S = 0.5
+"""Time after a viewer's first message in which its page has placed its camera, unless it missed to."""
+_AT_ORIGIN_M = 1e-3
 _SETTLING_S = 1.5
 """Time after a viewer's first message in which its page still places its camera."""
 
@@ -134,6 +137,7 @@ class Viewpoints:
         @server.on_client_connect
         async def _joined(viewer: viser.ClientHandle) -> None:
             self.join(viewer)
+            await self.place_if_missed(viewer)
 
         @server.on_client_disconnect
         async def _left(viewer: viser.ClientHandle) -> None:
@@ -163,6 +167,18 @@ class Viewpoints:
                 self._given.setdefault(viewer.client_id, []).append(pose_of(viewer))
 
         viewer.camera.on_update(updated)
+
+    async def place_if_missed(self, viewer: viser.ClientHandle) -> None:
+        """Place a viewer's camera where its page did not: one that is busy with many shapes misses it.
+
+        It then looks at the origin, as viser's page does before it is placed.
+        """
+        if self._server is None:
+            return
+        await asyncio.sleep(PLACED_S)
+        missed = float(np.linalg.norm(viewer.camera.look_at)) < _AT_ORIGIN_M
+        if missed and viewer.client_id in self._joined_s:
+            set_pose(viewer, _pose_of(self._server.initial_camera))
 
     def leave(self, viewer: viser.ClientHandle) -> None:
         """Forget a viewer that has gone."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import viser
 
+from foveacam_web import scene_viewpoints
 from foveacam_web.scene_values import Point, RigShape
 from foveacam_web.scene_viewpoints import (
     START_FOV_RAD,
@@ -159,6 +160,24 @@ def test_a_page_that_places_its_camera_late_is_still_led(viewer: viser.ClientHan
     viewer.camera.position, viewer.camera.look_at = TARGET.position_m, TARGET.look_at_m  # a slow page
     assert not viewpoints.has_moved(viewer)
     assert _led(viewpoints, viewer, OTHER)
+
+
+@pytest.mark.parametrize(
+    ("look_at", "stays", "placed"),
+    [((0.0, 0.0, 0.0), True, True), ((0.0, 0.0, 3.0), True, False), ((0.0, 0.0, 0.0), False, False)],
+    ids=["missed", "placed by its page", "gone meanwhile"],
+)
+def test_a_viewer_whose_page_missed_its_first_place_is_put_there(
+    viewer: viser.ClientHandle, monkeypatch: pytest.MonkeyPatch, look_at: Point, stays: bool, placed: bool
+) -> None:
+    monkeypatch.setattr(scene_viewpoints, "PLACED_S", 0.0)
+    viewpoints = Viewpoints()
+    viewpoints.open(cast(viser.ViserServer, _Server()))
+    viewer.camera.look_at = np.array(look_at)
+    if stays:
+        viewpoints.join(viewer)
+    asyncio.run(viewpoints.place_if_missed(viewer))
+    assert bool(np.allclose(viewer.camera.look_at, TARGET.look_at_m)) is placed
 
 
 def test_a_viewer_that_left_is_forgotten(viewer: viser.ClientHandle) -> None:
