@@ -8,7 +8,7 @@ from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
-from foveacam_server.foundation.errors import NotFound
+from foveacam_server.foundation.errors import NotFound, NotLookedAt
 from foveacam_server.resources.looking.clouds.depth_patches import (
     MAX_PATCHES,
     DepthPatch,
@@ -118,7 +118,7 @@ def test_hole_in_the_newest_map_shows_the_older_one() -> None:
     assert patches.at(760.0, 540.0, wide=WIDE).fixation_id == "fix-new"
 
 
-def test_hole_that_nothing_fills_is_told_apart_from_where_nobody_looked() -> None:
+def test_hole_that_nothing_fills_is_to_be_looked_at_like_where_nobody_looked() -> None:
     z_m = np.full((540, 720), 3.0)
     z_m[200:340, 280:440] = np.nan
     patch = project_patch(
@@ -127,7 +127,7 @@ def test_hole_that_nothing_fills_is_told_apart_from_where_nobody_looked() -> Non
     assert patch is not None
     patches = DepthPatches()
     patches.add(patch)
-    with pytest.raises(NotFound, match="no texture"):
+    with pytest.raises(NotLookedAt, match="match no texture"):
         patches.at(720.0, 540.0, wide=WIDE)
     with pytest.raises(NotFound, match="no fovea has looked there"):
         patches.at(20.0, 540.0, wide=WIDE)

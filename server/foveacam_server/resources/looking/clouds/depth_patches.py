@@ -16,7 +16,7 @@ from foveacam_pipeline.models.intrinsics import Intrinsics
 from foveacam_pipeline.stereo.depth import points_rig_m
 from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
-from foveacam_server.foundation.errors import NotFound, NotLookedAt
+from foveacam_server.foundation.errors import NotLookedAt
 
 MAX_PATCHES = 32
 """Number of depth maps held in memory; older ones are dropped."""
@@ -228,7 +228,7 @@ class DepthPatches:
             return any(patch.covers(x_px, y_px) for patch in self._patches)
 
     def at(self, x_px: float, y_px: float, *, wide: Intrinsics) -> DepthReading:
-        """Return the depth at a wide pixel; raise `OutOfRange`, `NotLookedAt`, or `NotFound` if plain."""
+        """Return the depth at a wide pixel; raise `OutOfRange`, or `NotLookedAt` if none is known there."""
         wide.check_pixel(x_px, y_px)
         with self._lock:
             newest_first = list(reversed(self._patches))
@@ -240,11 +240,11 @@ class DepthPatches:
             best = min(found, key=lambda each: each[1])  # a doubted point is known better by what is about it
             return _reading(newest, best, pixel=(x_px, y_px), wide=wide)
         if self.covering(x_px, y_px):
-            raise NotFound(
-                f"wide pixel ({x_px:g}, {y_px:g}) was looked at but has no texture to measure",
+            raise NotLookedAt(  # a fixation of the pixel itself has further ways to its distance
+                f"no depth is known at wide pixel ({x_px:g}, {y_px:g}): the looks there match no texture",
                 asked=f"depth at ({x_px:g}, {y_px:g})",
                 found="no texture there",
-                remedy="try a pixel beside it",
+                remedy="fixate it: POST /api/v1/fixations; or try a pixel beside it",
             )
         raise NotLookedAt(
             f"no fovea has looked there yet: wide pixel ({x_px:g}, {y_px:g})",
