@@ -8,7 +8,7 @@ from playwright.sync_api import Locator, Page, Request, Route, expect
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from tests.support.pages import capture_documents as documents
-from tests.support.pages.awaited import expect_to_fit
+from tests.support.pages.awaited import expect_to_fit, settled
 from tests.support.pages.console_page import TOUCH, Console, OpenConsole, posted
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.running_server import Running
@@ -171,7 +171,7 @@ def test_several_warnings_are_folded_under_a_line_in_the_colour_of_a_warning(
     expect(items.first).to_be_hidden()
     line.click()
     expect(items).to_have_text(["No overlap.", "Gaps.", "Too far."])
-    colour = items.first.evaluate("item => getComputedStyle(item).color")
+    colour = settled(folded.page, lambda: items.first.evaluate("item => getComputedStyle(item).color"))
     expect(line).to_have_css("color", colour)
 
 

@@ -7,7 +7,15 @@ import pytest
 from playwright.sync_api import Browser, Locator, Playwright, expect
 
 from foveacam_bench.stream.console_page import CHROMIUM_ARGUMENTS
-from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, let_run, match_of, settled
+from tests.support.pages.awaited import (
+    box_of,
+    expect_to_fit,
+    expect_value,
+    let_run,
+    match_of,
+    settled,
+    wait_for,
+)
 from tests.support.pages.console_page import (
     BROWSER,
     DESKTOP,
@@ -258,5 +266,5 @@ def test_known_share_of_the_depth_is_worded_in_full_in_the_head_of_the_3d_pane(
     assert max(share_box["height"], link_box["height"]) < 32  # one line each
     beside = share_box["x"] + share_box["width"] <= link_box["x"]
     assert beside or share_box["y"] >= link_box["y"] + link_box["height"]
-    assert head.evaluate("head => head.scrollWidth <= head.clientWidth")
+    wait_for(head.page, lambda: head.evaluate("head => head.scrollWidth <= head.clientWidth"))
     assert share_box["y"] + share_box["height"] <= head_box["y"] + head_box["height"]
