@@ -44,8 +44,9 @@ STEPS, STEP_S = 5, 0.08
 _MOVED = 0.02
 """Share of the distance looked at by which a camera must differ from its given pose to count as moved."""
 PLACED_S = 0.5
-"""Time after a viewer's first message in which its page has placed its camera, unless it missed to."""
+"""Time after a viewer's first message by which its page has placed its camera, if it does so at all."""
 _AT_ORIGIN_M = 1e-3
+"""A camera that looks at a point nearer to the origin than this has not been placed."""
 _SETTLING_S = 1.5
 """Time after a viewer's first message in which its page still places its camera."""
 

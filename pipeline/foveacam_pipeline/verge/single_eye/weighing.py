@@ -78,7 +78,7 @@ def confirmed(
     """Return whether a surface at the target, or one that is sure around it, confirms an eye's depth.
 
     `alone`: whether the other eye cannot turn to the target. Of 231 depths confirmed like this 2 were wrong;
-    of 48 others 7 were. None of eight was that only three or four points about a lone eye's target confirm.
+    of 48 others 7 were. Of eight that `alone` adds none was.
     """
     least = ALONE_SAMPLES if alone else SURE_SAMPLES
     return any(
