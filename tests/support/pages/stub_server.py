@@ -30,6 +30,7 @@ from tests.support.pages.stub_people import StubPeople
 from tests.support.pages.stub_people import problem as problem  # the tests of the pages take it from here
 from tests.support.pages.stub_steering import StubSteering
 from tests.support.servers.local_server import serving
+from tests.support.servers.server_process import PATIENCE_S
 
 Json = Any  # what tests put in and look at: any JSON value
 END = ""  # of an event stream
@@ -168,9 +169,17 @@ class StubServer:
                 raise AssertionError(f"within {within_s} s no page listened to the events")
             time.sleep(0.02)
 
-    def posted_bodies(self, path: str) -> list[Json]:
-        """Return the bodies that were posted to a path."""
-        return [body for method, asked, body in self.requests if method == "POST" and asked == path]
+    def posted_bodies(self, path: str, *, count: int = 1) -> list[Json]:
+        """Return the bodies that were posted to a path, once so many have come."""
+        return self.bodies_of("POST", path, count=count)
+
+    def bodies_of(self, method: str, path: str, *, count: int = 1) -> list[Json]:
+        """Return the bodies of such requests, once so many have come: a click is over before its request."""
+        end_s = time.monotonic() + PATIENCE_S
+        while len(found := [body for *asked, body in self.requests if asked == [method, path]]) < count:
+            assert time.monotonic() < end_s, f"within {PATIENCE_S} s: {len(found)} of {count} {method} {path}"
+            time.sleep(0.02)
+        return found
 
     def sign_out(self) -> None:
         """Know the browser no more, and end its streams."""

@@ -51,7 +51,7 @@ def test_live_views_come_along_and_return_and_clicks_in_the_wizard_steer_nothing
     picture.click(force=True)
     console.page.get_by_role("link", name="Back to the console").click()
     expect(console.page.locator("#wide .pane-wide .surface")).to_be_visible()
-    assert stub.posted_bodies("/fixations") == []
+    assert stub.posted_bodies("/fixations", count=0) == []
     eyes = console.page.locator("#eyes > .pane")
     expect(eyes).to_have_count(2)
     expect(eyes.first).to_have_class(re.compile("pane-left"))

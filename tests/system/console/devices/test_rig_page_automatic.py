@@ -86,7 +86,7 @@ def test_foveae_find_one_exposure_for_both_and_have_none_of_their_own(
     for name in ("Left fovea", "Right fovea"):
         expect(camera(console, name).get_by_label("Exposure", exact=True)).to_have_value("12.5")
         expect(camera(console, name).get_by_label("Automatic exposure")).to_have_value("off")
-    assert sent(stub) == [{"exposure_auto": "once", "linked": True}]
+    assert stub.bodies_of("PATCH", "/cameras/right") == [{"exposure_auto": "once", "linked": True}]
     stub.refusals["PATCH /cameras/right"] = problem(409, "Stopped", "the stop is engaged")
     mode.select_option("once")
     told = right.get_by_role("group", name="Exposure of the right fovea").get_by_role("alert")

@@ -108,4 +108,4 @@ def test_rail_moves_to_places_and_positions_once_it_is_homed(stub: StubServer, o
         rail.get_by_label("Position").press("Enter")
     rail.get_by_role("button", name="Hold the rail").click()
     expect(rail.locator(".pose")).to_have_text("0.0 mm")
-    assert stub.posted_bodies("/rail/moves") == [{"place": "far left"}, {"position_mm": 12.5}]
+    assert stub.posted_bodies("/rail/moves", count=2) == [{"place": "far left"}, {"position_mm": 12.5}]
