@@ -268,6 +268,7 @@ export type CapturePageState = {
   captures: api.CaptureDocument[] | null;
   capturing: Capturing | null;
   estimate: Answered<Estimate>;
+  plan_wished: Partial<PlanDraft> | null; // fields of the plan that another page asks for
 };
 
 // The calibration page.

@@ -136,7 +136,7 @@ KINDS: dict[type[FoveaError], ProblemType] = {
     Timeout: ProblemType(slug="timeout", status=504, title="A device did not answer in time"),
     DeviceFault: ProblemType(slug="device-fault", status=502, title="A device failed"),
     NotFound: NOT_FOUND,
-    NotLookedAt: ProblemType(slug="not-looked-at", status=404, title="Nobody has looked there yet"),
+    NotLookedAt: ProblemType(slug="not-looked-at", status=404, title="The depth there is not known yet"),
     WrongCredentials: ProblemType(slug="wrong-credentials", status=401, title="Wrong credentials"),
     TooManyAttempts: ProblemType(slug="too-many-tries", status=429, title="Too many wrong passwords"),
     PersonLimit: ProblemType(slug="person-limit", status=429, title="Limit per person reached"),

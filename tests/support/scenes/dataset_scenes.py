@@ -26,10 +26,10 @@ CREATED = "2026-01-01T00:00:00+00:00"
 Grey = NDArray[np.uint8]
 
 
-def header(points: int, *, calibration: Calibration | None = None) -> DatasetHeader:
+def header(points: int, *, calibration: Calibration | None = None, capture_id: str = "test") -> DatasetHeader:
     """Return what two runs of a test have in common."""
     return DatasetHeader(
-        points=points, calibration=calibration, id="test", created_utc=CREATED, label="a test"
+        points=points, calibration=calibration, id=capture_id, created_utc=CREATED, label="a test"
     )
 
 

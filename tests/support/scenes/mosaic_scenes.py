@@ -55,13 +55,17 @@ def texture() -> NDArray[np.uint8]:
     return np.asarray(np.clip(128.0 + 110.0 * mixed, 0, 255), dtype=np.uint8)
 
 
-def scan(folder: Path, *, wide: bool = False, points: int = 4) -> Dataset:
+def scan(
+    folder: Path, *, wide: bool = False, points: int = 4, step_deg: float = STEP_DEG, capture_id: str = "test"
+) -> Dataset:
     """Return a dataset of up to four points that look at the plane; they are verged a little before it."""
     calibration = small_calibration()
     places = [(column - 0.5, row - 0.5) for row in (0, 1) for column in (0, 1)][:points]
-    with DatasetWriter.create(folder, header(len(places), calibration=calibration)) as writer:
+    with DatasetWriter.create(
+        folder, header(len(places), calibration=calibration, capture_id=capture_id)
+    ) as writer:
         for index, (x, y) in enumerate(places):
-            aim_rad = math.radians(x * STEP_DEG), math.radians(0.75 * y * STEP_DEG)
+            aim_rad = math.radians(x * step_deg), math.radians(0.75 * y * step_deg)
             volts = calibration.steer(*aim_rad, distance_m=VERGED_M)
             frames = [fovea(role, volts) for role in (Role.LEFT, Role.RIGHT)]
             if wide and index == 1:

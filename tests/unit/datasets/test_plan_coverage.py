@@ -44,11 +44,23 @@ def test_overlap_is_what_the_steps_leave_of_a_view(dense: PlanCoverage) -> None:
     assert dense.overlap_down == pytest.approx(1.0 - 1.5 / 2.15, abs=0.05)
 
 
-def test_gaps_between_neighbours_are_told_before_the_start(loose: PlanCoverage) -> None:
-    assert (loose.overlap_across, loose.overlap_down) == (0.0, 0.0)
+def test_views_of_which_no_two_overlap_are_told_before_the_start(loose: PlanCoverage) -> None:
+    assert loose.apart and (loose.overlap_across, loose.overlap_down) == (0.0, 0.0)
     told = " ".join(loose.warnings)
-    assert "do not overlap those beside them" in told and "do not overlap those below them" in told
+    assert "no two views overlap: no mosaic can be made of them" in told and told.count("overlap") == 1
     assert f"{100 * (1 - loose.seen_either):.1f} % of the field is seen by neither eye" in told
+
+
+@pytest.mark.parametrize(
+    ("half_width_deg", "half_height_deg", "neighbours"), [(4.0, 1.5, "beside"), (1.5, 3.0, "below")]
+)
+def test_gaps_between_some_neighbours_are_told_before_the_start(
+    half_width_deg: float, half_height_deg: float, neighbours: str
+) -> None:
+    rows = coverage_of(grid(3, 3, half_width_deg=half_width_deg, half_height_deg=half_height_deg), RIG120)
+    assert not rows.apart
+    gaps = [words for words in rows.warnings if "gaps" in words]
+    assert len(gaps) == 1 and f"do not overlap those {neighbours} them" in gaps[0]
 
 
 def test_the_share_seen_is_the_views_area_over_the_fields(loose: PlanCoverage) -> None:
@@ -71,6 +83,7 @@ def test_set_points_overlap_with_their_nearest() -> None:
         plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5\n9,0,30"}}), RIG120
     )
     assert near.overlap_across == near.overlap_down == 0.0
+    assert not near.apart  # the first two overlap
     pair = coverage_of(plan_from({"points": {"kind": "set_points", "points": "0,0,5\n1,0,5"}}), RIG120)
     assert pair.overlap_across == pytest.approx(1.0 - 1.0 / 2.87, abs=0.05)
     assert pair.seen_either == 1.0
@@ -79,6 +92,7 @@ def test_set_points_overlap_with_their_nearest() -> None:
 def test_a_single_point_has_no_neighbour() -> None:
     single = coverage_of(plan_from({"points": {"kind": "set_points", "points": "2,1,5"}}), RIG120)
     assert single.overlap_across is None and single.overlap_down is None
+    assert not single.apart
     assert single.warnings == ()
 
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { blamed } from "../../foveacam_web/static/js/capturing/capture/blame.js";
-import { asSetPoints, placeOf, planOf, viewSize } from "../../foveacam_web/static/js/capturing/capture/plan.js";
+import { asSetPoints, denserGrid, placeOf, planOf, viewSize } from "../../foveacam_web/static/js/capturing/capture/plan.js";
 import * as stills from "../../foveacam_web/static/js/capturing/capture/still_words.js";
 import {
   endWords,
@@ -132,6 +132,13 @@ test("the size of a view is measured by the corners of the middle footprint", ()
   );
   assert.ok(size && Math.abs(size.width_deg - 2.8) < 1e-6 && Math.abs(size.height_deg - 2) < 1e-6);
   assert.equal(viewSize(only({ coverage: only({ footprints: [] }) }), LENS), null);
+});
+
+test("a denser grid has the fewest points whose views overlap by a fifth in the same field", () => {
+  const view = { width_deg: 2.5, height_deg: 2 };
+  const steps = { half_width_deg: 3, half_height_deg: 1.6 }; // of 2° and 1.6° at most
+  assert.deepEqual(denserGrid(steps, view), { columns: 4, rows: 3 });
+  assert.deepEqual(denserGrid({ ...steps, half_width_deg: 3.01 }, view), { columns: 5, rows: 3 });
 });
 
 test("a refusal is told beside the field that it is about, without the names of programs", () => {

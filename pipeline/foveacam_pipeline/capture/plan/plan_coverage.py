@@ -1,6 +1,7 @@
 """How a plan's views cover its field, by one eye and by both, and how far neighbours overlap."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -35,7 +36,8 @@ class PlanCoverage:
     bool: the area between the outermost directions of the plan. `seen_either`, `seen_both`: shares of the
     field, 0 to 1. `overlap_across`, `overlap_down`: smallest share of a view that its neighbour contains
     too, over both eyes: for a grid along rows and along columns, for set points (both alike) with the
-    nearest other; None without neighbours. `outside_wide`: number of points that look past the wide image.
+    nearest other; None without neighbours. `apart`: whether there are neighbours and no two of them overlap.
+    `outside_wide`: number of points that look past the wide image.
     """
 
     footprints_px: NDArray[np.float64]
@@ -45,18 +47,13 @@ class PlanCoverage:
     seen_both: float
     overlap_across: float | None
     overlap_down: float | None
+    apart: bool
     outside_wide: int
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings for the operator before the start; empty without problems."""
-        warnings = []
-        for overlap, neighbours in ((self.overlap_across, "beside"), (self.overlap_down, "below")):
-            if overlap == 0.0:
-                warnings.append(
-                    f"some views do not overlap those {neighbours} them: a mosaic will have gaps; "
-                    "take more points or a smaller field"
-                )
+        warnings = list(self._gaps())
         if self.seen_either < LEAST_COVERED:
             warnings.append(f"{100.0 * (1.0 - self.seen_either):.1f} % of the field is seen by neither eye")
         elif self.seen_both < LEAST_SEEN_BY_BOTH:
@@ -64,6 +61,17 @@ class PlanCoverage:
         if self.outside_wide:
             warnings.append(f"{self.outside_wide} points look past the wide image")
         return tuple(warnings)
+
+    def _gaps(self) -> Iterator[str]:
+        if self.apart:
+            yield "no two views overlap: no mosaic can be made of them; take more points or a smaller field"
+            return
+        for overlap, neighbours in ((self.overlap_across, "beside"), (self.overlap_down, "below")):
+            if overlap == 0.0:
+                yield (
+                    f"some views do not overlap those {neighbours} them: a mosaic will have gaps; "
+                    "take more points or a smaller field"
+                )
 
 
 def coverage_of(plan: RasterPlan, calibration: Calibration) -> PlanCoverage:
@@ -75,7 +83,7 @@ def coverage_of(plan: RasterPlan, calibration: Calibration) -> PlanCoverage:
     counts = np.stack([_view_counts(footprints[:, eye], shape) for eye in range(2)])
     middles = calibration.wide.pixels([(point.ax_rad, point.ay_rad) for point in scan_points])
     field = _field(middles, counts)
-    across, down = _neighbours(plan, scan_points)
+    across, down = (_overlaps(footprints, pairs) for pairs in _neighbours(plan, scan_points))
     size = max(1, int(field.sum()))
     either, both = (counts > 0).any(axis=0), (counts > 0).all(axis=0)
     return PlanCoverage(
@@ -84,8 +92,9 @@ def coverage_of(plan: RasterPlan, calibration: Calibration) -> PlanCoverage:
         field=field,
         seen_either=float((either & field).sum() / size),
         seen_both=float((both & field).sum() / size),
-        overlap_across=_least_overlap(footprints, across),
-        overlap_down=_least_overlap(footprints, down),
+        overlap_across=min(across, default=None),
+        overlap_down=min(down, default=None),
+        apart=bool(across or down) and not any(across + down),
         outside_wide=sum(not calibration.wide.contains(x, y) for x, y in middles.tolist()),
     )
 
@@ -163,13 +172,12 @@ def _nearest(scan_points: tuple[PlanPoint, ...]) -> list[tuple[int, int]]:
     return [(k, other if other != k else first) for k, (first, other) in enumerate(indices.tolist())]
 
 
-def _least_overlap(footprints_px: NDArray[np.float64], pairs: list[tuple[int, int]]) -> float | None:
-    shares = [
+def _overlaps(footprints_px: NDArray[np.float64], pairs: list[tuple[int, int]]) -> list[float]:
+    return [
         _overlap(footprints_px[one, eye], footprints_px[other, eye])
         for one, other in pairs
         for eye in range(2)
     ]
-    return min(shares, default=None)
 
 
 def _overlap(one_px: NDArray[np.float64], other_px: NDArray[np.float64]) -> float:

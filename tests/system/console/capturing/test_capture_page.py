@@ -8,8 +8,8 @@ from playwright.sync_api import Locator, Page, Request, Route, expect
 
 from foveacam_pipeline.capture.dataset import Dataset, check_dataset
 from tests.support.pages import capture_documents as documents
-from tests.support.pages.awaited import expect_to_fit, settled
-from tests.support.pages.console_page import TOUCH, Console, OpenConsole, posted
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared, posted
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.running_server import Running
 
@@ -160,19 +160,51 @@ def test_what_is_refused_is_told_where_it_was_typed(page_rig: Running, open_cons
     expect(started).to_be_enabled()
 
 
-def test_several_warnings_are_folded_under_a_line_in_the_colour_of_a_warning(
-    stub: StubServer, open_console: OpenConsole
+def test_warnings_come_and_go_without_moving_the_button_that_starts(
+    stub: StubServer, open_stub: OpenShared
 ) -> None:
-    stub.answers["/captures/estimates"] = documents.estimate(warnings=["no overlap", "gaps", "too far"])
-    folded = open_console(f"{stub.url}#/capture").page.locator(".figures details.warnings")
-    line, items = folded.locator("summary"), folded.locator("li")
-    expect(line).to_have_text("3 warnings about this plan")
-    expect(line.locator(".icon")).to_be_visible()
-    expect(items.first).to_be_hidden()
-    line.click()
-    expect(items).to_have_text(["No overlap.", "Gaps.", "Too far."])
-    colour = settled(folded.page, lambda: items.first.evaluate("item => getComputedStyle(item).color"))
-    expect(line).to_have_css("color", colour)
+    page = open_stub("#/capture").page
+    button = page.get_by_role("button", name="Start the capture")
+    warnings = page.locator(".plan-warnings li")
+    expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
+    before = box_of(button)
+    stub.answers["/captures/estimates"] = documents.estimate(warnings=["too far", "too dark"])
+    part(page.locator("#capture-page"), "Plan").get_by_label("Columns", exact=True).fill("3")
+    expect(warnings).to_have_text(["Too far.", "Too dark."])
+    expect(page.locator(".plan-warnings button")).to_have_count(0)  # no gaps
+    assert box_of(button) == before
+
+
+@pytest.mark.parametrize(
+    ("button", "points"),
+    [
+        (
+            "Smaller field, views overlap by 20 %",
+            {"columns": 3, "rows": 3, "half_width_deg": pytest.approx(1.45, abs=0.02)},
+        ),
+        ("Same field, 165 points that overlap by 20 %", {"columns": 15, "rows": 11}),
+    ],
+)
+def test_plan_with_gaps_offers_plans_that_a_mosaic_can_be_made_of(
+    stub: StubServer, open_console: OpenConsole, button: str, points: dict[str, object]
+) -> None:
+    gaps = documents.estimate(3, 3, warnings=["no two views overlap"])
+    gaps["coverage"] |= {"overlap_across": 0.0, "overlap_down": 0.0}
+    gaps["plan"]["points"] |= {"half_width_deg": 10.0, "half_height_deg": 5.5}
+    stub.answers["/captures/estimates"] = gaps
+    page = open_console(f"{stub.url}#/capture", options=TOUCH).page
+    plan = part(page.locator("#capture-page"), "Plan")
+    for label in ("Columns", "Rows"):
+        plan.get_by_label(label, exact=True).fill("3")
+    expect(page.locator(".plan-warnings")).to_contain_text("No two views overlap.")
+    expect_to_fit(page)
+    page.get_by_role("button", name=button).click()
+
+    def asked() -> dict[str, object]:
+        grid = stub.posted_bodies("/captures/estimates")[-1]["plan"]["points"]
+        return {name: grid[name] for name in points}
+
+    expect_value(page, asked, points)
 
 
 def test_newest_plan_is_the_one_that_is_shown(stub: StubServer, open_console: OpenConsole) -> None:

@@ -82,6 +82,19 @@ def test_what_no_mosaic_can_be_made_of_is_said(
     expect(page.get_by_role("button", name="Make the mosaic")).to_have_count(0)
 
 
+def test_views_without_overlap_are_told_at_the_dataset_and_lead_to_a_plan_that_overlaps(
+    page_server: Server, open_console: OpenConsole
+) -> None:
+    scan(page_server.data / "captures" / "apart", capture_id="apart", step_deg=4.0)
+    page = open_console(f"{page_server.url}#/gallery/datasets/apart").page
+    page.get_by_role("link", name="Mosaic: not possible").click()
+    expect(page.get_by_text("No two of the 4 views of dataset apart overlap")).to_be_visible()
+    page.get_by_role("button", name="Plan a capture whose views overlap").click()
+    plan = page.get_by_role("region", name="Plan", exact=True)
+    expect(plan.get_by_label("Field", exact=True)).to_have_value("overlap")
+    expect(plan.get_by_label("Overlap across")).to_have_value("20")
+
+
 LIGHT = """canvas => {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
   let sum = 0;

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import CDPSession, WebSocket, expect
 
-from tests.support.pages.awaited import box_of, expect_to_fit, expect_value
+from tests.support.pages.awaited import box_of, expect_to_fit, expect_value, settled
 from tests.support.pages.console_page import TOUCH, Console, OpenConsole, OpenShared, is_fixation, posted
 from tests.support.servers.server_process import PATIENCE_S, Server
 
@@ -221,6 +221,35 @@ def check_long_press(phone: Console, session: CDPSession) -> None:
     with phone.page.expect_request(is_fixation) as drag:
         touch(session, "touchEnd")
     assert posted(drag.value)["rectangle"]["width_px"] == pytest.approx(100.0, abs=CLICK_TOLERANCE_PX)
+
+
+def test_finger_scrolls_the_page_over_the_3d_pane_until_a_tap_hands_it_over(
+    page_server: Server, open_console: OpenConsole
+) -> None:
+    page = open_console(page_server.url, settings={"scene": True}, options=TOUCH).page
+    pane, cover = page.locator("#scene"), page.get_by_role("button", name="Tap to turn and zoom")
+    expect(pane.locator("iframe")).to_be_visible()
+    pane.scroll_into_view_if_needed()
+    session = page.context.new_cdp_session(page)
+
+    def swipe_up() -> float:
+        """Return how far the page was scrolled by it, CSS px."""
+        page.evaluate("scrollTo(0, 100)")
+        box = box_of(pane)
+        x, y = box["x"] + 60, box["y"] + 0.6 * box["height"]
+        touch(session, "touchStart", (x, y))
+        for moved in (15, 40, 70, 100):
+            touch(session, "touchMove", (x, y - moved))
+        touch(session, "touchEnd")
+        return settled(page, lambda: float(page.evaluate("scrollY"))) - 100
+
+    assert swipe_up() > 50
+    page.evaluate("scrollTo(0, 100)")
+    cover.tap()
+    expect(cover).to_be_hidden()
+    assert swipe_up() == 0
+    page.locator("#tab-targets").tap()
+    expect(pane).not_to_have_class(re.compile("turning"))
 
 
 def touch(session: CDPSession, kind: str, *places: tuple[float, float]) -> None:

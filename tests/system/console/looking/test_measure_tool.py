@@ -4,8 +4,8 @@ import pytest
 from playwright.sync_api import ViewportSize, expect
 
 from tests.support.pages.awaited import box_of, match_of
-from tests.support.pages.console_page import FIXATION_PATIENCE_MS, Console, OpenConsole
-from tests.support.pages.stub_server import StubServer
+from tests.support.pages.console_page import FIXATION_PATIENCE_MS, Console, OpenConsole, OpenShared
+from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.server_process import Server
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(300)]
@@ -74,7 +74,7 @@ def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
     before = len(page_server.send("GET", "/measurements").json())
     page.locator(".pane-wide").get_by_role("button", name="Measure in the view").click()
     page.mouse.click(*console.page_position(*NOT_LOOKED_AT_PX))
-    offer = page.locator(".toast", has_text="No fovea has looked there yet")
+    offer = page.locator(".toast", has_text="The depth there is not known yet")
     expect(offer).not_to_contain_text("/api/")
     offer.get_by_role("button", name="Look there, then measure").click()
     expect(rows).to_have_count(before + 1, timeout=FIXATION_PATIENCE_MS)
@@ -89,7 +89,7 @@ def test_both_ends_that_nobody_looked_at_are_looked_at_by_one_button_and_stay_ma
     console = open_measurements(open_console, page_server)
     page = console.page
     ruler = page.locator(".pane-wide").get_by_role("button", name="Measure in the view")
-    offer = page.locator(".toast", has_text="No fovea has looked at either end yet")
+    offer = page.locator(".toast", has_text="The depth of neither end is known yet")
     refused = page.locator(".pane-wide .measured.refused")
     before = len(page_server.send("GET", "/measurements").json())
 
@@ -113,6 +113,31 @@ def test_both_ends_that_nobody_looked_at_are_looked_at_by_one_button_and_stay_ma
     newest = page_server.send("GET", "/measurements").json()[0]
     assert (newest["kind"], len(newest["fixation_ids"])) == ("length", 2)
     page.keyboard.press("Escape")
+
+
+def test_the_next_measurement_takes_a_refusal_away_and_another_page_the_tool(
+    stub: StubServer, open_stub: OpenShared
+) -> None:
+    stub.refusals["POST /measurements"] = problem(
+        422, "Out of range", "the scale stands there", "aim elsewhere"
+    )
+    console = open_stub("#/")
+    page = console.page
+    console.wait_for_frames("wide")
+    ruler = page.locator(".pane-wide").get_by_role("button", name="Measure in the view")
+    ruler.click()
+    page.mouse.click(*console.page_position(300, 300))
+    refusal = page.locator(".toast", has_text="the scale stands there")
+    expect(refusal).to_be_visible()
+    stub.refusals["POST /measurements"] = problem(422, "Out of range", "it is too far", "aim elsewhere")
+    page.mouse.click(*console.page_position(400, 300))
+    expect(page.locator(".toast")).to_have_count(1)
+    expect(page.locator(".toast")).to_contain_text("too far")
+
+    expect(ruler).to_have_attribute("aria-pressed", "true")
+    page.goto(f"{stub.url}#/capture")
+    page.goto(f"{stub.url}#/")
+    expect(ruler).to_have_attribute("aria-pressed", "false")
 
 
 @pytest.mark.parametrize("size", [(1120, 700), (1440, 900), (1920, 1080)])

@@ -47,7 +47,8 @@ export class Commands {
   }
 
   /**
-   * Send a command with the lease; return its answer, or its error, which is shown as a message only if `shows` returns true.
+   * Send a command with the lease; return its answer, or its error, which is shown as a message only if `shows` returns
+   * true, with what takes the message away.
    * @template T
    * @param {"POST" | "PUT" | "PATCH" | "DELETE"} method
    * @param {string} path
@@ -56,13 +57,13 @@ export class Commands {
   async tried(method, path, { shows, ...options }) {
     const asked = /** @type {Promise<T>} */ (request(method, path, { ...options, headers: this.leaseHeader() }));
     const found = await outcome(asked);
-    if (found.error && shows(found.error)) this.#show(found.error);
-    return found;
+    const dismiss = found.error && shows(found.error) ? this.#show(found.error) : () => {};
+    return { ...found, dismiss };
   }
 
-  /** @param {RequestError} error */
+  /** Show an error; return what takes it away. @param {RequestError} error */
   #show(error) {
-    if (error.slug !== SIGNED_OUT) this.#toasts.problem(error.document, this.#wayOut(error));
+    return error.slug === SIGNED_OUT ? () => {} : this.#toasts.problem(error.document, this.#wayOut(error));
   }
 
   /**

@@ -25,10 +25,10 @@ export class Toasts {
     this.element = h("div", { class: "toasts", role: "region", "aria-label": "Messages" });
   }
 
-  /** @param {Problem} problem @param {Action | null} [action] */
+  /** Show a problem; return what takes it away. @param {Problem} problem @param {Action | null} [action] */
   problem(problem, action = null) {
     const tone = problem.status >= 500 || problem.status === 0 ? "bad" : "warn";
-    this.show({
+    return this.show({
       tone,
       title: problem.title,
       detail: problem.detail,

@@ -106,7 +106,26 @@ export class Scene {
       textButton("Fit", () => this.#press("F"), { kind: "tool", title: "All that was found" }),
       textButton("From the rig", () => this.#press("R"), { kind: "tool", title: "As the wide camera sees it" }),
     );
-    fill(this.#place, this.#frame, tools);
+    fill(this.#place, this.#frame, this.#cover(), tools);
+  }
+
+  /**
+   * Return what lies over the frame where a finger scrolls the page (the style sheet says where): a tap hands the frame
+   * the fingers, a touch elsewhere or scrolling it away takes them back.
+   */
+  #cover() {
+    const turn = (/** @type {boolean} */ turning) => this.#place.classList.toggle("turning", turning);
+    document.addEventListener(
+      "pointerdown",
+      ({ target }) => this.#place.contains(/** @type {Node} */ (target)) || turn(false),
+    );
+    new IntersectionObserver(([seen]) => seen?.isIntersecting || turn(false)).observe(this.#place);
+    return h("button", {
+      type: "button",
+      class: "scene-cover",
+      on: { click: () => turn(true) },
+      text: "Tap to turn and zoom",
+    });
   }
 
   /** Press a key of the 3D page, with Alt: the page itself moves its camera. @param {"F" | "R"} key */

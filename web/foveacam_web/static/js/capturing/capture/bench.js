@@ -12,7 +12,7 @@ import { makeStarter } from "./starter.js";
 
 /**
  * @import { EstimateRequest } from "#api"
- * @import { Commands, Store, ViewSize, WholeDraft } from "#console"
+ * @import { Commands, PlanDraft, Store, ViewSize, WholeDraft } from "#console"
  */
 
 /** The plan that is edited on the page. */
@@ -43,6 +43,11 @@ export class Bench {
     this.editor = h("div", { class: "stack" }, this.#editor.element, this.#kept.element);
     this.starter = this.#starter.element;
     store.on(["estimate", "intrinsics"], () => this.#answered());
+    store.on(["plan_wished"], ({ plan_wished }) => {
+      if (!plan_wished) return;
+      store.set({ plan_wished: null });
+      this.change(plan_wished);
+    });
     againWhenTheRigIsAnother(store, this.#estimator);
   }
 
@@ -71,6 +76,17 @@ export class Bench {
 
   #found() {
     return planOf(this.#editor.read(), this.#view);
+  }
+
+  /** Size of one view; null until it is known. @returns {ViewSize | null} */
+  get view() {
+    return this.#view;
+  }
+
+  /** Change fields of the plan, as if they were typed. @param {Partial<PlanDraft>} draft */
+  change(draft) {
+    this.#editor.put({ ...this.#editor.read(), ...draft });
+    this.#typed();
   }
 
   #plan() {

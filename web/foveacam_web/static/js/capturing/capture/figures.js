@@ -1,9 +1,8 @@
-// Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen, warnings.
+// Shows the estimate of a plan: time and its parts, files, disk space, the share of the field that is seen.
 
 import { figures, nothing } from "../../elements/parts.js";
 import { changing, html } from "../../elements/dom.js";
-import { count, number, sentence } from "../../elements/format.js";
-import { icon } from "../../elements/icons.js";
+import { count, number } from "../../elements/format.js";
 import { percent, sizeText, spanRange, timeWords } from "./words.js";
 
 /**
@@ -43,19 +42,6 @@ function shortened(plan) {
   return plan.points.kind === "grid" ? plan : { ...plan, points: { ...plan.points, points: [] } };
 }
 
-/** Return the warnings of a plan, several of them folded: the button that starts shall stay on the screen. @param {Estimate} estimate */
-function warningsOf({ warnings }) {
-  if (warnings.length === 0) return null;
-  const list = html`<ul class="warnings">
-    ${warnings.map((words) => html`<li>${icon("warn")}<span>${sentence(words)}</span></li>`)}
-  </ul>`;
-  if (warnings.length === 1) return list;
-  return html`<details class="warnings">
-    <summary>${icon("warn")}<span>${warnings.length} warnings about this plan</span></summary>
-    ${list}
-  </details>`;
-}
-
 /** @param {Estimate} estimate @returns {Child[]} */
 function figuresOf(estimate) {
   return [
@@ -64,7 +50,6 @@ function figuresOf(estimate) {
       <span class="lead">${timeWords(estimate)}</span>
     </p>`,
     figures([...pointRows(estimate), ...roomRows(estimate), ...fieldRows(estimate)]),
-    warningsOf(estimate),
   ];
 }
 

@@ -11,6 +11,7 @@ import { mountPartials } from "./partials.js";
 import { PlanPrints } from "./prints.js";
 import { mountRuns } from "./runs.js";
 import { stillPanel } from "./still.js";
+import { mountWarnings } from "./warnings.js";
 
 /**
  * @import { Role, Store } from "#console"
@@ -30,14 +31,16 @@ const ROLES = ["wide", "left", "right"];
 export function mountCapturePage(place, context) {
   const { store, views, commands, capture_orders: orders, capture_reader: reader, still_reader } = context;
   const bench = new Bench({ store, commands, orders });
-  const [runs, figures, partials] = [
+  const [runs, warnings, figures, partials] = [
     h("div", { class: "runs-bar" }),
+    h("div", { class: "plan-warnings", role: "status" }),
     h("div", { class: "stack figures" }),
     h("div", { class: "stack" }),
   ];
   const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
   mountRuns(runs, { store, orders, reader });
   mountFigures(figures, store);
+  mountWarnings(warnings, { store, view: () => bench.view, change: (draft) => bench.change(draft) });
   mountPartials(partials, { store, orders });
   new PlanPrints(views.pane("wide"), store);
   reader.ended = () => bench.again();
@@ -54,6 +57,7 @@ export function mountCapturePage(place, context) {
       <div class="column capture-see">
         ${places.get("wide") ?? null}
         ${legend()}
+        ${warnings}
         <div class="capture-eyes">${places.get("left") ?? null}${places.get("right") ?? null}</div>
       </div>
       <div class="column capture-start">

@@ -93,6 +93,28 @@ function halfOf(count, step_deg) {
   return Number(((step_deg * Math.max(1, (count ?? 1) - 1)) / 2).toFixed(6));
 }
 
+/** Overlap of neighbouring views that is offered where there is none: a mosaic finds its seams in it. */
+export const OVERLAP_PERCENT = 20;
+
+/** The fields of a plan whose views overlap, whatever its columns and rows. @type {Readonly<Partial<PlanDraft>>} */
+export const OVERLAPPING = Object.freeze({
+  source: "grid",
+  field: "overlap",
+  across: OVERLAP_PERCENT,
+  down: OVERLAP_PERCENT,
+});
+
+/**
+ * Return how many columns and rows a grid needs at least for its views to overlap in its own field.
+ * @param {{half_width_deg: number | null, half_height_deg: number | null}} grid
+ * @param {ViewSize} view
+ */
+export function denserGrid({ half_width_deg, half_height_deg }, view) {
+  const steps = (/** @type {number | null} */ half_deg, /** @type {number} */ view_deg) =>
+    1 + Math.ceil((2 * (half_deg ?? 0)) / (view_deg * (1 - OVERLAP_PERCENT / 100)));
+  return { columns: steps(half_width_deg, view.width_deg), rows: steps(half_height_deg, view.height_deg) };
+}
+
 /**
  * Return the size of a fovea's view, measured on the middle footprint of an estimate.
  * @param {Estimate} estimate

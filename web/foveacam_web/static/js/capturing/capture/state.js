@@ -8,6 +8,7 @@ export const CAPTURE_STATE = Object.freeze({
   captures: null,
   capturing: null,
   estimate: { stale: false, document: null, problem: null },
+  plan_wished: null,
 });
 
 /** @param {Capturing | null} capturing */

@@ -2,7 +2,7 @@
 
 import { badge, figures, nothing, panel, textButton } from "../../elements/parts.js";
 import { fresh } from "../../calibrating/calibration/pictures.js";
-import { galleryAddress, wizardAddress } from "../../addresses.js";
+import { wizardAddress } from "../../addresses.js";
 import { copiedCode } from "../../elements/copy.js";
 import { html } from "../../elements/dom.js";
 import { sentence } from "../../elements/format.js";
@@ -16,6 +16,7 @@ import { conditionRows, factRows, isLive, localLines, planWords, remoteLines, st
 import { progressOf } from "./datasets.js";
 import { makeEditable, saveOf } from "./editable.js";
 import { makeExports } from "./exports.js";
+import { makeMosaicLink } from "./mosaic/link.js";
 import { openMosaic } from "./mosaic/page.js";
 import { makeReference } from "./reference.js";
 
@@ -48,6 +49,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
   const again = () => reader.entry && reader.changed();
   const reference = makeReference(id, context, again);
   const exports = makeExports(id, context, again);
+  const mosaic = makeMosaicLink(id, context, again);
   const sheet = makeSheet(signal);
   store.on(["rig"], again, signal);
   return (/** @type {CaptureDocument} */ dataset) => {
@@ -55,7 +57,7 @@ export function makeDatasetPage(id, { noun, orders, reader, context }) {
     const taken = points !== null && points.points.length > 0;
     const described = dataset.state !== "damaged" && dataset.state !== "starting";
     return html`<article class="dataset-page">
-      ${headOf(dataset, headParts(dataset, { noun, orders, exported: exports.button }))}
+      ${headOf(dataset, headParts(dataset, { noun, orders, exported: exports.button, mosaic }))}
       <div>${canExport(dataset) && exports.shown()}</div>
       <div class="dataset-body">
         <div class="column">
@@ -93,8 +95,11 @@ function canExport(dataset) {
   return dataset.state !== "damaged" && !isLive(dataset) && dataset.points.taken > 0;
 }
 
-/** @param {CaptureDocument} dataset @param {{noun: Noun, orders: DatasetOrders, exported: () => unknown}} tools */
-function headParts(dataset, { noun, orders, exported }) {
+/**
+ * @param {CaptureDocument} dataset
+ * @param {{noun: Noun, orders: DatasetOrders, exported: () => unknown, mosaic: () => unknown}} tools
+ */
+function headParts(dataset, { noun, orders, exported, mosaic }) {
   const { id, name, state, resumable, url, points, why } = dataset;
   const live = isLive(dataset);
   const readable = state !== "damaged" && !live;
@@ -117,11 +122,7 @@ function headParts(dataset, { noun, orders, exported }) {
           picture: "again",
           title: "Take what is missing, from the exact next point",
         }),
-      readable &&
-        points.taken > 0 &&
-        DATASET_PARTS.map(
-          (part) => html`<a class="plain" href=${galleryAddress(noun.many, id, part.name)}>${part.title}</a>`,
-        ),
+      readable && points.taken > 0 && mosaic(),
       readable &&
         html`<a class="plain" href="${url}/download.zip" download="${name}.zip">${icon("down")}Download ZIP</a>`,
       canExport(dataset) && exported(),

@@ -83,8 +83,11 @@ export class Made extends EntryReader {
     await this.readAll();
   }
 
-  /** Show the making: why the last attempt failed, why it cannot be made, its progress. */
-  making() {
+  /**
+   * Show the making: why the last attempt failed, why it cannot be made, its progress.
+   * @param {(why: Problem) => unknown} [way] what is offered where it cannot be made
+   */
+  making(way = () => null) {
     const { entry, trouble, kind } = this;
     if (!entry) return null;
     if (entry.state === "building") return this.#rowOf(entry.progress);
@@ -99,7 +102,10 @@ export class Made extends EntryReader {
       why &&
         html`<div class="strip warn" role="status">
           ${icon("warn")}
-          <div><strong>No ${kind} can be made of it. </strong>${sentence(why.detail)}</div>
+          <div>
+            <strong>No ${kind} can be made of it. </strong>${sentence(why.detail)}
+            ${way(why)}
+          </div>
         </div>`,
     ];
   }

@@ -62,7 +62,7 @@ export class MeasureOrders {
     return made;
   }
 
-  /** Take back the offer to look at the places of the last measurement. */
+  /** Take back what the last measurement was told: its refusal, or the offer to look at its places. */
   withdraw() {
     this.#withdraw();
     this.#withdraw = () => {};
@@ -72,7 +72,8 @@ export class MeasureOrders {
   async #tried(kind, points) {
     const options = { body: { kind, points }, patience_ms: PATIENCE_MS };
     const shows = (/** @type {RequestError} */ { slug }) => slug !== NOT_LOOKED_AT;
-    const { answer, error } = await this.#commands.tried("POST", "/measurements", { ...options, shows });
+    const { answer, error, dismiss } = await this.#commands.tried("POST", "/measurements", { ...options, shows });
+    this.#withdraw = dismiss;
     const made = /** @type {MeasurementDocument | null} */ (answer);
     if (made) {
       const others = (this.#store.state.measurements ?? []).filter(({ id }) => id !== made.id);
@@ -93,7 +94,7 @@ export class MeasureOrders {
     this.#withdraw = this.#commands.notify({
       tone: "warn",
       title: unseenWords(seen),
-      detail: "A place can be measured once a fovea has looked at it.",
+      detail: "A look at it measures it.",
       action: can_look ? { label: LOOK, act: () => this.#lookAndMeasure(kind, points, unseen) } : null,
       stay_ms: PATIENCE_MS,
     });
@@ -108,7 +109,7 @@ export class MeasureOrders {
     for (const place of unseen) {
       if (!(await this.#commands.fixate({ pixel: { x_px: place.x_px, y_px: place.y_px } }))) return;
       if (await until(() => isSeen(place))) continue;
-      this.#commands.notify({
+      this.#withdraw = this.#commands.notify({
         tone: "warn",
         title: "Not measured",
         detail: "A fovea looked there, but no depth could be matched.",

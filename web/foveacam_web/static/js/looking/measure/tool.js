@@ -4,6 +4,7 @@ import { h, html, setText } from "../../elements/dom.js";
 import { icon } from "../../elements/icons.js";
 import { MeasureLayer } from "./layer.js";
 import { KINDS } from "./words.js";
+import { openPage, PAGE_KEYS } from "../../pages.js";
 import { toolButton } from "../../elements/parts.js";
 
 /**
@@ -36,6 +37,7 @@ export class MeasureTool {
     for (const view of VIEWS) this.#equip(view);
     store.on(["clouds"], ({ clouds }) => this.#newLook(clouds[0]?.fixation_id ?? ""));
     store.on(["selected_measurement"], () => this.#forgetRefused());
+    store.on(PAGE_KEYS, (state) => openPage(state) && this.end()); // who comes back, looks
     store.on(["click_follows"], ({ click_follows }) => click_follows && this.end()); // a click has one meaning
     views.pane("wide").surface.addEventListener("keydown", (event) => this.#key(event), { capture: true });
   }

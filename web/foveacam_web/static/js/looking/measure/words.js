@@ -15,12 +15,12 @@ export const KINDS = Object.freeze({
   profile: { title: "Profile", hint: "Drag a line" },
 });
 
-/** Return which of a measurement's places no fovea has looked at yet. @param {boolean[]} seen of each place */
+/** Return at which of a measurement's places no depth is known yet. @param {boolean[]} seen of each place */
 export function unseenWords(seen) {
   const unseen = seen.flatMap((is_seen, index) => (is_seen ? [] : [index]));
-  if (seen.length === 1 || unseen.length === 0) return "No fovea has looked there yet";
-  if (unseen.length === seen.length) return "No fovea has looked at either end yet";
-  return `No fovea has looked at the ${unseen[0] === 0 ? "first" : "second"} end yet`;
+  if (seen.length === 1 || unseen.length === 0) return "The depth there is not known yet";
+  if (unseen.length === seen.length) return "The depth of neither end is known yet";
+  return `The depth of the ${unseen[0] === 0 ? "first" : "second"} end is not known yet`;
 }
 
 /** Format the main value of a measurement. @param {MeasurementDocument} measured */

@@ -1,11 +1,12 @@
 // The page of a dataset's mosaic: viewer of picture and depth, making it, its figures and files, its surface in 3D.
 
-import { badge, choiceField, figures, nothing } from "../../../elements/parts.js";
-import { CONSOLE_ADDRESS, galleryAddress } from "../../../addresses.js";
+import { badge, choiceField, figures, nothing, textButton } from "../../../elements/parts.js";
+import { CAPTURE_ADDRESS, CONSOLE_ADDRESS, galleryAddress } from "../../../addresses.js";
 import { changing, h, html, update } from "../../../elements/dom.js";
 import { count, pixels, sentence } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
 import { computedBy } from "../../../video/depth_words.js";
+import { OVERLAPPING } from "../../capture/plan.js";
 import { sizeWords } from "../dataset_words.js";
 import { Made } from "../made.js";
 import { makeMix, makeReadout, makeScale, makeZoom } from "./tools.js";
@@ -14,7 +15,8 @@ import { percent, size } from "./words.js";
 import { waiting } from "../../../elements/waiting.js";
 
 /**
- * @import { MadeMosaic, MosaicDocument, MosaicNeedsDocument, MosaicRequest } from "#api"
+ * @import { MadeMosaic, MosaicDocument, MosaicNeedsDocument, MosaicRequest, Problem } from "#api"
+ * @import { Store } from "#console"
  * @import { GalleryPlace } from "#page"
  * @import { GalleryContext } from "../page.js"
  * @typedef {{anew: boolean, begun: boolean, needs: MosaicNeedsDocument, scans: number[], brackets: number[], eye: "left" | "right"}} Offer
@@ -41,7 +43,7 @@ class Mosaic extends Made {
 }
 
 /** @param {GalleryPlace} at @param {GalleryContext} context */
-export function openMosaic(at, { commands, follow, signal }) {
+export function openMosaic(at, { store, commands, follow, signal }) {
   const id = at.id ?? "";
   const mosaic = new Mosaic(id, "mosaic", commands);
   const place = h("div", { class: "mosaic-place" });
@@ -65,19 +67,18 @@ export function openMosaic(at, { commands, follow, signal }) {
         eye: made?.eye ?? "left",
       });
     if (made) showPicture(made);
-    update(place, pageOf(id, mosaic, entry, { picture: made && picture, offer: possible && offer }));
+    update(place, pageOf({ id, mosaic, store }, entry, { picture: made && picture, offer: possible && offer }));
   };
   follow(mosaic);
   return place;
 }
 
 /**
- * @param {string} id
- * @param {Mosaic} mosaic
+ * @param {{id: string, mosaic: Mosaic, store: Store}} context
  * @param {MosaicDocument} document
  * @param {{picture: unknown, offer: unknown}} parts
  */
-function pageOf(id, mosaic, document, { picture, offer }) {
+function pageOf({ id, mosaic, store }, document, { picture, offer }) {
   const { name, made, state, refusal, outdated } = document;
   const making = state === "building" || mosaic.trouble || (refusal && !made) || offer;
   return html`<article class="mosaic-page">
@@ -91,10 +92,24 @@ function pageOf(id, mosaic, document, { picture, offer }) {
       </div>
       <div class="actions">${made && actionsOf(made, document, mosaic)}</div>
     </header>
-    ${making && html`<div class="making">${mosaic.making()}${offer}</div>`}
+    ${making && html`<div class="making">${mosaic.making((why) => wayOut(why, store))}${offer}</div>`}
     ${picture}
     ${made && html`<div class="panel mosaic-facts"><div class="inside">${factsOf(made)}</div></div>`}
   </article>`;
+}
+
+/**
+ * Offer a plan that a mosaic can be made of, where the dataset's views are the reason why none can be made.
+ * @param {Problem} why
+ * @param {Store} store
+ */
+function wayOut({ type }, store) {
+  if (!type.endsWith("/invalid-input")) return null;
+  const plan = () => {
+    store.set({ plan_wished: OVERLAPPING });
+    location.hash = CAPTURE_ADDRESS;
+  };
+  return html`<p class="actions">${textButton("Plan a capture whose views overlap", plan)}</p>`;
 }
 
 /** @param {Pick<MosaicDocument, "state" | "outdated" | "made" | "refusal">} mosaic @returns {[string, string]} */
