@@ -1,7 +1,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { blamed } from "../../foveacam_web/static/js/capturing/capture/blame.js";
-import { asSetPoints, denserGrid, placeOf, planOf, viewSize } from "../../foveacam_web/static/js/capturing/capture/plan.js";
+import {
+  asSetPoints,
+  denserGrid,
+  placeOf,
+  planOf,
+  viewSize,
+} from "../../foveacam_web/static/js/capturing/capture/plan.js";
 import * as stills from "../../foveacam_web/static/js/capturing/capture/still_words.js";
 import {
   endWords,
