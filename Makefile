@@ -27,7 +27,7 @@ $(VENV)/bin/python:
 # First what the lock names, by its hashes; then the project, and of its requirements what the lock leaves to the
 # machine (PyTorch). Python compiles what it loads: to compile everything ahead takes half a minute.
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-PIP_UNINSTALL := $(BIN)/python -m pip uninstall --quiet --yes --disable-pip-version-check
+PIP_UNINSTALL := $(BIN)/python -m pip uninstall --quiet --quiet --yes --disable-pip-version-check
 with_uv = $(1) pip install --quiet --python $(BIN)/python --require-hashes --no-deps --requirement requirements/$(2).txt \
 	&& $(1) pip install --quiet --python $(BIN)/python --editable $(3)
 with_pip = $(PIP) --no-compile --require-hashes --no-deps --requirement requirements/$(1).txt \
