@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from foveacam_hardware.contract import Binning
 from foveacam_pipeline.storage.disk import write_file
 from foveacam_pipeline.wide_depth.values import ContextMap
 from foveacam_pipeline.wide_depth.wide_context import WideContext
@@ -31,7 +32,7 @@ class ContextIdentity:
 
 def save_context(context: WideContext, path: Path, *, of: ContextIdentity) -> None:
     """Write the context to `path`. Raise `OSError`."""
-    stored, reference = context.snapshot(aged=False), context.reference()
+    stored, (binning, reference) = context.snapshot(aged=False), context.reference()
     content = io.BytesIO()
     np.savez_compressed(
         content,
@@ -42,6 +43,7 @@ def save_context(context: WideContext, path: Path, *, of: ContextIdentity) -> No
         pose=np.array(of.pose),
         cell_px=np.array(context.cell_px),
         reference=reference,
+        reference_binning=np.array(binning),
         inverse_z_per_m=stored.inverse_z_per_m,
         sigma_per_m=stored.sigma_per_m,
         measured_s=stored.measured_s,
@@ -77,5 +79,6 @@ def load_context(context: WideContext, path: Path, *, of: ContextIdentity) -> bo
     stored = ContextMap(cell_px=context.cell_px, **{name: content[name] for name in ARRAYS})
     if stored.known.shape[1:] != (context.rows, context.columns):
         return False
-    context.restore(stored, reference=content["reference"])
+    binning: Binning = 1 if int(content.get("reference_binning", 2)) == 1 else 2  # not stated until 0.13
+    context.restore(stored, reference=content["reference"], binning=binning)
     return True

@@ -9,6 +9,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -62,7 +63,11 @@ class WideContext:
         self._now_s = now_s
         self._lock = threading.Lock()
         self._map = ContextMap.empty(rows=self.rows, columns=self.columns, cell_px=cell_px)
-        self._reference = np.full((BLOCKS * self.rows, BLOCKS * self.columns), np.nan, dtype=np.float32)
+        blocks = BLOCKS * self.rows, BLOCKS * self.columns
+        # Pictures of one binning each: sampled fourfold, the means of fine texture differ by more than noise.
+        self._references: dict[Binning, NDArray[np.float32]] = {
+            binning: np.full(blocks, np.nan, dtype=np.float32) for binning in get_args(Binning)
+        }
         self._changed_since_s = np.full((self.rows, self.columns), np.nan)
         self._all_changed_since_s = math.inf
         self._noise: float | None = None
@@ -98,7 +103,7 @@ class WideContext:
         with self._lock:
             fuse_surfaces(self._map, surfaces, source=source, now_s=self._now_s(), ageing=self.ageing)
             self._changed_since_s.reshape(-1)[touched] = np.nan
-            self._set_reference(touched, means)
+            self._set_references(touched, means, None if gray is None else self.wide.binning_of(gray.shape))
             self._revision += 1
         return len(touched)
 
@@ -114,8 +119,9 @@ class WideContext:
         now_s = self._now_s()
         with self._lock:
             known = self._map.known.any(axis=0)
+            reference = self._reference_at(binning, means)
             changed = known & changed_cells(
-                self._reference, means, noise=self._noise, cell_px=self.cell_px, binning=binning
+                reference, means, noise=self._noise, cell_px=self.cell_px, binning=binning
             )
             all_changed = known.sum() >= MANY_CELLS and changed.sum() > ALL_CHANGED_SHARE * known.sum()
             self._all_changed_since_s = min(self._all_changed_since_s, now_s) if all_changed else math.inf
@@ -133,7 +139,8 @@ class WideContext:
 
     def _block_means(self, gray: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the block means of a wide image, which may be binned."""
-        return block_means(gray, cell_px=self.cell_px // self.wide.binning_of(gray.shape))
+        cell_px = self.cell_px // self.wide.binning_of(gray.shape)
+        return block_means(gray, cell_px=cell_px, rows=self.rows, columns=self.columns)
 
     def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
         """Return the samples within `reach_tan` (tangent units) of a direction: (2,) tangents."""
@@ -163,16 +170,21 @@ class WideContext:
         )
         return copy
 
-    def reference(self) -> NDArray[np.float32]:
-        """Return (2 rows, 2 columns) float32, the cells' block means when they were measured; NaN unknown."""
-        with self._lock:
-            return self._reference.copy()
+    def reference(self) -> tuple[Binning, NDArray[np.float32]]:
+        """Return the cells' block means when they were measured, and the binning of those pictures.
 
-    def restore(self, stored: ContextMap, *, reference: NDArray[np.float32]) -> None:
-        """Replace the whole content by `stored`, which has this context's grid."""
+        (2 rows, 2 columns) float32, NaN unknown; of the binning at which most cells were seen.
+        """
+        with self._lock:
+            binning = max(self._references, key=lambda each: np.isfinite(self._references[each]).sum())
+            return binning, self._references[binning].copy()
+
+    def restore(self, stored: ContextMap, *, reference: NDArray[np.float32], binning: Binning) -> None:
+        """Replace the whole content by `stored`, which has this context's grid; `binning`: of `reference`."""
         with self._lock:
             self._map = stored.copy()
-            self._reference = reference.copy()
+            for each, means in self._references.items():
+                means[:] = reference if each == binning else np.nan
             self._changed_since_s[:] = np.nan
             self._revision += 1
 
@@ -185,14 +197,28 @@ class WideContext:
     def _forget(self, cells: NDArray[np.bool_]) -> None:
         self._map.forget(cells)
         self._changed_since_s[cells] = np.nan
-        blocks = np.repeat(np.repeat(cells, BLOCKS, axis=0), BLOCKS, axis=1)
-        self._reference[blocks] = np.nan
+        for reference in self._references.values():
+            reference[_blocks(cells)] = np.nan
 
-    def _set_reference(self, touched: NDArray[np.int64], means: NDArray[np.float32] | None) -> None:
+    def _set_references(
+        self, touched: NDArray[np.int64], means: NDArray[np.float32] | None, binning: Binning | None
+    ) -> None:
         cells = np.zeros(self.rows * self.columns, dtype=np.bool_)
         cells[touched] = True
-        blocks = cells.reshape(self.rows, self.columns).repeat(BLOCKS, axis=0).repeat(BLOCKS, axis=1)
-        self._reference[blocks] = np.nan if means is None else means[blocks]
+        blocks = _blocks(cells.reshape(self.rows, self.columns))
+        for each, reference in self._references.items():
+            reference[blocks] = means[blocks] if means is not None and each == binning else np.nan
+
+    def _reference_at(self, binning: Binning, means: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the reference at a binning.
+
+        What was seen at the other one alone begins with this picture's means, unless it differs now.
+        """
+        reference = self._references[binning]
+        seen = np.any([np.isfinite(each) for each in self._references.values()], axis=0)
+        first = seen & np.isnan(reference) & ~_blocks(np.isfinite(self._changed_since_s))
+        reference[first] = means[first]
+        return reference
 
     def _cells(self, tangents: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return (n,) the flat cell index of each direction, -1 outside the wide image."""
@@ -204,13 +230,17 @@ class WideContext:
         return np.where(inside, row * self.columns + column, -1)
 
 
-def block_means(gray: NDArray[np.uint8], *, cell_px: int) -> NDArray[np.float32]:
+def _blocks(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which blocks belong to these cells."""
+    return np.repeat(np.repeat(cells, BLOCKS, axis=0), BLOCKS, axis=1)
+
+
+def block_means(gray: NDArray[np.uint8], *, cell_px: int, rows: int, columns: int) -> NDArray[np.float32]:
     """Return (2 rows, 2 columns) float32, the mean grey level of each block of the grid's cells.
 
     Cells that the image covers only in part are completed by repeating the image's border.
     """
     height, width = gray.shape
-    rows, columns = -(-height // cell_px), -(-width // cell_px)
     below, beside = rows * cell_px - height, columns * cell_px - width
     whole = cv2.copyMakeBorder(gray, 0, below, 0, beside, cv2.BORDER_REPLICATE) if below or beside else gray
     size = (BLOCKS * columns, BLOCKS * rows)

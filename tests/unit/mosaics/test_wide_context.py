@@ -143,6 +143,33 @@ def test_an_unchanged_scene_keeps_its_depth_through_noise_and_dimming(
     assert len(context.samples()) == before == 25 * 20
 
 
+def _fine_texture(*, binning: int) -> NDArray[np.uint8]:
+    """Return a picture with stripes finer than a binned px on its right, sampled and not averaged."""
+    y, x = np.mgrid[0:161:binning, 0:200:binning]
+    stripes = np.where((x + y) % 4 < 2, 60, 160)
+    return np.where(x < 130, 100, stripes).astype(np.uint8)[: 161 // binning, : 200 // binning]
+
+
+@pytest.mark.parametrize("before", [1, 2])
+def test_fine_texture_keeps_its_depth_while_pictures_of_another_binning_come(
+    context: WideContext, watch: Watch, before: int
+) -> None:
+    meanwhile = 3 - before
+    context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_fine_texture(binning=before))
+    known = len(context.samples())
+    for binning in (meanwhile, meanwhile, before):
+        watch.now_s += FORGET_AFTER_S + 0.1
+        assert context.detect_changes(_fine_texture(binning=binning)) == 0
+        assert len(context.samples()) == known
+    changed = _fine_texture(binning=meanwhile)
+    part = np.s_[64 // meanwhile : 96 // meanwhile, 144 // meanwhile : 184 // meanwhile]
+    changed[part] = 30
+    context.detect_changes(changed)
+    assert len(context.samples()) < known  # a change is seen at either
+    watch.now_s += FORGET_AFTER_S + 0.1
+    assert context.detect_changes(changed) > 0
+
+
 def test_what_changed_is_withheld_at_once_and_forgotten_later(context: WideContext, watch: Watch) -> None:
     context.fuse(_everywhere(5.0), source=DepthSource.DENSE_DEPTH, gray=_picture(1))
     changed = _picture(2)
@@ -186,7 +213,9 @@ def test_a_stored_context_comes_back_with_its_age(context: WideContext, watch: W
     assert load_context(restored, tmp_path / "context.npz", of=ROOM)
     np.testing.assert_array_equal(restored.samples().sigma_per_m, context.samples().sigma_per_m)
     np.testing.assert_array_equal(restored.samples().tangents, context.samples().tangents)
-    np.testing.assert_array_equal(restored.reference(), context.reference())
+    (binning, reference), (stored_binning, stored) = restored.reference(), context.reference()
+    assert binning == stored_binning
+    np.testing.assert_array_equal(reference, stored)
 
 
 def test_a_stored_context_of_another_calibration_or_grid_is_not_taken(
