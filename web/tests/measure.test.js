@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { visibleIn } from "../foveacam_web/static/js/looking/measure/state.js";
-import { factsOf, valueText } from "../foveacam_web/static/js/looking/measure/words.js";
+import { doubtWords, factsOf, valueText } from "../foveacam_web/static/js/looking/measure/words.js";
 import { only } from "./documents.js";
 
 /** @type {import("#api").MeasuredPointDocument} */
@@ -62,6 +62,15 @@ test("a point that was moved, or lies at an edge, says so", () => {
     ["Moved", "3.3 px to the nearest pixel with depth"],
     ["Beware", "depth jumps here: it may be of either surface"],
   ]);
+});
+
+test("a measurement says which of its points is too uncertain to be of use", () => {
+  const point = (/** @type {number} */ distance_sigma_m) => only({ distance_m: 2.7, distance_sigma_m });
+  const words = (/** @type {number[]} */ ...sigmas_m) => doubtWords(only({ points: sigmas_m.map(point) }));
+  assert.equal(words(0.01, 0.26), "");
+  assert.match(words(0.28), /^Its distance is uncertain: 2\.\d+ ± 0\.\d+/);
+  assert.match(words(1.7, 0.01), /^The first end’s distance is uncertain: 2\.7 ± 1\.7/);
+  assert.match(words(0.01, 1.7), /^The second end’s/);
 });
 
 test("a length says whether both ends are of one look", () => {

@@ -185,7 +185,7 @@ test("the eyes stay where a fixation left them until an overlay shows them elsew
   const state = (id, ax_deg) => {
     const eye = ax_deg === null ? null : { ax_deg, ay_deg: 1 };
     return only({
-      current: id && { fixation: { id } },
+      current: id && { fixation: { id, created_utc: new Date().toISOString(), duration_ms: 900, steps: [] } },
       overlay: { gaze: { left: eye, right: { ax_deg: 5, ay_deg: 1 } } },
     });
   };
@@ -199,4 +199,19 @@ test("the eyes stay where a fixation left them until an overlay shows them elsew
   assert.equal(stay.update(state("fix-2", 7.5), 2200), false);
   assert.equal(stay.update(state("fix-2", 7), 2300), true);
   assert.equal(stay.update(only({ current: null, overlay: null }), 2400), true);
+});
+
+test("a page that hears of an earlier fixation compares with where that looked", () => {
+  const steps = [
+    { left_ax_deg: 0, left_ay_deg: 0, right_ax_deg: 0, right_ay_deg: 0 },
+    { left_ax_deg: 9, left_ay_deg: 1, right_ax_deg: 5, right_ay_deg: 1 },
+  ];
+  const fixation = { id: "fix-1", created_utc: "2026-01-01T00:00:00Z", duration_ms: 500, steps };
+  const at = (/** @type {number} */ ax_deg) =>
+    only({
+      current: { fixation },
+      overlay: { gaze: { left: { ax_deg, ay_deg: 1 }, right: { ax_deg: 5, ay_deg: 1 } } },
+    });
+  assert.equal(new EyesStay().update(at(9.02), 0), true);
+  assert.equal(new EyesStay().update(at(3), 0), false);
 });

@@ -184,6 +184,29 @@ def test_a_point_that_is_doubted_is_known_better_by_what_its_look_shows_about_it
     assert reading.distance_sigma_m == pytest.approx(0.002 * 2.72**2, rel=0.01)
 
 
+def test_sure_look_is_believed_before_a_newer_one_that_is_doubted() -> None:
+    def verged(fixation_id: str, z_m: float, sigma_m: float) -> DepthPatch:
+        return DepthPatch(
+            fixation_id=fixation_id,
+            created_utc="2026-01-01",
+            x0=700,
+            y0=500,
+            z_m=np.full((3, 3), z_m, np.float32),
+            sigma_m=np.full((3, 3), sigma_m, np.float32),
+        )
+
+    patches = DepthPatches()
+    patches.add(verged("fix-sure", 2.7, 0.26))
+    patches.add(verged("fix-doubted", 2.8, 1.7))
+    assert patches.at(701.0, 501.0, wide=WIDE).fixation_id == "fix-sure"
+    patches.add(verged("fix-newest", 2.9, 0.28))
+    assert patches.at(701.0, 501.0, wide=WIDE).fixation_id == "fix-newest"
+    alone = DepthPatches()
+    alone.add(verged("fix-old", 2.7, 0.5))
+    alone.add(verged("fix-doubted", 2.8, 1.7))
+    assert alone.at(701.0, 501.0, wide=WIDE).fixation_id == "fix-doubted"
+
+
 def test_no_more_patches_are_held_than_wanted_and_the_newest_of_them() -> None:
     patches = DepthPatches()
     for number in range(MAX_PATCHES + 3):

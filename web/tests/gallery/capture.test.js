@@ -328,12 +328,12 @@ test("an estimated time says what it is from", () => {
   const words = (/** @type {object} */ more) => timeWords(only({ ...measured, ...more }));
   assert.equal(
     words({}),
-    "9 to 18 s of it to measure the distance by 9 fixations, by the times of the last 3 captures",
+    "9 to 18 s of it for 9 fixations that measure the distance, by the times of the last 3 captures",
   );
   assert.equal(
     words({ preparing_fixations: 0, timed_captures: 0, hand_moves: 5 }),
     "5 × you push the rig, not counted, " +
-      "assumed until a capture was timed; settling, exposing and reading out alone take 2.7 s",
+      "a guess before the first capture; settling, exposing and reading out alone take 2.7 s",
   );
   assert.equal(
     words({ preparing_fixations: 0, timed_captures: 1, rail_s: 20 }),

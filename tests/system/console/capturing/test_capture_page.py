@@ -165,7 +165,7 @@ def test_warnings_come_and_go_without_moving_the_button_that_starts(
 ) -> None:
     page = open_stub("#/capture").page
     button = page.get_by_role("button", name="Start the capture")
-    warnings = page.locator(".plan-warnings li")
+    warnings = page.locator(".plan-warnings li").filter(visible=True)
     expect(page.locator(".plan-prints")).to_have_attribute("data-points", "4")
     before = box_of(button)
     stub.answers["/captures/estimates"] = documents.estimate(warnings=["too far", "too dark"])
@@ -196,7 +196,7 @@ def test_plan_with_gaps_offers_plans_that_a_mosaic_can_be_made_of(
     plan = part(page.locator("#capture-page"), "Plan")
     for label in ("Columns", "Rows"):
         plan.get_by_label(label, exact=True).fill("3")
-    expect(page.locator(".plan-warnings")).to_contain_text("No two views overlap.")
+    expect(page.locator(".plan-warnings").filter(visible=True)).to_contain_text("No two views overlap.")
     expect_to_fit(page)
     page.get_by_role("button", name=button).click()
 

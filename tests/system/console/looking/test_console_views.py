@@ -213,6 +213,25 @@ def test_tap_fixates_long_press_draws_a_rectangle_and_two_fingers_zoom_and_ask_f
     assert orders == []
 
 
+def test_two_fingers_zoom_while_the_measuring_tool_is_on_and_measure_nothing(
+    open_console: OpenConsole, page_server: Server
+) -> None:
+    phone = open_console(page_server.url, options=TOUCH)
+    phone.wait_for_frames("wide")
+    page = phone.page
+    page.locator(".pane-wide").get_by_role("button", name="Measure in the view").tap()
+    expect(page.locator(".pane-wide .measure-bar")).to_be_visible()
+    page.locator(".pane-wide .measure-bar").get_by_role("button", name="Length").tap()
+    session = page.context.new_cdp_session(page)
+    _, _, width = phone.wide_box()
+    touch(session, "touchStart", (160, 250))  # one finger after the other
+    for kind, spread in (("touchStart", 40), ("touchMove", 60), ("touchMove", 80)):
+        touch(session, kind, (180 - spread / 2, 250), (180 + spread / 2, 250))
+    touch(session, "touchEnd")
+    expect_value(page, lambda: phone.wide_box()[2], pytest.approx(2 * width, rel=0.02))
+    expect(page.locator(".pane-wide .measure-bar .hint")).to_contain_text("two points")  # none is set
+
+
 def check_long_press(phone: Console, session: CDPSession) -> None:
     """Check that a finger that stays draws a rectangle."""
     touch(session, "touchStart", phone.page_position(600.0, 400.0))

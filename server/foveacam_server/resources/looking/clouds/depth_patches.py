@@ -4,6 +4,7 @@ import io
 import math
 import threading
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypedDict
@@ -24,6 +25,9 @@ REACH_PX = 1.5
 """Radius within which a pixel without depth takes its nearest neighbour's (0.03 degrees)."""
 COARSE_REACH_PX = 5.0
 """The same in depths that were matched at the resolution of the wide view, which have none beside edges."""
+DOUBTED_SHARE = 0.1
+"""A standard error above this share of the depth: the look may have shown what lies behind or before the point.
+An older look that is sure is believed then."""
 STEP_PX = 2
 """Stride at which a half-size depth map is sampled; leaves some 10 points a wide pixel."""
 
@@ -232,13 +236,9 @@ class DepthPatches:
         wide.check_pixel(x_px, y_px)
         with self._lock:
             newest_first = list(reversed(self._patches))
-        for newest in newest_first:
-            if newest.at(x_px, y_px) is None:
-                continue
-            own = [patch for patch in newest_first if patch.fixation_id == newest.fixation_id]
-            found = [each for patch in own if (each := patch.at(x_px, y_px)) is not None]
-            best = min(found, key=lambda each: each[1])  # a doubted point is known better by what is about it
-            return _reading(newest, best, pixel=(x_px, y_px), wide=wide)
+        if (best := _best(newest_first, x_px, y_px)) is not None:
+            patch, found = best
+            return _reading(patch, found, pixel=(x_px, y_px), wide=wide)
         if self.covering(x_px, y_px):
             raise NotLookedAt(  # a fixation of the pixel itself has further ways to its distance
                 f"no depth is known at wide pixel ({x_px:g}, {y_px:g}): the looks there match no texture",
@@ -252,6 +252,25 @@ class DepthPatches:
             found="no depth map covers it",
             remedy="fixate it first: POST /api/v1/fixations",
         )
+
+
+def _best(
+    newest_first: Sequence[DepthPatch], x_px: float, y_px: float
+) -> tuple[DepthPatch, tuple[float, float]] | None:
+    """Return the newest look's best depth at a pixel: the newest of which is not doubted, where there is one.
+
+    A look's doubted point is known better by what its other patches show about it.
+    """
+    looks: dict[str, tuple[DepthPatch, tuple[float, float]]] = {}
+    for patch in newest_first:
+        found = patch.at(x_px, y_px)
+        if found is None:
+            continue
+        held = looks.get(patch.fixation_id)
+        if held is None or found[1] < held[1][1]:
+            looks[patch.fixation_id] = (patch, found)
+    sure = (each for each in looks.values() if each[1][1] <= DOUBTED_SHARE * each[1][0])
+    return next(sure, next(iter(looks.values()), None))
 
 
 def _reading(

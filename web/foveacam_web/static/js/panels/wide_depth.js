@@ -26,7 +26,13 @@ export class WideDepth {
   #asked = false;
   /** Id of the calibration whose depth was read; empty where it has to be read with the next news of the rig. */
   #calibration = "";
-  #words = h("a", { class: "wide-depth-known", href: `${API}/wide_depth.png`, target: "_blank", rel: "noopener" });
+  #words = h("a", {
+    class: "wide-depth-known",
+    href: `${API}/wide_depth.png`,
+    target: "_blank",
+    rel: "noopener",
+    on: { click: showView },
+  });
   #button = h("button", { type: "button", class: "plain wide-depth-look", on: { click: () => void this.press() } });
   #status = h("span", { class: "unseen", role: "status" });
 
@@ -102,7 +108,7 @@ export class WideDepth {
     this.#words.hidden = !known || known.known_cells === 0;
     this.#words.textContent = `Depth known in ${share} % of the view`;
     this.#words.title = known
-      ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Open it as a picture`
+      ? `Depth is known in ${share} % of the wide view${spanWords(known)}. Show it in colours`
       : "";
     const { running, job } = this.#survey;
     const done = job?.progress?.total ? `${job.progress.done} %` : "waiting";
@@ -112,6 +118,15 @@ export class WideDepth {
     this.#button.disabled =
       !running && (this.#store.state.stop?.engaged === true || !this.#store.state.rig?.calibration);
   }
+}
+
+/** Show the depth as a view of this page, unless a tab of its own is asked for. @param {MouseEvent} event */
+function showView(event) {
+  const tab = document.getElementById("tab-wide_depth");
+  if (!tab || event.ctrlKey || event.metaKey || event.shiftKey) return;
+  event.preventDefault();
+  tab.click();
+  document.querySelector(".derived")?.scrollIntoView({ block: "nearest" });
 }
 
 /** @param {WideDepthDocument} known */

@@ -88,6 +88,8 @@ function roomRows({ files, kinds, stored_bytes, raw_bytes, free_bytes }) {
 /** @param {Estimate} estimate @returns {[string, Child][]} */
 function fieldRows({ plan: { points }, coverage }) {
   const grid = points.kind === "grid" ? points : null;
+  const overlaps = [coverage.overlap_across, coverage.overlap_down];
+  const alone = overlaps.every((each) => each === null);
   const overlap = grid
     ? `${percent(coverage.overlap_across)} across, ${percent(coverage.overlap_down)} down`
     : `${percent(coverage.overlap_across)} with the nearest`;
@@ -97,7 +99,10 @@ function fieldRows({ plan: { points }, coverage }) {
           ["Field", `±${number(grid.half_width_deg, 1)}° × ±${number(grid.half_height_deg, 1)}°`],
         ])
       : []),
-    ["Least overlap", coverage.overlap_across === null && coverage.overlap_down === null ? "no neighbours" : overlap],
+    [
+      "Least overlap",
+      alone ? "no neighbours" : html`<span class=${overlaps.includes(0) ? "warn-text" : ""}>${overlap}</span>`,
+    ],
     ["Area seen by an eye", percent(coverage.seen_either)],
     ["Area seen by both", percent(coverage.seen_both)],
   ];

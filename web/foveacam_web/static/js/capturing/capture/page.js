@@ -31,16 +31,18 @@ const ROLES = ["wide", "left", "right"];
 export function mountCapturePage(place, context) {
   const { store, views, commands, capture_orders: orders, capture_reader: reader, still_reader } = context;
   const bench = new Bench({ store, commands, orders });
-  const [runs, warnings, figures, partials] = [
+  const [runs, warnings, atStart, figures, partials] = [
     h("div", { class: "runs-bar" }),
     h("div", { class: "plan-warnings", role: "status" }),
+    h("div", { class: "plan-warnings at-start", role: "status" }),
     h("div", { class: "stack figures" }),
     h("div", { class: "stack" }),
   ];
   const places = new Map(ROLES.map((role) => [role, h("div", { class: `lent lent-${role}` })]));
   mountRuns(runs, { store, orders, reader });
   mountFigures(figures, store);
-  mountWarnings(warnings, { store, view: () => bench.view, change: (draft) => bench.change(draft) });
+  for (const place of [warnings, atStart])
+    mountWarnings(place, { store, view: () => bench.view, change: (draft) => bench.change(draft) });
   mountPartials(partials, { store, orders });
   new PlanPrints(views.pane("wide"), store);
   reader.ended = () => bench.again();
@@ -62,13 +64,17 @@ export function mountCapturePage(place, context) {
       </div>
       <div class="column capture-start">
         ${panel("What it takes", figures)}
-        ${panel("Capture", bench.starter)}
+        ${panel("Capture", html`${bench.starter}${atStart}`)}
         ${panel("Unfinished", partials)}
       </div>
       <div class="column capture-still">${stillPanel({ store, commands, reader: still_reader })}</div>
     </div>`,
   );
-  store.on(["capture_page"], ({ capture_page }) => capture_page && bench.ask());
+  store.on(["capture_page"], ({ capture_page }) => {
+    if (!capture_page) return;
+    views.wide.fit(); // the whole plan is seen
+    bench.ask();
+  });
   return places;
 }
 

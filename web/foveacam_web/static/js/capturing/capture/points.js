@@ -31,7 +31,7 @@ const EXTENTS = {
     down: "Overlap down",
     unit: "%",
     usual: [30, 20],
-    note: "Of neighbouring views, by the size of the middle one; the estimate shows the resulting overlap.",
+    note: "The share of a view that its neighbour shows too. Views are turned towards the edges: see the least overlap.",
   },
 };
 

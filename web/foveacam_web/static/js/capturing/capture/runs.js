@@ -29,6 +29,7 @@ export function mountRuns(place, { store, orders, reader }) {
     cancel: button("Cancel", () => orders.cancel()),
     resume: button("Resume", () => resumeLast(store, orders), "plain primary"),
     look: h("a", { class: "plain" }, icon("pictures"), "Show in the gallery"),
+    mosaic: h("a", { class: "plain" }, "Mosaic"),
     dismiss: h(
       "button",
       { type: "button", class: "tool", "aria-label": "Dismiss", on: { click: () => reader.dismiss() } },
@@ -53,10 +54,10 @@ export function mountRuns(place, { store, orders, reader }) {
 }
 
 /**
- * @param {Record<"pause" | "onward" | "cancel" | "resume" | "dismiss", HTMLButtonElement> & {look: HTMLAnchorElement}} parts
+ * @param {Record<"pause" | "onward" | "cancel" | "resume" | "dismiss", HTMLButtonElement> & Record<"look" | "mosaic", HTMLAnchorElement>} parts
  * @param {Capturing} capturing
  */
-function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing) {
+function showButtons({ pause, onward, cancel, resume, look, mosaic, dismiss }, capturing) {
   const { state, asked, end, why, capture_id } = capturing;
   const runs = isCapturing(capturing);
   pause.hidden = !runs || state === "paused";
@@ -68,7 +69,11 @@ function showButtons({ pause, onward, cancel, resume, look, dismiss }, capturing
   cancel.disabled = asked === "cancel";
   resume.hidden = !end?.resumable;
   look.hidden = end === null || end.state === null || capture_id === null;
-  if (capture_id !== null) look.href = galleryAddress("datasets", capture_id);
+  mosaic.hidden = look.hidden || (end?.taken ?? 0) < 2;
+  if (capture_id !== null) {
+    look.href = galleryAddress("datasets", capture_id);
+    mosaic.href = galleryAddress("datasets", capture_id, "mosaic");
+  }
   dismiss.hidden = runs;
 }
 

@@ -56,7 +56,7 @@ export function timeWords({ preparing_fixations, preparing_low_s, preparing_high
   const parts = [];
   if (preparing_fixations > 0)
     parts.push(
-      `${spanRange(preparing_low_s, preparing_high_s)} of it to measure the distance by ${preparing_fixations} fixations`,
+      `${spanRange(preparing_low_s, preparing_high_s)} of it for ${preparing_fixations} fixations that measure the distance`,
     );
   if (rail_s > 0) parts.push(`${span(rail_s)} on the rail`);
   if (hand_moves > 0) parts.push(`${hand_moves} × you push the rig, not counted`);
@@ -64,7 +64,7 @@ export function timeWords({ preparing_fixations, preparing_low_s, preparing_high
     parts.push(
       timed_captures === 1 ? "by the times of the last capture" : `by the times of the last ${timed_captures} captures`,
     );
-  else parts.push(`assumed until a capture was timed; settling, exposing and reading out alone take ${span(limit_s)}`);
+  else parts.push(`a guess before the first capture; settling, exposing and reading out alone take ${span(limit_s)}`);
   return parts.join(", ");
 }
 

@@ -20,8 +20,10 @@ export class MeasureLayer {
   #mean;
   #marks = s("g", {});
   #draft = s("g", {});
-  /** @type {Map<number, Point>} */
+  /** The pointers that are down, with the events that put them down. @type {Map<number, PointerEvent>} */
   #pointers = new Map();
+  /** Whether two fingers are on it, or were since all were up: they zoom and move the picture below. */
+  #pinching = false;
   /** @type {Point | null} where the press began, CSS px */
   #from = null;
 
@@ -67,21 +69,32 @@ export class MeasureLayer {
 
   /** @param {PointerEvent} event */
   #onPointer(event) {
-    event.stopPropagation(); // a click that measures does not fixate
+    if (event.type === "pointerdown" && event.button === 0) this.#count(event);
+    if (!this.#pinching) event.stopPropagation(); // a click that measures does not fixate
     const box = this.element.getBoundingClientRect();
     const at = { x: event.clientX - box.left, y: event.clientY - box.top };
     if (event.type === "pointerdown") this.#down(event, at);
     else if (event.type === "pointermove") this.#move(event, at);
     else if (event.type === "pointerup") this.#up(event, at);
     else this.#abandon(event.pointerId);
+    if (this.#pointers.size === 0) this.#pinching = false;
+  }
+
+  /** Note a finger; with the second one tell the picture of the first, which it has not heard of. @param {PointerEvent} event */
+  #count(event) {
+    const [first] = this.#pointers.values();
+    if (first && !this.#pinching) {
+      this.#pinching = true;
+      this.#pane.surface.dispatchEvent(new PointerEvent("pointerdown", first));
+    }
+    this.#pointers.set(event.pointerId, event);
   }
 
   /** @param {PointerEvent} event @param {Point} at */
   #down(event, at) {
     if (event.button !== 0) return;
-    this.#pointers.set(event.pointerId, at);
     this.element.setPointerCapture(event.pointerId);
-    this.#from = this.#pointers.size === 1 ? at : null; // gestures of two fingers are ignored
+    this.#from = this.#pinching ? null : at;
     this.#drawDraft(null);
   }
 

@@ -3,7 +3,7 @@
 import { Deletions } from "../../deletions.js";
 import { RequestError, outcome, request } from "../../transport/api.js";
 import { QuietReads } from "../../transport/quiet.js";
-import { unseenWords } from "./words.js";
+import { doubtWords, unseenWords } from "./words.js";
 
 /**
  * @import { MeasurementDocument, PlaceRequest } from "#api"
@@ -78,8 +78,21 @@ export class MeasureOrders {
     if (made) {
       const others = (this.#store.state.measurements ?? []).filter(({ id }) => id !== made.id);
       this.#store.set({ measurements: [made, ...others], selected_measurement: made.id });
+      this.#tellDoubt(made);
     }
     return { made, unseen: error?.slug === NOT_LOOKED_AT };
+  }
+
+  /** Say of a measurement of no use what it lacks. @param {MeasurementDocument} made */
+  #tellDoubt(made) {
+    const detail = doubtWords(made);
+    if (detail === "") return;
+    this.#withdraw = this.#commands.notify({
+      tone: "warn",
+      title: "This is uncertain",
+      detail,
+      remedy: "Measure at a place a little farther inside.",
+    });
   }
 
   /**
@@ -94,7 +107,7 @@ export class MeasureOrders {
     this.#withdraw = this.#commands.notify({
       tone: "warn",
       title: unseenWords(seen),
-      detail: "A look at it measures it.",
+      detail: "Look there to measure it.",
       action: can_look ? { label: LOOK, act: () => this.#lookAndMeasure(kind, points, unseen) } : null,
       stay_ms: PATIENCE_MS,
     });

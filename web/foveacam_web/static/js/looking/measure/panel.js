@@ -5,7 +5,7 @@ import { namedRow } from "../../panels/named_row.js";
 import { toolButton } from "../../elements/parts.js";
 import { shownOf } from "./state.js";
 import { profilePlot } from "./plot.js";
-import { factsOf, KINDS, valueText } from "./words.js";
+import { doubtWords, factsOf, KINDS, valueText } from "./words.js";
 import { API } from "../../root.js";
 import { waiting } from "../../elements/waiting.js";
 
@@ -33,9 +33,14 @@ export function mountMeasurements(place, { store, orders, exports, show }) {
     );
     update(place, listOf(state, { store, orders }));
     const row = place.querySelector("li.selected");
-    if (state.selected_measurement !== before && row instanceof HTMLElement) place.scrollTo({ top: row.offsetTop });
+    if (state.selected_measurement !== before && row) scrollTo(place, row);
     before = state.selected_measurement;
   });
+}
+
+/** Scroll a list, and not the page, to one of its rows. @param {HTMLElement} place @param {Element} row */
+function scrollTo(place, row) {
+  place.scrollTop += row.getBoundingClientRect().top - place.getBoundingClientRect().top;
 }
 
 /** @param {string} kind @param {boolean} hidden */
@@ -62,6 +67,7 @@ function listOf(state, context) {
 /** @param {MeasurementDocument} measured @param {boolean} selected @param {Context} context */
 function rowOf(measured, selected, { store, orders }) {
   const { id, kind, profile } = measured;
+  const doubt = doubtWords(measured);
   const toggle = () => store.set({ selected_measurement: store.state.selected_measurement === id ? null : id });
   const facts = () =>
     html`${profile && profilePlot(profile)}
@@ -71,7 +77,9 @@ function rowOf(measured, selected, { store, orders }) {
   return namedRow(measured, {
     what: "measurement",
     selected,
-    values: html`<span class="distance number" title=${KINDS[kind].title}>${valueText(measured)}</span>`,
+    values: html`<span class=${`distance number${doubt ? " warn-text" : ""}`} title=${doubt || KINDS[kind].title}>
+      ${valueText(measured)}
+    </span>`,
     tools: [
       toolButton("Details", "info", toggle, { pressed: selected }),
       toolButton("Delete", "trash", () => orders.remove(measured)),

@@ -23,6 +23,18 @@ export function unseenWords(seen) {
   return `The depth of the ${unseen[0] === 0 ? "first" : "second"} end is not known yet`;
 }
 
+/** A share of the distance: a point that is known worse may be of what lies behind, or before, the thing itself. */
+const DOUBTED_SHARE = 0.1;
+
+/** Return which of a measurement's points is too uncertain to be of use; empty without one. @param {MeasurementDocument} measured */
+export function doubtWords({ points }) {
+  const index = points.findIndex(({ distance_m, distance_sigma_m }) => distance_sigma_m > DOUBTED_SHARE * distance_m);
+  const point = points[index];
+  if (!point) return "";
+  const which = points.length === 1 ? "Its" : index === 0 ? "The first end’s" : "The second end’s";
+  return `${which} distance is uncertain: ${distanceText(point.distance_m, point.distance_sigma_m)}. It may be of what lies behind.`;
+}
+
 /** Format the main value of a measurement. @param {MeasurementDocument} measured */
 export function valueText({ length, plane, profile, points: [point] }) {
   if (length) return distanceText(length.length_m, length.length_sigma_m);
@@ -57,6 +69,8 @@ export function factsOf(measured) {
   }
   const snapped = Math.max(0, ...points.map(({ snapped_px }) => snapped_px));
   if (snapped > 0) facts.push(["Moved", `${number(snapped, 1)} px to the nearest pixel with depth`]);
+  const doubt = doubtWords(measured);
+  if (doubt) facts.push(["Uncertain", doubt]);
   if (points.some(({ at_edge }) => at_edge)) facts.push(["Beware", "depth jumps here: it may be of either surface"]);
   return facts;
 }

@@ -30,6 +30,8 @@ export function listenToHands(element, mean) {
     if (pointers.has(event.pointerId)) drag(pointers, event.pointerId, at(event), mean);
     mean.point(at(event));
   });
+  const two = (/** @type {TouchEvent} */ event) => event.touches.length > 1 && event.preventDefault(); // they zoom
+  element.addEventListener("touchmove", two, { passive: false });
   for (const end of ["pointerup", "pointercancel"]) {
     element.addEventListener(end, (event) => pointers.delete(/** @type {PointerEvent} */ (event).pointerId));
   }

@@ -169,6 +169,7 @@ export class MosaicViewer {
     context.imageSmoothingEnabled = scale * this.#made.cell_px < 1;
     if (shown !== "picture") this.#depth.draw(seen, scale, draw);
     this.#drawn = true;
+    this.element.classList.toggle("whole", this.#viewport.zoom <= 1);
     this.moved(this.#viewport.scale);
     if (this.#at) void this.#read(this.#at);
   }
