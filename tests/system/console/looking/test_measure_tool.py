@@ -1,9 +1,13 @@
 """The tool Measure in the console: points and lengths in the depth view, their list, refusals."""
 
+import re
+
 import pytest
 from playwright.sync_api import ViewportSize, expect
 
 from tests.support.pages.awaited import box_of, match_of
+from tests.support.pages.calibration_documents import Document
+from tests.support.pages.calibration_results import UTC
 from tests.support.pages.console_page import FIXATION_PATIENCE_MS, Console, OpenConsole, OpenShared
 from tests.support.pages.stub_server import StubServer, problem
 from tests.support.servers.server_process import Server
@@ -21,6 +25,20 @@ def open_measurements(open_console: OpenConsole, server: Server) -> Console:
     console.wait_for_frames("wide")
     console.page.locator("#tab-measurements").click()
     return console
+
+
+def measured_point(number: int) -> Document:
+    place = {"view": "wide", "x_px": 600.0, "y_px": 400.0, "snapped_px": 0.0, "at_edge": False}
+    found = {"point_rig_m": [0.0, 0.1, 2.0], "point_sigma_m": [0.001, 0.001, 0.004]}
+    point = place | found | {"fixation_id": "fix-1", "distance_m": 2.0, "distance_sigma_m": 0.004}
+    known: Document = {
+        "id": f"mea-{number}",
+        "kind": "point",
+        "label": f"Point {number}",
+        "fixation_ids": ["fix-1"],
+    }
+    known |= {"created_utc": UTC, "points": [point], "length": None, "plane": None, "profile": None}
+    return known | {"drawn_px": {"wide": [[600.0, 400.0]]}, "gaze": None}
 
 
 def test_points_and_lengths_are_measured_in_the_depth_view_and_listed(
@@ -80,11 +98,21 @@ def test_a_place_that_nobody_looked_at_is_looked_at_and_measured_by_one_button(
     expect(rows).to_have_count(before + 1, timeout=FIXATION_PATIENCE_MS)
     newest = page_server.send("GET", "/measurements").json()[0]
     assert newest["kind"] == "point"
-    row = rows.first.bounding_box()
-    box = page.locator("#measurements").bounding_box()
-    assert row is not None and box is not None
-    assert box["y"] - 1 <= row["y"] < box["y"] + box["height"]  # the list is scrolled to it
     page.keyboard.press("Escape")
+
+
+def test_list_is_scrolled_to_a_new_measurement(open_stub: OpenShared, stub: StubServer) -> None:
+    stub.answers["/measurements"] = [measured_point(number) for number in range(20, 0, -1)]
+    page = open_stub("#/").page
+    page.locator("#tab-measurements").click()
+    rows = page.locator(".measurements li")
+    expect(rows).to_have_count(20)
+    for name, place in (("Point 18", 2), ("Point 9", 11), ("Point 20", 0)):
+        expect(rows.nth(place).locator(".label")).to_have_value(name)
+        rows.nth(place).locator(".distance").click()
+        expect(rows.nth(place)).to_have_class(re.compile("selected"))
+        top = box_of(page.locator("#measurements"))["y"]
+        assert abs(box_of(rows.nth(place))["y"] - top) < 2
 
 
 def test_both_ends_that_nobody_looked_at_are_looked_at_by_one_button_and_stay_marked_until_then(
