@@ -246,7 +246,7 @@ class ViewerScene:
                 field.remove()
 
     def show_surroundings(self, mesh: DepthMesh, backdrop: DepthMesh, *, bring: bool = False) -> None:
-        """Draw the wide view in place of an older one; `bring`: turn all viewers to it.
+        """Draw the wide view in place of an older one; `bring`: turn viewers to it whose camera nobody has moved.
 
         `mesh`: where it was measured; `backdrop`: all of it, interpolated between what was.
         """
@@ -257,7 +257,7 @@ class ViewerScene:
                 self._rig.show_floor(visible=False)
             self._place_new_viewers()
             if bring and self._surroundings.outlook is not None:
-                self._viewpoints.lead_all(self._surroundings.outlook, asked=True)
+                self._viewpoints.lead_all(self._surroundings.outlook)
 
     def remove_surroundings(self) -> None:
         """Remove the wide view's surface; no effect when there is none."""

@@ -188,7 +188,7 @@ class SceneViewer(Protocol):
         ...
 
     def show_surroundings(self, mesh: DepthMesh, backdrop: DepthMesh, *, bring: bool = False) -> None:
-        """Show the coarse surface of the whole wide view; `bring`: move the viewers' cameras to it."""
+        """Show the coarse surface of the whole wide view; `bring`: turn viewers to it."""
         ...
 
     def remove_surroundings(self) -> None:

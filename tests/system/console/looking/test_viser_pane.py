@@ -196,8 +196,11 @@ def test_the_camera_goes_to_each_new_shape_until_the_person_moves_it_and_comes_b
     page.mouse.up()
     wait_for(page, lambda: scene._viewpoints.has_moved(viewer))
     scene.show_fixation("fix-3", drawn("Far", (-0.5, 0.1, 6.0), distance_m=6.0))
+    turned = np.array(viewer.camera.look_at)
+    scene.show_surroundings(wall(5.0), wall(9.0), bring=True)  # somebody's look around
     let_run(page, 1500)
-    assert not looks_at((0.0, 0.0, 6.0))
+    assert looks_at((float(turned[0]), float(turned[1]), float(turned[2])))
+    scene.remove_surroundings()
     page.locator("body").press("Alt+r")
     wait_for(page, lambda: bool(np.allclose(viewer.camera.position, 0.0, atol=0.01)))
     scene.show_fixation("fix-4", drawn("Near", (0.1, 0.1, 1.5), distance_m=1.5))

@@ -106,7 +106,9 @@ export class Scene {
       textButton("Fit", () => this.#press("F"), { kind: "tool", title: "All that was found" }),
       textButton("From the rig", () => this.#press("R"), { kind: "tool", title: "As the wide camera sees it" }),
     );
-    fill(this.#place, this.#frame, this.#cover(), tools);
+    const grey = h("p", { class: "scene-note", text: "Grey: not measured" });
+    this.#store.on(["clouds"], ({ clouds }) => (grey.hidden = clouds.length === 0));
+    fill(this.#place, this.#frame, this.#cover(), tools, grey);
   }
 
   /**

@@ -97,7 +97,7 @@ function runningWords(capturing) {
     </p>`,
     why
       ? html`<p class="order" role="status">${sentence(why)}</p>`
-      : html`<p class="note">${sentence(progress?.note)}</p>`,
+      : html`<p class="note">${progress?.phase !== "survey" && sentence(progress?.note)}</p>`,
   ];
 }
 
