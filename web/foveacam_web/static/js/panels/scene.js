@@ -107,7 +107,7 @@ export class Scene {
       textButton("From the rig", () => this.#press("R"), { kind: "tool", title: "As the wide camera sees it" }),
     );
     const grey = h("p", { class: "scene-note", text: "Grey: not measured" });
-    this.#store.on(["clouds"], ({ clouds }) => (grey.hidden = clouds.length === 0));
+    this.#store.on(["targets"], ({ targets }) => (grey.hidden = !targets?.length));
     fill(this.#place, this.#frame, this.#cover(), tools, grey);
   }
 
