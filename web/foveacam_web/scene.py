@@ -246,7 +246,7 @@ class ViewerScene:
                 field.remove()
 
     def show_surroundings(self, mesh: DepthMesh, backdrop: DepthMesh, *, bring: bool = False) -> None:
-        """Draw the wide view in place of an older one; `bring`: turn viewers to it whose camera nobody has moved.
+        """Draw the wide view in place of an older one; `bring`: turn viewers to it that nobody has moved.
 
         `mesh`: where it was measured; `backdrop`: all of it, interpolated between what was.
         """

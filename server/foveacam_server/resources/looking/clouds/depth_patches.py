@@ -26,8 +26,8 @@ REACH_PX = 1.5
 COARSE_REACH_PX = 5.0
 """The same in depths that were matched at the resolution of the wide view, which have none beside edges."""
 DOUBTED_SHARE = 0.1
-"""A standard error above this share of the depth: the look may have shown what lies behind or before the point.
-An older look that is sure is believed then."""
+"""A standard error above this share of the depth: the look may have shown what lies behind the point. An
+older look that is sure is believed then."""
 STEP_PX = 2
 """Stride at which a half-size depth map is sampled; leaves some 10 points a wide pixel."""
 
