@@ -85,6 +85,8 @@ def test_plan_is_captured_from_the_page_and_waits_where_it_was_paused(
     expect(page.locator(".above")).to_be_empty()  # whoever had the rig has it no more
     link = outcome(page).get_by_role("link", name="Show in the gallery")
     expect(link).to_have_attribute("href", re.compile("^#/gallery/datasets/cap-"))
+    mosaic = outcome(page).get_by_role("link", name="Mosaic")
+    expect(mosaic).to_have_attribute("href", re.compile("^#/gallery/datasets/cap-.*/mosaic$"))
     folder = page_rig.services.settings.data / "captures" / "from the page"
     assert (check_dataset(folder), len(Dataset.open(folder))) == ([], 4)
 
@@ -173,6 +175,18 @@ def test_warnings_come_and_go_without_moving_the_button_that_starts(
     expect(warnings).to_have_text(["Too far.", "Too dark."])
     expect(page.locator(".plan-warnings button")).to_have_count(0)  # no gaps
     assert box_of(button) == before
+
+
+def test_whole_wide_view_is_shown_with_the_plan_however_it_was_zoomed(
+    stub: StubServer, open_stub: OpenShared
+) -> None:
+    console = open_stub("#/")
+    console.wait_for_frames("wide")
+    page, zoom = console.page, console.page.locator(".pane-wide .zoom")
+    page.keyboard.press("+")
+    expect(zoom).not_to_have_text("100 %")
+    page.goto(f"{stub.url}#/capture")
+    expect(zoom).to_have_text("100 %")
 
 
 @pytest.mark.parametrize(

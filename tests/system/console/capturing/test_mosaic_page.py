@@ -66,7 +66,11 @@ def test_on_a_phone_it_fits_and_is_removed(page_server: Server, open_console: Op
     console = open_console(address(page_server), options=TOUCH)
     expect(console.page.get_by_role("application", name=re.compile("^Mosaic"))).to_be_visible(timeout=120_000)
     expect_to_fit(console.page)
-    expect(console.page.get_by_role("application")).to_have_attribute("aria-busy", "false")
+    mosaic = console.page.get_by_role("application")
+    expect(mosaic).to_have_attribute("aria-busy", "false")
+    expect(mosaic).to_have_css("touch-action", "pan-y")  # nothing to move: a finger scrolls the page
+    mosaic.press("+")
+    expect(mosaic).to_have_css("touch-action", "none")
     console.page.get_by_role("button", name="Remove").click()
     expect(console.page.get_by_role("button", name="Make the mosaic")).to_be_visible()
 

@@ -245,7 +245,12 @@ def check_long_press(phone: Console, session: CDPSession) -> None:
 def test_finger_scrolls_the_page_over_the_3d_pane_until_a_tap_hands_it_over(
     page_server: Server, open_console: OpenConsole
 ) -> None:
-    page = open_console(page_server.url, settings={"scene": True}, options=TOUCH).page
+    phone = open_console(page_server.url, settings={"scene": True}, options=TOUCH)
+    phone.wait_for_frames("wide")
+    phone.fixate(812.0, 420.0)
+    page = phone.page
+    expect(page.locator(".scene-note")).to_have_text("Grey: not measured")
+    expect(page.locator(".scene-note")).to_be_visible()
     pane, cover = page.locator("#scene"), page.get_by_role("button", name="Tap to turn and zoom")
     expect(pane.locator("iframe")).to_be_visible()
     pane.scroll_into_view_if_needed()

@@ -268,3 +268,6 @@ def test_known_share_of_the_depth_is_worded_in_full_in_the_head_of_the_3d_pane(
     assert beside or share_box["y"] >= link_box["y"] + link_box["height"]
     wait_for(head.page, lambda: head.evaluate("head => head.scrollWidth <= head.clientWidth"))
     assert share_box["y"] + share_box["height"] <= head_box["y"] + head_box["height"]
+    share.click()  # shows the view of it on this page
+    expect(head.page.locator(".pane-wide_depth")).to_be_visible()
+    assert len(head.page.context.pages) == 1
