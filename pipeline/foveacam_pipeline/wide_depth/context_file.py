@@ -79,6 +79,6 @@ def load_context(context: WideContext, path: Path, *, of: ContextIdentity) -> bo
     stored = ContextMap(cell_px=context.cell_px, **{name: content[name] for name in ARRAYS})
     if stored.known.shape[1:] != (context.rows, context.columns):
         return False
-    binning: Binning = 1 if int(content.get("reference_binning", 2)) == 1 else 2  # not stated until 0.13
+    binning: Binning = 1 if int(content.get("reference_binning", 2)) == 1 else 2  # absent until 0.13
     context.restore(stored, reference=content["reference"], binning=binning)
     return True

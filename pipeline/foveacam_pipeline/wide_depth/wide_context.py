@@ -64,7 +64,7 @@ class WideContext:
         self._lock = threading.Lock()
         self._map = ContextMap.empty(rows=self.rows, columns=self.columns, cell_px=cell_px)
         blocks = BLOCKS * self.rows, BLOCKS * self.columns
-        # Pictures of one binning each: sampled fourfold, the means of fine texture differ by more than noise.
+        # One for each binning: the means of fine texture differ between binnings by more than noise.
         self._references: dict[Binning, NDArray[np.float32]] = {
             binning: np.full(blocks, np.nan, dtype=np.float32) for binning in get_args(Binning)
         }

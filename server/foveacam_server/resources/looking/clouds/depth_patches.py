@@ -257,9 +257,9 @@ class DepthPatches:
 def _best(
     newest_first: Sequence[DepthPatch], x_px: float, y_px: float
 ) -> tuple[DepthPatch, tuple[float, float]] | None:
-    """Return the newest look's best depth at a pixel: the newest of which is not doubted, where there is one.
+    """Return the depth at a pixel by the newest look that is sure of it, else by the newest look.
 
-    A look's doubted point is known better by what its other patches show about it.
+    Of several patches of one look the one with the smallest error counts.
     """
     looks: dict[str, tuple[DepthPatch, tuple[float, float]]] = {}
     for patch in newest_first:

@@ -1,4 +1,4 @@
-// Shows what the server warns of in a plan, under the footprints; where views do not overlap, with plans whose do.
+// Shows what the server warns of in a plan, and offers plans whose views overlap where these do not.
 
 import { changing, html } from "../../elements/dom.js";
 import { count, sentence } from "../../elements/format.js";
@@ -11,7 +11,7 @@ import { denserGrid, OVERLAP_PERCENT, OVERLAPPING } from "./plan.js";
  * @typedef {{warnings: string[], gaps: boolean, denser: {columns: number, rows: number} | null}} Shown
  */
 
-const DENSEST = 2000; // points that are still offered: a quarter of an hour at two a second
+const DENSEST = 2000; // a plan of more points is not offered: it takes minutes
 
 /**
  * @param {HTMLElement} place

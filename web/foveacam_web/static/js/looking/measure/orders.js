@@ -83,7 +83,7 @@ export class MeasureOrders {
     return { made, unseen: error?.slug === NOT_LOOKED_AT };
   }
 
-  /** Say of a measurement of no use what it lacks. @param {MeasurementDocument} made */
+  /** Warn of a measurement whose points are too uncertain to be of use. @param {MeasurementDocument} made */
   #tellDoubt(made) {
     const detail = doubtWords(made);
     if (detail === "") return;
