@@ -3,6 +3,7 @@ import { test } from "node:test";
 import * as angles from "../foveacam_web/static/js/video/angles.js";
 import { EyesStay } from "../foveacam_web/static/js/video/eyes_stay.js";
 import { HEADER_BYTES, jpegOf, readHeader, socketUrl } from "../foveacam_web/static/js/video/protocol.js";
+import { placeLabels } from "../foveacam_web/static/js/video/labels.js";
 import { seeing } from "../foveacam_web/static/js/video/reach.js";
 import { sufficientScale, Viewport } from "../foveacam_web/static/js/video/viewport.js";
 import { LENS, only } from "./documents.js";
@@ -214,4 +215,26 @@ test("a page that hears of an earlier fixation compares with where that looked",
     });
   assert.equal(new EyesStay().update(at(9.02), 0), true);
   assert.equal(new EyesStay().update(at(3), 0), false);
+});
+
+test("a label lies beside its mark, on the other side where the view ends, and never over another one", () => {
+  const view = { width: 300, height: 200 };
+  const first = { at: { x: 50, y: 50 }, text: "Target 1" };
+  const close = { at: { x: 70, y: 55 }, text: "Target 2" };
+  const last = { at: { x: 280, y: 100 }, text: "Target 3" };
+  const nameless = { at: { x: 150, y: 150 }, text: "" };
+  const places = placeLabels([first, close, last, nameless], view);
+  assert.deepEqual(places[0], { x: 58, y: 54, anchor: "start" });
+  assert.equal(places[1], null, "on either side it would lie over the first label");
+  assert.deepEqual(places[2], { x: 272, y: 104, anchor: "end" });
+  assert.equal(places[3], null);
+});
+
+test("a label keeps clear of what is written already", () => {
+  const view = { width: 300, height: 200 };
+  const mark = { at: { x: 150, y: 100 }, text: "Target 1" };
+  const right = { left: 155, top: 90, right: 250, bottom: 110 };
+  assert.equal(placeLabels([mark], view, [right])[0]?.anchor, "end");
+  assert.equal(placeLabels([mark], view, [{ ...right, left: 60 }])[0], null);
+  assert.equal(placeLabels([mark], view, [{ ...right, top: 110, bottom: 130 }])[0]?.anchor, "start");
 });

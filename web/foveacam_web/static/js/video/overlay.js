@@ -1,12 +1,14 @@
 // Draws over the wide picture: footprints, steerable field, targets, what is followed, the rectangle, the crosshair.
 // It draws in CSS pixels through the viewport, so that lines and letters keep their size at any zoom.
 
-import { answerText, estimateText } from "../looking/answers.js";
+import { estimateText } from "../looking/answers.js";
 import { fill, h, html, s, setText, svg } from "../elements/dom.js";
 import { followRings, marksOf, RING_PX } from "../looking/follow/words.js";
 import { number } from "../elements/format.js";
 import { hasEnded } from "../transport/jobs.js";
 import { fieldOutline } from "./angles.js";
+import { cut } from "./labels.js";
+import { targetMarks } from "./target_marks.js";
 
 /**
  * @import { ReachDocument } from "#api"
@@ -14,8 +16,6 @@ import { fieldOutline } from "./angles.js";
  * @import { Viewport } from "./viewport.js"
  * @typedef {{x: number, y: number, width: number, height: number}} Box
  */
-
-const LABEL_PX = { width: 90, height: 13 }; // of two labels closer than this, the newer one is shown
 
 /** The overlay of one surface. */
 export class Overlay {
@@ -95,23 +95,9 @@ export class Overlay {
   }
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
-  drawMarks(viewport, { targets, hidden_targets, selected_target, current, settings }) {
-    const kept = settings.marks ? (targets ?? []).filter(({ id }) => !hidden_targets.includes(id)) : [];
-    const chosen_first = [...kept].sort((a, b) => Number(b.id === selected_target) - Number(a.id === selected_target));
-    /** @type {Point[]} */
-    const labelled = [];
-    const marks = chosen_first.map((target) => {
-      if (target.x_px === null || target.y_px === null) return null;
-      const at = viewport.toCss({ x: target.x_px, y: target.y_px });
-      const free = labelled.every(
-        (other) => Math.abs(other.x - at.x) > LABEL_PX.width || Math.abs(other.y - at.y) > LABEL_PX.height,
-      );
-      if (free) labelled.push(at);
-      const selected = target.id === selected_target;
-      const label = selected ? `${cut(target.label)}  ${answerText(target)}` : cut(target.label);
-      return mark(at, `mark basis-${target.basis}${selected ? " selected" : ""}`, free ? label : "");
-    });
-    fill(this.#marks, ...marks.reverse(), ...asked(current?.request ?? null, viewport), estimated(current, viewport));
+  drawMarks(viewport, state) {
+    const request = state.current?.request ?? null;
+    fill(this.#marks, ...targetMarks(state, viewport), ...asked(request, viewport), estimated(state.current, viewport));
   }
 
   /** @param {Viewport} viewport @param {ConsoleState} state */
@@ -197,19 +183,6 @@ function cross({ x, y }, kind, reach) {
   const gap = reach / 3;
   const arms = `M${x - reach} ${y}H${x - gap}M${x + gap} ${y}H${x + reach}M${x} ${y - reach}V${y - gap}M${x} ${y + gap}V${y + reach}`;
   return svg`<g class=${kind}><path class="under" d=${arms}></path><path d=${arms}></path></g>`;
-}
-
-/** @param {Point} at CSS px @param {string} kind @param {string} label */
-function mark({ x, y }, kind, label) {
-  return svg`<g class=${kind}>
-    <path d="M${x} ${y - 5}l5 5l-5 5l-5 -5z"></path>
-    ${label && svg`<text x=${x + 8} y=${y + 4}>${label}</text>`}
-  </g>`;
-}
-
-/** @param {string} label */
-function cut(label) {
-  return label.length > 28 ? `${label.slice(0, 27)}…` : label;
 }
 
 /** @param {Box} box @returns {Point[]} */

@@ -38,6 +38,11 @@ export class Viewport {
     return this.#zoom;
   }
 
+  /** The size of the box, CSS px. */
+  get size() {
+    return { width: this.#box.width, height: this.#box.height };
+  }
+
   /** CSS pixels for one sensor pixel. */
   get scale() {
     return this.#zoom * Math.min(this.#box.width / this.width, this.#box.height / this.height);

@@ -9,6 +9,7 @@ import { Loupe } from "./loupe.js";
 import { hintBar, Hints } from "./hints.js";
 import { Overlay, ReachLegend } from "./overlay.js";
 import { seeing } from "./reach.js";
+import { MARKS_DEPEND_ON } from "./target_marks.js";
 
 /**
  * @import { Commands, Point, Store } from "#console"
@@ -68,9 +69,7 @@ export class WideView {
       this.#legend.show(state.settings.field ? state.reach : null);
       if (this.#pointer || this.#cross) this.#showAimed(); // what is beyond reach depends on the distance looked at
     });
-    store.on(["targets", "hidden_targets", "selected_target", "current", "settings"], (state) =>
-      this.#overlay.drawMarks(pane.viewport, state),
-    );
+    store.on(MARKS_DEPEND_ON, (state) => this.#overlay.drawMarks(pane.viewport, state));
   }
 
   /** The sensor pixel under the pointer or the crosshair, if any. */

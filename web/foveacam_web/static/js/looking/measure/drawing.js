@@ -6,6 +6,7 @@ import { valueText } from "./words.js";
 /**
  * @import { MeasurementDocument } from "#api"
  * @import { MeasureDraft, MeasureKind, MeasuredView, Point } from "#page"
+ * @import { Area, Size } from "../../video/labels.js"
  * @import { Viewport } from "../../video/viewport.js"
  */
 
@@ -16,7 +17,7 @@ const LETTER_PX = 8.8; // of bold tabular figures at the label's size
  * @param {MeasurementDocument} measured
  * @param {MeasuredView} view
  * @param {Viewport} viewport
- * @param {{selected: boolean, box: {width: number, height: number}}} how `box`: the view's size, CSS px
+ * @param {{selected: boolean, box: Size}} how `box`: the view's size, CSS px
  */
 export function drawMeasurement(measured, view, viewport, { selected, box }) {
   const places = (measured.drawn_px[view] ?? []).map(([x, y]) => viewport.toCss({ x, y }));
@@ -68,18 +69,37 @@ function cross(x, y) {
 }
 
 /**
+ * Return where the value of a measurement is written, so that other labels can keep clear of it.
+ * @param {MeasurementDocument} measured
+ * @param {MeasuredView} view
+ * @param {Viewport} viewport
+ * @returns {Area}
+ */
+export function valueArea(measured, view, viewport) {
+  const places = (measured.drawn_px[view] ?? []).map(([x, y]) => viewport.toCss({ x, y }));
+  const { x, y, half } = valuePlace(valueText(measured), places, viewport.size);
+  return { left: x - half, top: y - LABEL_HEIGHT_PX, right: x + half, bottom: y + 4 };
+}
+
+/**
  * Draw the value beside the first point, inside the view.
  * @param {string} text
  * @param {Point[]} places
- * @param {{width: number, height: number}} box
+ * @param {Size} box
  */
 function label(text, places, box) {
+  const { x, y } = valuePlace(text, places, box);
+  return svg`<text class="value" x=${x} y=${y} text-anchor="middle">${text}</text>`;
+}
+
+/** @param {string} text @param {Point[]} places @param {Size} box */
+function valuePlace(text, places, box) {
   const middle = { x: mean(places.map(({ x }) => x)), y: Math.min(...places.map(({ y }) => y)) };
   const half = Math.min((text.length * LETTER_PX) / 2 + 4, box.width / 2);
   const x = Math.min(box.width - half, Math.max(half, middle.x));
   const above = middle.y - 10 > LABEL_HEIGHT_PX;
   const y = above ? middle.y - 10 : Math.max(...places.map((place) => place.y)) + LABEL_HEIGHT_PX + 4;
-  return svg`<text class="value" x=${x} y=${Math.min(box.height - 6, y)} text-anchor="middle">${text}</text>`;
+  return { x, y: Math.min(box.height - 6, y), half };
 }
 
 /** @param {number[]} values */
