@@ -72,3 +72,10 @@ test("a remedy that the detail already has is not said again", () => {
   );
   assert.equal(format.remedyOf(null), "");
 });
+
+test("a day and time are written alike everywhere, and nothing where there is none", () => {
+  assert.match(format.dayTime("2026-03-04T12:05:59Z"), /2026/);
+  assert.doesNotMatch(format.dayTime("2026-03-04T12:05:59Z"), /59/, "seconds are of no use in a list");
+  assert.equal(format.dayTime(null), "");
+  assert.equal(format.dayTime("soon"), "");
+});

@@ -90,6 +90,13 @@ export function clockTime(utc) {
   return time.toLocaleTimeString(undefined, { hour12: false });
 }
 
+/** Format a day and a time to the minute, empty where there is none. @param {string | null | undefined} utc */
+export function dayTime(utc) {
+  const time = utc ? new Date(utc) : null;
+  if (!time || Number.isNaN(time.getTime())) return "";
+  return time.toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
+}
+
 /** @param {number | null | undefined} count */
 export function count(count) {
   return count === null || count === undefined ? MISSING : count.toLocaleString("en").replaceAll(",", "\u202f");

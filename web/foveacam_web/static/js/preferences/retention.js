@@ -2,8 +2,8 @@
 
 import { outcome, request } from "../transport/api.js";
 import { html, update } from "../elements/dom.js";
-import { count, sentence } from "../elements/format.js";
-import { sizeWords, whenWords } from "../capturing/gallery/dataset_words.js";
+import { count, dayTime, sentence } from "../elements/format.js";
+import { sizeWords } from "../capturing/gallery/dataset_words.js";
 import { offers } from "../operating/session/words.js";
 import { nothing, textButton } from "../elements/parts.js";
 import { actWords, removedWords, ruleWords } from "./retention_words.js";
@@ -86,5 +86,5 @@ function dueOf(items) {
 /** @param {DueItem} item */
 function dueWords({ kind, why, size_bytes, created_utc, for_good }) {
   const one = KINDS.find(([name]) => name === kind)?.[2];
-  return `${one}, ${whenWords(created_utc)}, ${sizeWords(size_bytes)}: ${why}${for_good ? "; deleted for good" : ""}`;
+  return `${one}, ${dayTime(created_utc)}, ${sizeWords(size_bytes)}: ${why}${for_good ? "; deleted for good" : ""}`;
 }

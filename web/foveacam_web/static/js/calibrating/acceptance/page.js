@@ -2,13 +2,14 @@
 
 import { wizardAddress } from "../../addresses.js";
 import { changing, fill, h, html, setText, update } from "../../elements/dom.js";
+import { dayTime } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { badge, nothing, panel, starter } from "../../elements/parts.js";
 import { pageHead } from "../../pages.js";
 import { mountJobBar } from "../calibration/jobbar.js";
 import { mountPanTilt } from "../calibration/pantilt.js";
 import { missingStations } from "../missing_stations.js";
-import { resultOf, when, WHY } from "./result.js";
+import { resultOf, WHY } from "./result.js";
 import { faultWords, findingsOf, hasNoMarkers, lackedMarkers, motionWords, verdictOf } from "./words.js";
 import { waiting } from "../../elements/waiting.js";
 
@@ -118,7 +119,7 @@ function runList(runs, shown, choose) {
       <button
         type="button" class="plain alternative" aria-pressed=${String(run === shown)} @click=${() => choose(run.id)}
       >
-        <time datetime=${run.created_utc}>${when(run)}</time>
+        <time datetime=${run.created_utc}>${dayTime(run.created_utc)}</time>
         ${badge(tone, text)}<span class="why">${faultWords(findingsOf(run).length)}</span>
       </button>
     </li>`;

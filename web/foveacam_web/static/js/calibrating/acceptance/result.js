@@ -1,7 +1,7 @@
 // Shows one acceptance run: its verdict, what was found and what to do, and each check with its figures and picture.
 
 import { html, keyed } from "../../elements/dom.js";
-import { sentence } from "../../elements/format.js";
+import { dayTime, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { badge, panel } from "../../elements/parts.js";
 import { API } from "../../root.js";
@@ -40,7 +40,7 @@ function verdict(run) {
     html`<p class="verdict state ${tone}" role="status">${icon(tone === "good" ? "check" : "warn")}${text}</p>`,
     html`<p>${reason}</p>`,
     html`<p class="legend">
-      <time datetime=${run.created_utc}>${when(run)}</time>
+      <time datetime=${run.created_utc}>${dayTime(run.created_utc)}</time>
       ${circumstances(run).map((text) => html`<span>${text}</span>`)}
     </p>`,
     html`<p class="actions">
@@ -99,9 +99,4 @@ function figureList(figures) {
 /** @param {string} title @param {string} name @param {string} run_id */
 function picture(title, name, run_id) {
   return figure({ name, title, url: `${API}/acceptances/${run_id}/pictures/${name}.png` });
-}
-
-/** @param {AcceptanceDocument} run */
-export function when({ created_utc }) {
-  return new Date(created_utc).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
 }

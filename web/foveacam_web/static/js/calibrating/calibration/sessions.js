@@ -1,7 +1,7 @@
 // Lists the sessions, one for each calibration: open one, create one, combine several, delete one.
 
 import { changing, fill, h, html, repeat, setText } from "../../elements/dom.js";
-import { MISSING, number } from "../../elements/format.js";
+import { dayTime, MISSING, number } from "../../elements/format.js";
 import { badge, keptButton, nothing, textButton, toolButton } from "../../elements/parts.js";
 import { offers } from "../../operating/session/words.js";
 import { waiting } from "../../elements/waiting.js";
@@ -79,10 +79,7 @@ export function mountSessions(place, { store, orders, reader }) {
           </p>
           <p class="legend">
             <time datetime=${session.created_utc}>
-              ${new Date(session.created_utc).toLocaleString(undefined, {
-                dateStyle: "medium",
-                timeStyle: "short",
-              })}
+              ${dayTime(session.created_utc)}
             </time>
             <span class="number">${size(session.bytes)}</span>
           </p>

@@ -3,9 +3,9 @@
 
 import { nothing, textButton, toolButton } from "../../elements/parts.js";
 import { h, html, repeat, update } from "../../elements/dom.js";
-import { count, sentence } from "../../elements/format.js";
+import { count, dayTime, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
-import { sizeWords, whenWords } from "./dataset_words.js";
+import { sizeWords } from "./dataset_words.js";
 import "./drawn.js";
 import { galleryAddress } from "../../addresses.js";
 import { offers } from "../../operating/session/words.js";
@@ -130,7 +130,7 @@ function cardOf(entry, { state, removed, busy = "", blank, picture, facts, progr
     <div class="words">
       ${label !== "" && html`<p class="label">${label}</p>`}
       ${facts}
-      <p class="when">${created_utc && html`<time datetime=${created_utc}>${whenWords(created_utc)}</time>`}</p>
+      <p class="when">${created_utc && html`<time datetime=${created_utc}>${dayTime(created_utc)}</time>`}</p>
     </div>
     <div class="far">${progress}</div>
     <div class="tools">

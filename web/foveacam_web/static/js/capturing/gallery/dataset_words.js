@@ -1,6 +1,6 @@
 // Words for the states, plans and conditions of datasets; unknown fields are left out. Pure functions.
 
-import { angle, count, MISSING, number, sentence, span } from "../../elements/format.js";
+import { angle, count, dayTime, MISSING, number, sentence, span } from "../../elements/format.js";
 
 /**
  * @import { ArchivedDocument, CaptureDocument, PointDocument } from "#api"
@@ -74,13 +74,6 @@ export function sizeWords(bytes) {
   return bytes < 1e9 ? `${number(bytes / 1e6, 1)} MB` : `${number(bytes / 1e9, 2)} GB`;
 }
 
-/** @param {string | null} utc */
-export function whenWords(utc) {
-  const time = utc ? new Date(utc) : null;
-  if (!time || Number.isNaN(time.getTime())) return "";
-  return time.toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
-}
-
 /** @param {PointDocument} point */
 export function pointWords({ aim_ax_deg, aim_ay_deg, distance_m, rail_mm, scan }, scans = 1) {
   const aim = aim_ax_deg === null ? "" : `${angle(aim_ax_deg)} across, ${angle(aim_ay_deg)} down`;
@@ -95,7 +88,7 @@ export function pointWords({ aim_ax_deg, aim_ay_deg, distance_m, rail_mm, scan }
 export function factRows(dataset) {
   const { scans, frames } = dataset.points;
   return filled([
-    ["Taken", whenWords(dataset.created_utc)],
+    ["Taken", dayTime(dataset.created_utc)],
     ["Points", pointsWords(dataset)],
     ["Pictures", frames > 0 ? [count(frames), scans > 1 && `in ${count(scans)} scans`].filter(Boolean).join(" ") : ""],
     ["Size", dataset.size_bytes > 0 ? sizeWords(dataset.size_bytes) : ""],
@@ -269,5 +262,5 @@ function listOf(value, fits) {
 /** @param {ArchivedDocument} archived */
 export function archivedWords({ utc, bytes, local }) {
   const where = local ? "All of it is here as well." : "Only what is small is here; the rest is read from there.";
-  return `${sizeWords(bytes)}, ${whenWords(utc)}. ${where}`;
+  return `${sizeWords(bytes)}, ${dayTime(utc)}. ${where}`;
 }

@@ -1,7 +1,7 @@
 // The texts of a dataset's exports: what each is for, its progress, and the line that loads it. Pure functions.
 
-import { sentence, timeLeft } from "../../elements/format.js";
-import { sizeWords, whenWords } from "./dataset_words.js";
+import { dayTime, sentence, timeLeft } from "../../elements/format.js";
+import { sizeWords } from "./dataset_words.js";
 
 /**
  * @import { DatasetExport, JobProgress, MadeExport } from "#api"
@@ -48,7 +48,7 @@ export function exportProgress(progress) {
 
 /** @param {MadeExport} made */
 export function madeWords({ made_utc, outdated }) {
-  const made = `Made ${whenWords(made_utc)}`;
+  const made = `Made ${dayTime(made_utc)}`;
   return outdated ? `${made}; the dataset or the program has changed since.` : `${made}.`;
 }
 

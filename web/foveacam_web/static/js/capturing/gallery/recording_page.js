@@ -3,11 +3,11 @@
 import { RequestError, request } from "../../transport/api.js";
 import { badge, figures, nothing, panel } from "../../elements/parts.js";
 import { h, html, update } from "../../elements/dom.js";
-import { count, sentence } from "../../elements/format.js";
+import { count, dayTime, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf } from "./collection.js";
-import { sizeWords, whenWords } from "./dataset_words.js";
+import { sizeWords } from "./dataset_words.js";
 import { makeEditable, saveOf } from "./editable.js";
 import { makeDepth } from "../replay/depth.js";
 import { makeExports } from "../replay/exports.js";
@@ -163,7 +163,7 @@ function factRows(recording) {
   return [
     ["Length", clockWords(recording.duration_s, 1)],
     ["Size", sizeWords(recording.size_bytes)],
-    ["Recorded", whenWords(recording.created_utc)],
+    ["Recorded", dayTime(recording.created_utc)],
     ["Rig", recording.rig_id],
     ["Calibration", recording.calibration_id ?? recording.calibration_problem ?? "none in it"],
     ["File", recording.file],

@@ -3,8 +3,8 @@
 import { allHold, choiceField, numberField, panel, textButton } from "../../elements/parts.js";
 import { figure } from "../../calibrating/calibration/pictures.js";
 import { changing, h, html } from "../../elements/dom.js";
+import { dayTime } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
-import { whenWords } from "./dataset_words.js";
 import { Made } from "./made.js";
 import { referenceWords, wholeMm } from "./reference_words.js";
 
@@ -65,7 +65,7 @@ function resultOf(made, { outdated, idle, reference }) {
       })}
     </p>
     <p class=${outdated ? "warn-text" : "note"}>
-      Made ${whenWords(made_utc)}${outdated ? "; the dataset has grown since: make it again" : ""}.
+      Made ${dayTime(made_utc)}${outdated ? "; the dataset has grown since: make it again" : ""}.
     </p>`;
 }
 

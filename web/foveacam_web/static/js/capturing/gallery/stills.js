@@ -5,12 +5,12 @@ import { StillOrders } from "../capture/still_orders.js";
 import { picturesOf } from "../capture/still_shown.js";
 import { CAMERAS, crossingWords, missingWords, stillWords } from "../capture/still_words.js";
 import { html } from "../../elements/dom.js";
-import { angle, count, millis, number, sentence } from "../../elements/format.js";
+import { angle, count, dayTime, millis, number, sentence } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { archivedBadge, makeArchive } from "./archive.js";
 import { headOf, makeCheck, openEntry, openList } from "./collection.js";
 import { EntryReader, ListReader } from "./collection_readers.js";
-import { filled, sizeWords, whenWords } from "./dataset_words.js";
+import { filled, sizeWords } from "./dataset_words.js";
 import { makeEditable, saveOf } from "./editable.js";
 
 /**
@@ -140,7 +140,7 @@ function pairOf({ cameras, calibration_id, url }) {
 /** @param {StillDocument} still */
 function factRows(still) {
   return filled([
-    ["Taken", whenWords(still.created_utc)],
+    ["Taken", dayTime(still.created_utc)],
     ["What", stillWords(still)],
     ["Gazes cross", still.calibration_id === null ? "" : crossingWords(still)],
     ["Rail", still.rail_mm === null ? "" : `${number(still.rail_mm, 1)} mm`],

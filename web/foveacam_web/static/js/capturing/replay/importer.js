@@ -3,8 +3,8 @@
 import { RequestError, request } from "../../transport/api.js";
 import { galleryAddress } from "../../addresses.js";
 import { h, html, update } from "../../elements/dom.js";
-import { sentence } from "../../elements/format.js";
-import { sizeWords, whenWords } from "../gallery/dataset_words.js";
+import { dayTime, sentence } from "../../elements/format.js";
+import { sizeWords } from "../gallery/dataset_words.js";
 import { bar, textButton, toolButton } from "../../elements/parts.js";
 import { recordOptions } from "../recording/options.js";
 import { nameOf, sendRecording } from "./upload.js";
@@ -147,7 +147,7 @@ export function makeImporter({ store, commands, signal }) {
   const fileOf = (/** @type {FolderFile} */ file) =>
     html`<li>
       <span class="path" title=${file.path}>${file.path}</span>
-      <span class="why number">${sizeWords(file.size_bytes)}, ${whenWords(file.modified_utc)}</span>
+      <span class="why number">${sizeWords(file.size_bytes)}, ${dayTime(file.modified_utc)}</span>
       ${textButton(file.opened ? "Opened" : "Open", () => openFile(file), { disabled: file.opened })}
     </li>`;
   signal.addEventListener("abort", () => sendings.forEach(({ stop }) => stop.abort()));

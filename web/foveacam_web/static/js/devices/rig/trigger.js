@@ -2,7 +2,7 @@
 
 import { badge, figures, nothing, starter, textButton } from "../../elements/parts.js";
 import { changing, fill, h, html } from "../../elements/dom.js";
-import { clockTime, millis, MISSING, number, sentence } from "../../elements/format.js";
+import { dayTime, millis, MISSING, number, sentence } from "../../elements/format.js";
 import { takesOrders, VERDICTS } from "./words.js";
 
 /**
@@ -95,7 +95,7 @@ function verdictsOf(found) {
     html`<ul class="verdicts">${found.eyes.map(eyeRow)}</ul>`,
     found.created_utc &&
       html`<p class="why">
-        Tested ${new Date(found.created_utc).toLocaleDateString()} at ${clockTime(found.created_utc)}
+        Tested ${dayTime(found.created_utc)}
       </p>`,
   ];
 }

@@ -2,8 +2,7 @@
 
 import { RequestError, request } from "../../transport/api.js";
 import { h, html, update } from "../../elements/dom.js";
-import { MISSING } from "../../elements/format.js";
-import { whenWords } from "../../capturing/gallery/dataset_words.js";
+import { dayTime, MISSING } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { badge, choiceField, panel, textButton } from "../../elements/parts.js";
 import { listingTable } from "./table.js";
@@ -82,7 +81,7 @@ function tableOf(log) {
     cells: (entry) => {
       const { text, tone } = OUTCOMES[entry.outcome];
       return [
-        html`<time datetime=${entry.utc} title=${entry.utc}>${whenWords(entry.utc)}</time>`,
+        html`<time datetime=${entry.utc} title=${entry.utc}>${dayTime(entry.utc)}</time>`,
         html`<span class="name">${askerWords(entry)}</span>`,
         doingWords(entry) || MISSING,
         html`<code>${requestWords(entry)}</code>`,

@@ -3,7 +3,7 @@
 import { request } from "../../transport/api.js";
 import { ask } from "../../elements/ask.js";
 import { h, html, update } from "../../elements/dom.js";
-import { whenWords } from "../../capturing/gallery/dataset_words.js";
+import { dayTime } from "../../elements/format.js";
 import { badge, numberField, panel, textButton, tickField } from "../../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { Listing } from "./listing.js";
@@ -106,10 +106,10 @@ function cellsOf(token, listing) {
       owner !== null && owner !== created_by && html`, now of <span class="name">${owner}</span>`
     }`,
     isExpired(token, Date.now())
-      ? badge("warn", "Expired", whenWords(expires_utc))
+      ? badge("warn", "Expired", dayTime(expires_utc))
       : expires_utc === null
         ? "never"
-        : whenWords(expires_utc),
+        : dayTime(expires_utc),
     ago(last_used_utc),
     html`<span class="row-acts">
       ${textButton("Revoke", () => revoke(), { name: `Revoke the token of ${name}` })}

@@ -1,7 +1,7 @@
 // The browsers that are signed in: everybody's for admins, else one's own; and one's own password.
 
 import { h, html } from "../../elements/dom.js";
-import { whenWords } from "../../capturing/gallery/dataset_words.js";
+import { dayTime } from "../../elements/format.js";
 import { badge, panel, textButton } from "../../elements/parts.js";
 import { passwordForm } from "../session/form.js";
 import { may } from "../session/words.js";
@@ -60,7 +60,7 @@ function cellsOf(
       !current && streams > 0 && badge("plain", "open now"),
     ],
     address,
-    html`<time datetime=${created_utc} title="Until ${whenWords(expires_utc)}">${whenWords(created_utc)}</time>`,
+    html`<time datetime=${created_utc} title="Until ${dayTime(expires_utc)}">${dayTime(created_utc)}</time>`,
     ago(last_seen_utc),
     html`<span class="row-acts">
       ${textButton("Sign out", () => end(), { name: `Sign out ${user} at ${address}, ${browserWords(browser)}` })}

@@ -1,8 +1,8 @@
 // Builds the tables of the page of people; on a phone each row is a card.
 
 import { h, html, repeat, update } from "../../elements/dom.js";
+import { dayTime } from "../../elements/format.js";
 import { nothing } from "../../elements/parts.js";
-import { whenWords } from "../../capturing/gallery/dataset_words.js";
 import { refusal } from "../session/form.js";
 import { agoWords } from "./words.js";
 import { waiting } from "../../elements/waiting.js";
@@ -62,7 +62,5 @@ function cellOf(cell, { title, kind, head } = { title: "" }) {
 
 /** Show how long ago something was, with its date and time. @param {string | null} utc */
 export function ago(utc) {
-  return utc === null
-    ? "never"
-    : html`<time datetime=${utc} title=${whenWords(utc)}>${agoWords(utc, Date.now())}</time>`;
+  return utc === null ? "never" : html`<time datetime=${utc} title=${dayTime(utc)}>${agoWords(utc, Date.now())}</time>`;
 }

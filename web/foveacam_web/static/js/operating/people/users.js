@@ -3,7 +3,7 @@
 import { request } from "../../transport/api.js";
 import { choose } from "../../elements/ask.js";
 import { h, html, update } from "../../elements/dom.js";
-import { whenWords } from "../../capturing/gallery/dataset_words.js";
+import { dayTime } from "../../elements/format.js";
 import { badge, choiceField, panel, textButton, toolButton } from "../../elements/parts.js";
 import { orderForm, textField } from "../session/form.js";
 import { ROLES } from "../session/words.js";
@@ -85,7 +85,7 @@ function linkBox({ name, invitation }, done) {
   return secretBox({
     title: `Link for ${name}`,
     text: new URL(ROOT + invitation.path, location.origin).href,
-    note: `Send it to ${name}, who chooses a password there. It works once, until ${whenWords(invitation.expires_utc)}, and is shown only now.`,
+    note: `Send it to ${name}, who chooses a password there. It works once, until ${dayTime(invitation.expires_utc)}, and is shown only now.`,
     done,
   });
 }

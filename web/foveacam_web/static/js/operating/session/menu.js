@@ -2,7 +2,7 @@
 
 import { PEOPLE_ADDRESS } from "../../addresses.js";
 import { fill, h, html, setText, update } from "../../elements/dom.js";
-import { whenWords } from "../../capturing/gallery/dataset_words.js";
+import { dayTime } from "../../elements/format.js";
 import { icon } from "../../elements/icons.js";
 import { sheet } from "../../panels/dialogs.js";
 import { passwordForm } from "./form.js";
@@ -62,7 +62,7 @@ function factsOf(sign_in, { change, leave, session }) {
     void session.signOut();
   };
   return html`<p class="session-who"><b>${whoWords(sign_in)}</b> ${name}: ${does}.</p>
-    ${expires_utc && html`<p class="note">Signed in until ${whenWords(expires_utc)}.</p>`}
+    ${expires_utc && html`<p class="note">Signed in until ${dayTime(expires_utc)}.</p>`}
     <p class="actions">
       ${kind === "user" && textButton("Change password", change)}
       <a class="plain" href=${PEOPLE_ADDRESS} @click=${leave}>

@@ -2,7 +2,7 @@
 // the rig waits after every move.
 
 import { changing, h, html } from "../../../elements/dom.js";
-import { MISSING, number } from "../../../elements/format.js";
+import { dayTime, MISSING, number } from "../../../elements/format.js";
 import { figures, nothing, panel, starter } from "../../../elements/parts.js";
 import { figure, picturesOf } from "../pictures.js";
 
@@ -128,9 +128,7 @@ function waitOf({ settle_time, here, label }) {
   if (!settle_time) return [nothing("Not known before the rig is open.")];
   const { settle_us, measured, rig_file_us } = settle_time;
   const session = here ? "in this session" : label ? `in “${label}”` : "in a session that is gone";
-  const from = measured
-    ? `measured ${new Date(measured.measured_utc).toLocaleDateString(undefined, { dateStyle: "medium" })} ${session}`
-    : "the rig file, not measured";
+  const from = measured ? `measured ${dayTime(measured.measured_utc)} ${session}` : "the rig file, not measured";
   return [
     figures([
       ["In use", milliseconds(settle_us)],

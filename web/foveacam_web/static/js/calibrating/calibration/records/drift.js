@@ -1,7 +1,7 @@
 // Shows the drift checks (Sec. 3.3): each eye's drift, whether it exceeds its error, and its history.
 
 import { absent, changing, h, html } from "../../../elements/dom.js";
-import { angle, MISSING, number, sentence } from "../../../elements/format.js";
+import { angle, dayTime, MISSING, number, sentence } from "../../../elements/format.js";
 import { badge, numberField, nothing, starter } from "../../../elements/parts.js";
 import { fresh } from "../pictures.js";
 import { API } from "../../../root.js";
@@ -67,7 +67,7 @@ function resultOf(checks) {
     ${trend}
   </a>`;
   return [
-    html`<h4>Last check, ${when(last)}</h4>`,
+    html`<h4>Last check, ${dayTime(last.created_utc)}</h4>`,
     outcome(last),
     html`<div class="scroll-x">
       <table class="compare">
@@ -121,7 +121,7 @@ function history(checks) {
       ${checks.map(
         (check) =>
           html`<li>
-          <time datetime=${check.created_utc}>${when(check)}</time>
+          <time datetime=${check.created_utc}>${dayTime(check.created_utc)}</time>
           <span class="number">
             ${check.eyes
               .map((eye) => `${eye.eye} ${angle(eye.shift_x_deg, 3)} ${angle(eye.shift_y_deg, 3)}`)
@@ -132,9 +132,4 @@ function history(checks) {
       )}
     </ul>
   </details>`;
-}
-
-/** @param {DriftCheckDocument} check */
-function when({ created_utc }) {
-  return new Date(created_utc).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
 }

@@ -3,7 +3,7 @@
 import { badge, choiceField, figures, nothing, textButton } from "../../../elements/parts.js";
 import { CAPTURE_ADDRESS, CONSOLE_ADDRESS, galleryAddress } from "../../../addresses.js";
 import { changing, h, html, update } from "../../../elements/dom.js";
-import { count, pixels, sentence } from "../../../elements/format.js";
+import { count, dayTime, pixels, sentence } from "../../../elements/format.js";
 import { icon } from "../../../elements/icons.js";
 import { computedBy } from "../../../video/depth_words.js";
 import { OVERLAPPING } from "../../capture/plan.js";
@@ -155,7 +155,7 @@ function factsOf({ eye, views, width, height, tiles, size_bytes, seams, depth, m
       ["Foveae", count(views)],
       ["Size", size(width, height)],
       ["Tiles", `${count(tiles)}, ${sizeWords(size_bytes)} in all`],
-      ["Made", new Date(made_utc).toLocaleString()],
+      ["Made", dayTime(made_utc)],
     ]),
     figures([
       ["Seams", seams.after_rms_px === null ? null : `${pixels(seams.after_rms_px)} rms`],
