@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from foveacam_hardware.contract import Binning, Clock, Station
+from foveacam_pipeline.calibrate.settle.settle_values import SettleSettings
 from foveacam_pipeline.calibrate.sweep.marker_view import MarkerLayout
 from foveacam_pipeline.calibrate.watcher import ProcedureWatcher
 from foveacam_pipeline.capture.run.access import RigAccess
@@ -22,10 +23,14 @@ class RigUse(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AcceptanceOptions:
-    """How much is measured. `looks`: without a pause; `wide_s`: of the wide camera at full rate."""
+    """How much is measured.
+
+    `looks`: without a pause; `wide_s`: of the wide camera at full rate; `step`: that the mirrors are traced by.
+    """
 
     looks: int = 300
     wide_s: float = 60.0
+    step: SettleSettings = field(default_factory=lambda: SettleSettings(delays=20, ringing_delays=16))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

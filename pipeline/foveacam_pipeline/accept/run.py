@@ -249,6 +249,7 @@ class _Run:
         result, report = timing.check_timing(
             rig,
             self._limits,
+            step=self._options.step,
             lines=self._lines,
             rig_id=self._environment.rig_id,
             begun_utc=self._begun_utc,

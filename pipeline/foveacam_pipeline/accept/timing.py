@@ -29,7 +29,6 @@ TITLE = "Timing: from the command to a settled picture"
 FILTER_ORDER = 5
 SCALES = np.geomspace(0.2, 2.0, 93)
 FINE = 0.05
-TRACED = SettleSettings(delays=20, ringing_delays=16)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +46,7 @@ def check_timing(
     rig: RigUnderTest,
     limits: AcceptanceLimits,
     *,
+    step: SettleSettings,
     lines: Mapping[Role, LineState],
     rig_id: str,
     begun_utc: str,
@@ -60,7 +60,7 @@ def check_timing(
         rig_id=rig_id,
         created_utc=begun_utc,
         watch=watch,
-        settings=TRACED,
+        settings=step,
         before=before,
     )
     strobe_ms = min((state.strobe_ms or 0.0 for state in lines.values()), default=0.0)
