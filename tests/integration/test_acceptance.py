@@ -46,7 +46,8 @@ IN_CI = (
 @pytest.mark.slow
 @pytest.mark.parametrize("preset", ["rig120", "paper"])
 def test_a_sound_rig_is_accepted(preset: str) -> None:
-    found = accepted({"scene": "calibration", "preset": preset}, calibrated=True, options=replace(FEW, step=AcceptanceOptions().step))
+    options = replace(FEW, step=AcceptanceOptions().step)
+    found = accepted({"scene": "calibration", "preset": preset}, calibrated=True, options=options)
     assert [each.detail for each in found.findings] == []
     assert found.accepted
     assert [check.name for check in found.checks] == list(TITLES)

@@ -25,7 +25,7 @@ class RigUse(Protocol):
 class AcceptanceOptions:
     """How much is measured.
 
-    `looks`: without a pause; `wide_s`: of the wide camera at full rate; `step`: that the mirrors are traced by.
+    `looks`: without a pause; `wide_s`: of the wide camera at full rate; `step`: that traces the mirrors.
     """
 
     looks: int = 300

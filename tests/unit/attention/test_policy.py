@@ -33,6 +33,16 @@ def test_near_things_are_looked_at_by_each_eye_on_its_own() -> None:
     assert reachable_eyes(CALIBRATION, look.gazes) == set(EYES)
 
 
+def test_what_both_eyes_would_show_counts_once() -> None:
+    """Else two eyes at one place that is worth a look promise twice what there is to learn."""
+    here = np.hypot(*GRID.tangents.T) < 0.03
+    sigma = np.where(here[:, None], np.inf, 0.001) * np.ones((1, 9))
+    state = replace(unknown_state(len(GRID), inverse_z=NEAR_PER_M), relative_sigma=sigma)
+    look = mapping().choose(state)
+    assert look is not None
+    assert 0.5 * here.sum() < look.promised <= here.sum()
+
+
 def test_far_things_are_looked_at_by_both_eyes_at_their_distance() -> None:
     look = mapping().choose(unknown_state(len(GRID), inverse_z=FAR_PER_M))
     assert look is not None

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from foveacam_pipeline.stereo.values import DepthMap, RectifiedPair
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_server.foundation.errors import NotFound, NotLookedAt
 from foveacam_server.resources.looking.clouds.depth_patches import (
+    COARSE_REACH_PX,
     MAX_PATCHES,
     DepthPatch,
     DepthPatches,
@@ -167,6 +169,15 @@ def test_coarse_depths_count_only_where_their_fixation_measured_nothing_better()
     assert patches.at(edge_px + 7.0, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
     patches.forget("fix-1")
     assert patches.at(x_px, y_px, wide=WIDE).point_rig_m[2] == pytest.approx(2.0)
+
+
+def test_coarse_depths_that_come_late_are_as_old_as_their_fixation() -> None:
+    patches = DepthPatches()
+    patches.add(patch_at(5.0, "fix-old"))
+    patches.add(patch_at(3.0, "fix-new"))
+    late = replace(patch_at(5.0, "fix-old"), reach_px=COARSE_REACH_PX)
+    patches.add_coarse(late)
+    assert patches.at(720.0, 540.0, wide=WIDE).fixation_id == "fix-new"
 
 
 def test_a_point_that_is_doubted_is_known_better_by_what_its_look_shows_about_it() -> None:

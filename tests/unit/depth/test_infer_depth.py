@@ -143,3 +143,38 @@ def test_an_inference_is_made_anew_only_when_something_changed() -> None:
     assert again is first
     assert of_others == infer_depth(_samples(measured + 0.01), TARGET, own_chance=chances, blank=True)
     assert of_others[0].inverse_z_per_m == pytest.approx(0.135, rel=2.0e-3)
+
+
+def _edges(places: list[int], inverse_z_per_m: list[float]) -> DepthSamples:
+    return DepthSamples(
+        tangents=TARGET + RING[places],
+        inverse_z_per_m=np.array(inverse_z_per_m),
+        sigma_per_m=np.full(len(places), SIGMA_PER_M),
+    )
+
+
+SHARED = 0.4  # chance of an edge that may belong to either side
+
+
+@pytest.mark.parametrize("places", [[0], [0, 4]])
+def test_one_surface_beside_a_blank_region_is_as_likely_as_not_something_in_front(places: list[int]) -> None:
+    edges = _edges(places, [0.2] * len(places))
+    own, behind = infer_depth(edges, TARGET, own_chance=np.full(len(places), SHARED))
+    assert own.inverse_z_per_m == pytest.approx(0.2, rel=1.0e-3)
+    assert 0.45 <= own.probability <= 0.6
+    assert behind.samples == 0
+    assert behind.inverse_z_per_m + 3.0**0.5 * behind.sigma_per_m == pytest.approx(0.2, rel=1.0e-3)
+
+
+def test_one_surface_is_likely_the_target_s_if_it_surrounds_it_or_owns_an_edge() -> None:
+    around = _edges([0, 1, 2, 3], [0.2] * 4)
+    assert infer_depth(around, TARGET, own_chance=np.full(4, SHARED))[0].probability >= 0.9
+    owning = _edges([0], [0.2])
+    assert infer_depth(owning, TARGET, own_chance=np.array([0.98]))[0].probability >= 0.9
+
+
+def test_of_two_surfaces_without_an_edge_of_the_target_the_farther_is_likely() -> None:
+    two = _edges([0, 1, 2], [0.2, 0.2, 0.4])
+    best = infer_depth(two, TARGET, own_chance=np.full(3, SHARED))[0]
+    assert best.inverse_z_per_m == pytest.approx(0.2, rel=2.0e-3)
+    assert 0.75 <= best.probability <= 0.9

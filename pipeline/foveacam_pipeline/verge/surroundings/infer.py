@@ -106,10 +106,14 @@ def spread_per_m(inferred: tuple[InferredDepth, ...]) -> float:
 
 
 def _merged(divisions: Divisions) -> tuple[InferredDepth, ...]:
-    """Merge hypotheses that agree within their errors; return the probable ones, best first."""
+    """Merge hypotheses that agree within their errors; return the probable ones, best first.
+
+    That the target lies behind all samples agrees with none: it is a range of depths.
+    """
     order = np.argsort(-divisions.log_weight, kind="stable")
     weights = np.exp(divisions.log_weight[order] - divisions.log_weight[order[0]])
     values, variances = divisions.inverse_z_per_m[order], divisions.variance[order]
+    measured = divisions.samples[order] > 0
     total = float(weights.sum())
     left = np.ones(len(order), dtype=np.bool_)
     found: list[InferredDepth] = []
@@ -117,6 +121,7 @@ def _merged(divisions: Divisions) -> tuple[InferredDepth, ...]:
         head = int(np.argmax(left))
         reach = 2.0 * np.sqrt(variances[head] + np.minimum(variances, variances[head]))
         group = left & (np.abs(values - values[head]) <= reach)
+        group &= measured == measured[head]
         left &= ~group
         probability = float(weights[group].sum()) / total
         if probability < LEAST_PROBABILITY:
