@@ -27,9 +27,10 @@ def several(
 ) -> tuple[Alternative, ...]:
     """Return inferred depths in the direction of a target, (2,) tangents; none if there is only one.
 
-    `chance`: that one of them is right.
+    `chance`: that one of them is right. That it lies behind all of them has a probability and no depth.
     """
-    return _listed(inferred, target, chance=chance) if len(inferred) > 1 else ()
+    listed = _listed(inferred, target, chance=chance)
+    return listed if len(listed) > 1 else ()
 
 
 def doubted(
@@ -79,4 +80,5 @@ def _listed(
             one.probability / total,
         )
         for one in inferred
+        if one.samples > 0
     )

@@ -1,11 +1,15 @@
 """The depth of a blank point from measured points around it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from foveacam_pipeline.verge.alternatives import several
 from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
-from foveacam_pipeline.verge.surroundings.infer import LastInference, infer_depth
+from foveacam_pipeline.verge.surroundings.infer import InferredDepth, LastInference, infer_depth
+from foveacam_pipeline.verge.surroundings.stated_depth import stated_depth
 
 TARGET = np.array([0.05, -0.02])
 RING = 0.03 * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [0.7, 0.7]])
@@ -178,3 +182,16 @@ def test_of_two_surfaces_without_an_edge_of_the_target_the_farther_is_likely() -
     best = infer_depth(two, TARGET, own_chance=np.full(3, SHARED))[0]
     assert best.inverse_z_per_m == pytest.approx(0.2, rel=2.0e-3)
     assert 0.75 <= best.probability <= 0.9
+
+
+def test_of_what_lies_behind_all_that_is_measured_no_distance_is_stated_or_listed() -> None:
+    own = InferredDepth(
+        inverse_z_per_m=0.2, sigma_per_m=0.002, probability=0.45, samples=2, owned=False, held=False
+    )
+    behind = replace(own, inverse_z_per_m=0.1, sigma_per_m=0.058, probability=0.55, samples=0)
+    assert stated_depth((behind, own), farthest_per_m=0.2, blank=True) is None
+    assert stated_depth((own, behind), farthest_per_m=0.2, blank=True) is not None
+    assert several((own, behind), TARGET) == ()
+    other = replace(own, inverse_z_per_m=0.15, probability=0.25)
+    listed = several((behind, own, other), TARGET)
+    assert [one.probability for one in listed] == pytest.approx([0.45 / 1.25, 0.25 / 1.25])

@@ -29,9 +29,9 @@ def stated_depth(
     For a doubtful inference the error covers all of them; without a point certain to be of the target's
     surface it includes the chance of a gap. `farthest_per_m`: 1/Z of the farthest measured one about it.
     `blank`: whether the target lies in a blank region of at least `BLANK_SHARE`, not among textures. None:
-    nothing is inferred, or too uncertain.
+    nothing is inferred, or too uncertain, or most probably something behind all that is measured.
     """
-    if not inferred:
+    if not inferred or inferred[0].samples == 0:
         return None
     best = inferred[0]
     sure = best.probability >= SURE_PROBABILITY and best.samples >= LEAST_SAMPLES
