@@ -221,7 +221,9 @@ def test_measured_settle_time_is_put_in_use_and_the_rig_files_again(
     back = wait.get_by_role("button", name="Use the rig file’s 14.0 ms")
     expect(back).to_be_disabled()
     wait.get_by_role("button", name="Use the measured 11.2 ms").click()
-    expect(wait.locator("dl")).to_contain_text(re.compile("11.2 msKnown frommeasured .*2026 in this session"))
+    expect(wait.locator("dl")).to_contain_text(
+        re.compile("11.2 msKnown frommeasured Mar 14, 2026, .* in this session")
+    )
     expect(wait.get_by_role("button", name="Use the measured 11.2 ms")).to_be_disabled()
     back.click()
     expect(wait.locator("dl")).to_contain_text("the rig file, not measured")
