@@ -1,10 +1,12 @@
 """Serves the files of the pages: compressed once each, cached by browsers under versioned addresses.
 
-A page's style sheets are joined into one, so that a page on a slow line waits for a single file.
+Style sheets that a page links one after another are joined into one, so that a page on a slow line waits
+for a single file; those in a `<template>` are a second one, which the page fetches when it needs it.
 """
 
 import gzip
 import hashlib
+import itertools
 import re
 import time
 from functools import lru_cache
@@ -25,7 +27,7 @@ NO_STALE_PAGES = {"Cache-Control": "no-cache"}
 """Cache header: the browser revalidates its copy each time, so that page and server have the same version."""
 FOR_GOOD = {"Cache-Control": "public, max-age=31536000, immutable"}
 JOINED = "joined/"
-"""Folder in the address of a page's joined style sheets: `joined/index.html.css`; no such files exist."""
+"""Folder in the address of a page's joined style sheets: `joined/0/index.html.css`; no such files exist."""
 
 _TEXTS = frozenset({".css", ".html", ".js", ".json", ".map", ".svg", ".txt"})
 _SMALLEST_BYTES = 500
@@ -35,6 +37,8 @@ _LEVEL = 9
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 """A comment of a style sheet; all of them are 1.7 kB of what a browser fetches before its first picture."""
 _SHEET = re.compile(r'<link rel="stylesheet" href="/static/(css/[^"]+)">\s*')
+_RUN = re.compile(rf"(?:{_SHEET.pattern})+")
+"""Links to style sheets one after another, to be joined."""
 
 
 def version(folder: Path = STATIC) -> str:
@@ -92,9 +96,9 @@ class VersionedFiles(CompressedFiles):
         first, _, rest = path.partition("/")
         versioned = first.startswith("v-")
         name = rest if versioned else path
-        page = name.removeprefix(JOINED).removesuffix(".css")
-        if name.startswith(JOINED) and page in page_names() and scope["method"] in ("GET", "HEAD"):
-            response = _sheet_response(joined_sheets(page), scope)
+        sheets = joined_at(name)
+        if sheets is not None and scope["method"] in ("GET", "HEAD"):
+            response = _sheet_response(sheets, scope)
         else:
             response = await super().get_response(name, scope)
         current = versioned and first == _version_in(int(time.monotonic()))
@@ -107,24 +111,27 @@ def page_names() -> set[str]:
     return {path.name for path in STATIC.glob("*.html")}
 
 
-def sheets_of(page: str) -> list[str]:
-    """Return the style sheets linked by a page, in their order."""
-    return _SHEET.findall(_text_of(page))
+def sheets_of(page: str) -> list[list[str]]:
+    """Return the style sheets linked by a page, in their order: a list for each that joins them."""
+    return [_SHEET.findall(run.group()) for run in _RUN.finditer(_text_of(page))]
 
 
-def joined_sheets(page: str) -> str:
-    """Return all style sheets of a page as one, without comments."""
-    return _COMMENT.sub("", "\n".join(_text_of(sheet) for sheet in sheets_of(page)))
+def joined_at(address: str) -> str | None:
+    """Return the style sheets that `address` joins, as one without comments; None if it joins none."""
+    run, _, page = address.removeprefix(JOINED).removesuffix(".css").partition("/")
+    if not address.startswith(JOINED) or page not in page_names() or not run.isdecimal():
+        return None
+    runs = sheets_of(page)
+    if int(run) >= len(runs):
+        return None
+    return _COMMENT.sub("", "\n".join(_text_of(sheet) for sheet in runs[int(run)]))
 
 
 def with_joined_sheets(page: str) -> str:
-    """Return a page's HTML with a single link that replaces those to its style sheets."""
-    text = _text_of(page)
-    first = _SHEET.search(text)
-    if first is None:
-        return text
-    link = f'<link rel="stylesheet" href="/static/{JOINED}{page}.css">\n'
-    return text[: first.start()] + link + _SHEET.sub("", text[first.start() :])
+    """Return a page's HTML with a single link that replaces those to style sheets one after another."""
+    number = itertools.count()
+    link = '<link rel="stylesheet" href="/static/{}{}/{}.css">\n'
+    return _RUN.sub(lambda _: link.format(JOINED, next(number), page), _text_of(page))
 
 
 def _sheet_response(text: str, scope: Scope) -> Response:

@@ -30,7 +30,8 @@ def browser() -> Iterator[httpx.Client]:
 
 
 def addresses_of(page: str) -> list[str]:
-    return re.findall(r'(?:src|href)="(/static/[^"]+)"', page)
+    at_once = re.sub(r"<template.*?</template>", "", page, flags=re.DOTALL)
+    return re.findall(r'(?:src|href)="(/static/[^"]+)"', at_once)
 
 
 def imported_by(address: str, text: str) -> set[str]:
@@ -72,19 +73,27 @@ def test_a_page_names_every_module_that_its_script_imports(browser: httpx.Client
     assert modules - imported - set(entry) <= {address for address in named if address.endswith("theme.js")}
 
 
-def test_style_sheets_come_as_one_in_their_order_without_comments(browser: httpx.Client) -> None:
-    page = browser.get("/")
-    (address,) = re.findall(r'<link rel="stylesheet" href="([^"]+)">', page.text)
-    sheet = browser.get(address)
-    assert sheet.headers["content-type"].startswith("text/css")
-    assert "immutable" in sheet.headers["Cache-Control"]
-    named = re.findall(r'href="/static/(css/[^"]+)"', (STATIC / "index.html").read_text(encoding="utf-8"))
-    assert len(named) > 20
-    joined = "\n".join((STATIC / name).read_text(encoding="utf-8") for name in named)
-    assert sheet.text == re.sub(r"/\*[^*]*\*/", "", joined)
-    assert "/*" in joined
-    assert "/*" not in sheet.text
-    assert browser.get(address.replace("index.html", "nothing.html")).status_code == 404
+def test_style_sheets_come_as_one_and_those_of_the_panels_as_a_later_one(browser: httpx.Client) -> None:
+    text = (STATIC / "index.html").read_text(encoding="utf-8")
+    first, later = re.split(r"<template", text)
+    served_first, served_later = re.split(r"<template", browser.get("/").text)
+    for source, served in ((first, served_first), (later, served_later)):
+        (address,) = re.findall(r'<link rel="stylesheet" href="([^"]+)">', served)
+        sheet = browser.get(address)
+        assert sheet.headers["content-type"].startswith("text/css")
+        assert "immutable" in sheet.headers["Cache-Control"]
+        named = re.findall(r'href="/static/(css/[^"]+)"', source)
+        assert len(named) > 5
+        joined = "\n".join((STATIC / name).read_text(encoding="utf-8") for name in named)
+        assert sheet.text == re.sub(r"/\*[^*]*\*/", "", joined)
+        assert "/*" in joined
+        assert "/*" not in sheet.text
+
+
+@pytest.mark.parametrize("address", ["0/nothing.html", "2/index.html", "-1/index.html", "index.html"])
+def test_an_address_that_joins_no_style_sheets_is_not_found(browser: httpx.Client, address: str) -> None:
+    assert browser.get("/static/joined/0/index.html.css").status_code == 200
+    assert browser.get(f"/static/joined/{address}.css").status_code == 404
 
 
 def test_a_module_that_is_loaded_later_is_not_among_those_of_the_start() -> None:

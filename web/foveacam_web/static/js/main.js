@@ -53,7 +53,7 @@ void complete();
 async function complete() {
   if (!Object.values(pagesAt(location.hash)).some(Boolean)) await firstPicture();
   try {
-    await import("./console.js");
+    await Promise.all([laterStyles(), import("./console.js")]);
   } catch (error) {
     toasts.show({
       tone: "bad",
@@ -64,6 +64,20 @@ async function complete() {
     });
     throw error;
   }
+}
+
+/** Fetch the style sheets of the panels and pages. */
+async function laterStyles() {
+  const { content } = /** @type {HTMLTemplateElement} */ (need("later-styles"));
+  const links = [...content.querySelectorAll("link")];
+  const loaded = links.map((link) => {
+    return new Promise((resolve, reject) => {
+      link.addEventListener("load", resolve);
+      link.addEventListener("error", reject);
+    });
+  });
+  document.head.append(content);
+  await Promise.all(loaded);
 }
 
 /** Return when a view has shown its first picture, or when the server has none, or cannot be reached. */
