@@ -19,6 +19,8 @@ PLACE_SIGMA_PX = 1.0
 """Standard error of the image tracker's position, wide px."""
 FIRST_SIGMA_SHARE = 0.05
 LOST_MISSES = 10
+FADING_S = 10.0
+"""Time constant of a target's velocity: it hardly fades within `LONGEST_LEAD_NS`."""
 LONGEST_LEAD_NS = 500_000_000
 """Longest prediction beyond the last image that showed the target; after it the prediction stands still."""
 FARTHEST_M = 100.0
@@ -55,7 +57,7 @@ class TargetGuide:
         """Score of the tracker's match; None without a tracker and while it does not find the target."""
         point = np.append(target, 1.0) / max(inverse_z_per_m, 1.0 / FARTHEST_M)
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
-        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
+        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns, fading_s=FADING_S)
         self._tracker = _started(frame, self._pixel(target), settings)
 
     @property
@@ -83,7 +85,7 @@ class TargetGuide:
             inverse_z_per_m = max(1.0 / FARTHEST_M, self._filter.at(frame.t_ns).inverse_z_per_m)
             point = np.append(self._target, 1.0) / inverse_z_per_m
             sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
-            self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns)
+            self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=frame.t_ns, fading_s=FADING_S)
 
     def see_point(self, t_ns: int, point: LocatedPoint) -> None:
         """Update the filter of a tracked target with the depth measured by a look; no effect when fixed."""

@@ -4,6 +4,8 @@ OpenCV 5 has no KCF: its trackers are networks, whose weights it does not ship, 
 image.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,11 +68,16 @@ class CorrelationFilterTracker:
         right, down, height = _peak_of_period(answer)
         if height < FOUND_PEAK:
             self._lost = True
+            self._finder.misses = max(1, self._finder.misses)
             return None
         self._lost = False
         self._at = expected[0] + right, expected[1] + down
         self._learn(image)
         return TrackMatch(x_px=self._at[0], y_px=self._at[1], score=min(1.0, height))
+
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        """Set where other targets are, px: a lost target is not found there."""
+        self._finder.avoid(places_px)
 
     def refuse(self) -> None:
         """Reject the last match as another object; the target is then searched for elsewhere."""

@@ -201,8 +201,11 @@ class Follower:
             return
         self._wide_seq, self._wide_ns = frame.seq, frame.t_ns
         wide = gray(to_uint8(frame))
-        for target in self._targets.values():
-            target.see_wide(frame, wide)
+        places_px: list[tuple[float, float]] = []
+        for target in sorted(self._targets.values(), key=lambda one: one.missed):
+            target.see_wide(frame, wide, places_px)
+            if (seen_px := target.seen_px) is not None:
+                places_px.append(seen_px)
 
     def _time(self, t_ns: int) -> None:
         if self._last_ns:

@@ -1,5 +1,6 @@
 """Interface and value types of single-target image trackers."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, TypeAlias
@@ -55,6 +56,10 @@ class ImageTracker(Protocol):
 
         `near`: its expected position, px; None: where it was found last.
         """
+        ...
+
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        """Set where other targets are, px: a lost target is not found there."""
         ...
 
     def refuse(self) -> None:

@@ -4,6 +4,7 @@ No library is used for six states and two kinds of measurement, 60 lines of line
 unmaintained since 2018, Stone Soup is a whole framework.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ class PositionEstimate:
 
 
 class PositionFilter:
-    """Kalman filter of one point under the nearly constant velocity model (white-noise acceleration)."""
+    """Kalman filter of one point whose velocity changes at random and fades."""
 
     def __init__(
         self,
@@ -64,24 +65,23 @@ class PositionFilter:
         *,
         sigma_m: float,
         t_ns: int,
+        fading_s: float,
         velocity_rig_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """`sigma_m`: standard error of the position, each axis; that of the velocity is a constant."""
+        """`sigma_m`: standard error of the position, each axis; that of the velocity is a constant.
+
+        `fading_s`: time constant of the velocity, after which it is unrelated to what it was.
+        """
         self._t_ns = t_ns
+        self._fading_s = fading_s
         self._state = np.concatenate([position_rig_m, velocity_rig_m_s])
         self._covariance = np.diag([sigma_m**2] * 3 + [FIRST_SPEED_M_PER_S**2] * 3)
 
     def copy(self) -> "PositionFilter":
         """Return an independent filter with the same state and covariance."""
-        other = PositionFilter(self._state[:3], sigma_m=1.0, t_ns=self._t_ns)
+        other = PositionFilter(self._state[:3], sigma_m=1.0, t_ns=self._t_ns, fading_s=self._fading_s)
         other._state, other._covariance = self._state.copy(), self._covariance.copy()
         return other
-
-    def rest(self, t_ns: int) -> None:
-        """Set the velocity to zero from `t_ns` on, when the last estimate of it is too old to coast on."""
-        self._state, self._covariance = self._moved(t_ns)
-        self._t_ns = t_ns
-        self._state[3:] = 0.0
 
     def at(self, t_ns: int) -> PositionEstimate:
         """Return the estimate at a time, before or after the newest measurement."""
@@ -129,12 +129,39 @@ class PositionFilter:
     def _moved(self, t_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return state and covariance predicted to `t_ns`, with process noise for the interval."""
         dt_s = (t_ns - self._t_ns) / 1e9
-        step = np.eye(6)
-        step[:3, 3:] = dt_s * np.eye(3)
-        age_s = abs(dt_s)
-        block = np.array([[age_s**3 / 3.0, age_s**2 / 2.0], [age_s**2 / 2.0, age_s]])
-        noise = ACCELERATION_PSD * np.kron(block, np.eye(3))
-        return step @ self._state, step @ self._covariance @ step.T + noise
+        transition, noise = _motion(dt_s, self._fading_s) if dt_s >= 0.0 else _motion_back(dt_s)
+        step, spread = np.kron(transition, np.eye(3)), np.kron(noise, np.eye(3))
+        return step @ self._state, step @ self._covariance @ step.T + spread
+
+
+def led_s(dt_s: float, fading_s: float) -> float:
+    """Return how long a constant velocity takes for the way of a fading one in `dt_s`.
+
+    Back in time (`dt_s` < 0) no velocity fades: the same time is returned.
+    """
+    return dt_s if dt_s < 0.0 else fading_s * (1.0 - math.exp(-dt_s / fading_s))
+
+
+def _motion(dt_s: float, fading_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the transition of position and velocity along one axis, (2, 2), and its noise.
+
+    An integrated Ornstein-Uhlenbeck process: the velocity fades with the time constant `fading_s`.
+    """
+    kept, twice = math.exp(-dt_s / fading_s), math.exp(-2.0 * dt_s / fading_s)
+    moved_s = led_s(dt_s, fading_s)
+    speed = fading_s / 2.0 * (1.0 - twice)
+    place = fading_s**2 * (dt_s - 2.0 * moved_s + speed)
+    both = moved_s**2 / 2.0
+    return np.array([[1.0, moved_s], [0.0, kept]]), ACCELERATION_PSD * np.array(
+        [[place, both], [both, speed]]
+    )
+
+
+def _motion_back(dt_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the same for a short time back, at constant velocity; its noise adds to the uncertainty too."""
+    age_s = -dt_s
+    noise = np.array([[age_s**3 / 3.0, age_s**2 / 2.0], [age_s**2 / 2.0, age_s]])
+    return np.array([[1.0, dt_s], [0.0, 1.0]]), ACCELERATION_PSD * noise
 
 
 def _jacobian(position_rig_m: NDArray[np.float64]) -> NDArray[np.float64]:

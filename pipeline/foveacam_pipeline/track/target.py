@@ -1,5 +1,7 @@
 """One followed target: its image tracker, its templates in the foveae, its position and velocity."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -11,6 +13,7 @@ from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.track.fovea_match import FOUND_SCORE, LOST_RATIOS, FoveaPicture, FoveaReading
 from foveacam_pipeline.track.image_tracker import TrackBox, TrackerKind, TrackMatch
 from foveacam_pipeline.track.position_filter import PositionEstimate, PositionFilter
+from foveacam_pipeline.track.template_tracker import BESIDE
 from foveacam_pipeline.track.trackers import start_tracker
 from foveacam_pipeline.verge.aim import aim_at, reaches
 
@@ -26,8 +29,9 @@ AGAIN_SCORE = 0.7
 """Least correlation of both foveae to re-acquire a lost target."""
 FASTEST_M_PER_S = 5.0
 """Speed limit of the motion gate: a reading farther from the prediction is of another object."""
-COAST_NS = 1_500_000_000
-"""Longest coasting: an occluded target is predicted at constant velocity this long, then at rest."""
+FADING_S = 0.7
+"""Time constant of a target's velocity. One that is hidden is predicted on its way for a while, then at rest.
+At constant speed the depth of a walker that only the wide view saw ran off, by 7 of 9 m in a few seconds."""
 FIRST_SIGMA_SHARE = 0.02
 """Least standard error of the first position, as a share of its distance."""
 
@@ -87,7 +91,9 @@ class FollowedTarget:
         point = np.asarray(point_rig_m)
         t_ns = sighting.left.t_ns
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
-        self._filter = PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns, velocity_rig_m_s=velocity_rig_m_s)
+        self._filter = PositionFilter(
+            point, sigma_m=sigma_m, t_ns=t_ns, fading_s=FADING_S, velocity_rig_m_s=velocity_rig_m_s
+        )
         self._confirmed = self._filter.copy()
         """Filter updated by the foveae alone, because the tracker may follow an occluder in the wide view."""
         self._picture = FoveaPicture(
@@ -97,7 +103,7 @@ class FollowedTarget:
             inverse_z_per_m=1.0 / point[2],
         )
         self._wide: tuple[int, TrackMatch] | None = None
-        self._misses, self._other, self._rests = 0, 0, False
+        self._misses, self._other = 0, 0
         self._looks, self._hits, self._score = 0, 0, 1.0
         self._last_hit_ns = t_ns
         self.use_tracker(tracker, wide, sighting.wide.t_ns)
@@ -128,7 +134,9 @@ class FollowedTarget:
         if not self.lost:
             return fused
         confirmed = self._confirmed.at(t_ns), False
-        first, second = (confirmed, fused) if self._misses % 2 == 0 else (fused, confirmed)
+        untried = self._wide is not None and self._other == 0
+        by_wide = untried or self._misses % 2 == 1
+        first, second = (fused, confirmed) if by_wide else (confirmed, fused)
         return first if self._reaches(first[0]) or not self._reaches(second[0]) else second
 
     @property
@@ -151,13 +159,29 @@ class FollowedTarget:
         gazes = aim_at(self._calibration, estimate.tangents, estimate.inverse_z_per_m)
         return reaches(self._calibration, gazes)
 
-    def see_wide(self, frame: Frame, wide: NDArray[np.uint8]) -> None:
-        """Track the target in a newer wide frame and update its position; `wide`: the frame in grey."""
+    @property
+    def seen_px(self) -> tuple[float, float] | None:
+        """Its place in the newest wide frame, px; None where it is not sure to be there."""
+        if self.missed or self._wide is None:
+            return None
+        return self._wide[1].x_px, self._wide[1].y_px
+
+    def see_wide(
+        self, frame: Frame, wide: NDArray[np.uint8], others_px: Sequence[tuple[float, float]] = ()
+    ) -> None:
+        """Track the target in a newer wide frame and update its position.
+
+        `wide`: the frame in grey. `others_px`: places of other targets in it.
+        """
+        self._tracker.avoid(others_px)
         expected = self._wide_place(frame.t_ns)
         near = expected + self._bias_px
         match = self._tracker.update(wide, None if self.lost else (float(near[0]), float(near[1])))
         if match is None:
             self._wide = None
+            return
+        if self.missed and self._is_another((match.x_px, match.y_px), others_px):
+            self._refuse()
             return
         self._wide = frame.t_ns, match
         place = np.array([match.x_px, match.y_px]) - self._bias_px
@@ -185,7 +209,6 @@ class FollowedTarget:
             self._misses += 1
             if by_wide:
                 self._doubt()
-            self._coast(t_ns)
             return None
         self._take(reading)
         return reading
@@ -232,7 +255,6 @@ class FollowedTarget:
             self._confirmed = self._filter_at(tangents, inverse_z, reading.t_ns)
         if not taken or self.lost:  # the wide view followed something else
             self._filter = self._confirmed.copy()
-        self._rests = False
         self._misses = self._other = 0
         self._hits += 1
         self._score, self._last_hit_ns = reading.score, reading.t_ns
@@ -256,22 +278,25 @@ class FollowedTarget:
         """Refuse the tracker's match when two looks at it, without a hit between, do not show the target."""
         self._other += 1
         if self._other >= 2 and self._wide is not None:
-            self._tracker.refuse()
-            self._filter = self._confirmed.copy()
-            self._wide, self._other = None, 0
-            self._misses = max(self._misses, LOST_MISSES)
+            self._refuse()
 
-    def _coast(self, t_ns: int) -> None:
-        """End the coasting of a target after `COAST_NS`: it then rests at its predicted position."""
-        if t_ns - self._last_hit_ns > COAST_NS and not self._rests:
-            self._rests = True
-            self._confirmed.rest(self._last_hit_ns + COAST_NS)
+    def _is_another(self, place_px: tuple[float, float], others_px: Sequence[tuple[float, float]]) -> bool:
+        """Return whether a match of the image tracker shows another target, which hides this one."""
+        near = BESIDE * max(self._box_px)
+        return any(math.dist(place_px, other_px) < near for other_px in others_px)
+
+    def _refuse(self) -> None:
+        """Reject the image tracker's match; the target is lost, and where the foveae saw it move."""
+        self._tracker.refuse()
+        self._filter = self._confirmed.copy()
+        self._wide, self._other = None, 0
+        self._misses = max(self._misses, LOST_MISSES)
 
     def _filter_at(self, tangents: NDArray[np.float64], inverse_z: float, t_ns: int) -> PositionFilter:
         """Return a new filter at a position that is unrelated to the previous track, with zero velocity."""
         point = np.append(tangents, 1.0) / inverse_z
         sigma_m = FIRST_SIGMA_SHARE * float(np.linalg.norm(point))
-        return PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns)
+        return PositionFilter(point, sigma_m=sigma_m, t_ns=t_ns, fading_s=FADING_S)
 
     def _wide_place(self, t_ns: int, known: PositionFilter | None = None) -> NDArray[np.float64]:
         """Return the position in the wide view, (2,) px, predicted by `known` or the main filter."""

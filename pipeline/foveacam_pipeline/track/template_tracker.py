@@ -4,6 +4,8 @@ The first template never changes and prevents drift; the second adapts to the ta
 target is searched for about its expected position, wider with each image, then in the whole image.
 """
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +36,8 @@ SMOOTHING = 0.3
 WIDENING_MISSES = 5
 """Images in a row without the target after which the whole image is searched."""
 STRIDE = 2
+BESIDE = 0.75
+"""Distance from another target, in sides of the box, within which a match shows a part of that one."""
 LEAST_CONTRAST = 1.0
 """Least standard deviation of a box with enough texture to track, grey levels."""
 
@@ -47,6 +51,7 @@ class TemplateTracker:
         self._at = (0.0, 0.0)
         self._move_px = 0.0
         self._refused: tuple[float, float] | None = None
+        self._others: tuple[tuple[float, float], ...] = ()
         self.misses = 0
         """Images in a row in which the target was not found."""
 
@@ -80,6 +85,10 @@ class TemplateTracker:
         self._renew(image, found)
         return found
 
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        """Set where other targets are, px: a lost target is not found there."""
+        self._others = tuple(places_px)
+
     def refuse(self) -> None:
         """Reject the last match as another object; the target is then searched for elsewhere."""
         self.misses = WIDENING_MISSES + 1
@@ -101,7 +110,10 @@ class TemplateTracker:
         reach = self._reach_px()
         while True:
             part = cut_box(image, x_px=x, y_px=y, width_px=width + 2 * reach, height_px=height + 2 * reach)
-            right, down, score = peak(score_map(part, template))
+            scores = score_map(part, template)
+            if self.misses > 0:
+                self._leave_out(scores, self._others, corner=(x - reach, y - reach))
+            right, down, score = peak(scores)
             beside = max(abs(right - reach), abs(down - reach))
             if beside < reach or score < FOUND_SCORE or reach == MOST_REACH_PX:
                 return TrackMatch(x_px=x - reach + right, y_px=y - reach + down, score=score)
@@ -113,12 +125,8 @@ class TemplateTracker:
         small, template = _halved(image), _halved(self._first)
         scores = score_map(small, template)
         middle_y, middle_x = ((side - 1) / 2 / STRIDE for side in (height, width))
-        if self._refused is not None:
-            refused = tuple(
-                round(value / STRIDE - middle)
-                for value, middle in zip(self._refused, (middle_x, middle_y), strict=True)
-            )
-            cv2.circle(scores, refused, round(max(middle_x, middle_y)), -1.0, thickness=-1)
+        left_out = self._others if self._refused is None else (*self._others, self._refused)
+        self._leave_out(scores, left_out, corner=(STRIDE * middle_x, STRIDE * middle_y), stride=STRIDE)
         x, y, _ = peak(scores)
         about = round(STRIDE * (x + middle_x)), round(STRIDE * (y + middle_y))
         part = cut_box(
@@ -132,6 +140,20 @@ class TemplateTracker:
         return TrackMatch(
             x_px=about[0] - LEAST_REACH_PX + right, y_px=about[1] - LEAST_REACH_PX + down, score=score
         )
+
+    def _leave_out(
+        self,
+        scores: NDArray[np.float32],
+        places_px: Sequence[tuple[float, float]],
+        *,
+        corner: tuple[float, float],
+        stride: int = 1,
+    ) -> None:
+        """Set the scores about some places to the least; `corner`: place of the first score, px."""
+        radius = round(BESIDE * max(self._first.shape) / stride)
+        for x_px, y_px in places_px:
+            at = round((x_px - corner[0]) / stride), round((y_px - corner[1]) / stride)
+            cv2.circle(scores, at, radius, -1.0, thickness=-1)
 
     def _renew(self, image: GreyImage, found: TrackMatch) -> None:
         height, width = self._first.shape

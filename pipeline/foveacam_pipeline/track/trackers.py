@@ -1,5 +1,7 @@
 """Factory of the image trackers, and their adapter to binned images."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
@@ -53,6 +55,10 @@ class BinnedTracker:
             return None
         x_px, y_px = sensor_px(np.array([match.x_px, match.y_px]), self._binning).tolist()
         return TrackMatch(x_px=x_px, y_px=y_px, score=match.score)
+
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        """Set where other targets are, px: a lost target is not found there."""
+        self._tracker.avoid([self._picture(x_px, y_px) for x_px, y_px in places_px])
 
     def refuse(self) -> None:
         """Reject the last match as another object; the target is then searched for elsewhere."""

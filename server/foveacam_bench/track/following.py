@@ -111,6 +111,7 @@ def run(*, quick: bool = False, binning: Binning = 1) -> Figures:
         "multi_rate_ratio": min(four.rates_hz) / (single_hz / len(FOUR)),
         "age_p99_over_fair": float(np.quantile(four.ages_s, 0.99)) / fair_s,
         "multi_in_fovea_fraction": _share(four.in_fovea),
+        "multi_lost_fraction": four.lost_looks / four.looks,
         "multi_position_rel_rms": rms(np.array(four.relative_errors)),
         "crossed_in_fovea_fraction": _share(crossed.in_fovea),
         "crossed_lost_looks": crossed.lost_looks,

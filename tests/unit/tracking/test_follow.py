@@ -1,7 +1,7 @@
 """Followed targets on a painted rig: what moves, hides, leaves the field, and what a tracker mistakes."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -195,6 +195,9 @@ class RunawayTracker:
         self._place = x_px + 12.0, y_px - 4.0
         return TrackMatch(x_px=self._place[0], y_px=self._place[1], score=0.9)
 
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        self.tracker.avoid(places_px)
+
     def refuse(self) -> None:
         self.refusals += 1
         self.tracker.refuse()
@@ -271,6 +274,67 @@ def test_of_eight_targets_one_is_lost_and_the_others_are_followed_as_before() ->
     counts = [looked_at.count(f"{number}") for number in range(8)]
     assert min(counts) >= 5  # the lost one is searched for, and takes no more than its share
     assert max(counts) <= 7
+
+
+class PlacedTracker:
+    """Finds the target where it is told to."""
+
+    def __init__(self) -> None:
+        self.place_px: tuple[float, float] | None = None
+
+    def start(self, image: GreyImage, box: TrackBox) -> None:
+        self.place_px = box.x_px, box.y_px
+
+    def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
+        if self.place_px is None:
+            return None
+        return TrackMatch(x_px=self.place_px[0], y_px=self.place_px[1], score=0.9)
+
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        pass
+
+    def refuse(self) -> None:
+        self.place_px = None
+
+
+def missed_target(monkeypatch: pytest.MonkeyPatch, *, misses: int) -> tuple[PlaneHead, FollowedTarget]:
+    """Return a target that so many looks did not show, and whose tracker says that it is where it was."""
+    monkeypatch.setattr(trackers, "TemplateTracker", PlacedTracker)
+    head = head_with(lambda t_ns: (0.0, 0.0))
+    target = begin(head)
+    hidden = HiddenHead(head, left_of_rad=math.inf)
+    for _ in range(misses):
+        sighting = hidden.look(volts_for(head.calibration, aim_at(head.calibration, np.zeros(2), 1.0 / Z_M)))
+        target.see_wide(sighting.wide, gray(to_uint8(sighting.wide)))
+        assert target.see_foveae(sighting) is None
+    return head, target
+
+
+@pytest.mark.parametrize(
+    ("misses", "beside_px", "refused"), [(1, 20.0, True), (1, 70.0, False), (0, 20.0, False)]
+)
+def test_the_place_of_another_target_is_that_of_one_that_hides_this_one(
+    monkeypatch: pytest.MonkeyPatch, misses: int, beside_px: float, refused: bool
+) -> None:
+    head, target = missed_target(monkeypatch, misses=misses)
+    wide = head.wide()
+    x_px, y_px = head.calibration.wide.pixels([(0.0, 0.0)])[0].tolist()
+    target.see_wide(wide, gray(to_uint8(wide)), [(x_px + beside_px, y_px)])
+    report = target.report(head.clock.now_ns())
+    assert (report.wide_score is None) == refused
+    assert (report.state is FollowState.LOST) == refused
+
+
+def test_a_lost_target_is_looked_at_where_the_wide_view_has_found_it_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    head, target = missed_target(monkeypatch, misses=2)
+    assert target.lost
+    [tracker] = [target._tracker._tracker]  # type: ignore[attr-defined]  # that of binned pictures holds it
+    tracker.place_px = head.calibration.wide.pixels([(0.06, 0.0)])[0].tolist()
+    wide = head.wide()
+    target.see_wide(wide, gray(to_uint8(wide)))
+    assert target.aim(wide.t_ns).tangents[0] == pytest.approx(math.tan(0.06), abs=1e-3)
 
 
 def test_a_target_of_twice_the_priority_is_looked_at_twice_as_often() -> None:

@@ -11,6 +11,7 @@ from foveacam_hardware.contract import OutOfRange
 from foveacam_pipeline.track.acquire import ClickTrack, acquire
 from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.track.position_filter import PositionEstimate
+from foveacam_pipeline.track.target import FADING_S
 from foveacam_pipeline.verge.values import DirectionTarget, PixelTarget, RectangleTarget
 from foveacam_server.resources.looking.follows.first_look import (
     MOVES_PX_S,
@@ -163,12 +164,15 @@ def test_a_target_moves_with_its_middle_and_has_the_sides_that_were_drawn() -> N
     assert sides_px(ahead, 64) == (64, 64)
 
 
-def test_between_looks_a_target_goes_on_as_it_moved() -> None:
+def test_between_looks_a_target_goes_on_as_it_moved_and_comes_to_rest() -> None:
     seen = PositionEstimate(
         t_ns=1_000_000_000,
         position_rig_m=np.array([0.5, -0.1, 6.0]),
         velocity_rig_m_s=np.array([1.2, 0.0, -0.4]),
         covariance=np.eye(6),
     )
-    assert position_at(seen, 1_250_000_000) == pytest.approx((0.8, -0.1, 5.9))
+    soon = position_at(seen, 1_020_000_000)
+    assert soon == pytest.approx((0.524, -0.1, 5.992), abs=1e-3)
+    late = position_at(seen, 60_000_000_000)
+    assert late == pytest.approx((0.5 + 1.2 * FADING_S, -0.1, 6.0 - 0.4 * FADING_S))
     assert position_at(seen, 750_000_000) == pytest.approx((0.2, -0.1, 6.1))

@@ -1,5 +1,6 @@
 """Followed targets whose image tracker holds a place beside their middle, on a painted rig."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,6 +53,9 @@ class BesideTracker:
     def update(self, image: GreyImage, near: tuple[float, float] | None) -> TrackMatch | None:
         found = self._tracker.update(image, None)
         return None if found is None else replace(found, x_px=found.x_px - self._beside_px)
+
+    def avoid(self, places_px: Sequence[tuple[float, float]]) -> None:
+        self._tracker.avoid(places_px)
 
     def refuse(self) -> None:
         self.refusals += 1

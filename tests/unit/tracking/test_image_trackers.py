@@ -81,6 +81,27 @@ def test_the_filter_follows_what_is_covered_in_part_and_not_by_half(share: float
     assert (tracker.update(scene(200.0, target=covered, seed=3), None) is not None) is found
 
 
+@pytest.mark.parametrize("refused", [False, True])
+@pytest.mark.parametrize("kind", TRACKERS)
+def test_a_lost_thing_is_not_found_where_another_one_is(kind: type[ImageTracker], refused: bool) -> None:
+    one = scene(200.0, noise=0.0)
+    both = np.where(one == scene(None, noise=0.0), scene(450.0, noise=0.0), one).astype(np.uint8)
+    tracker = kind()
+    tracker.start(scene(200.0), START)
+    tracker.avoid([(205.0, 240.0)])
+    match = tracker.update(both, (200.0, 240.0))
+    assert match is not None
+    assert match.x_px == pytest.approx(200.0, abs=1.0), "one that is not lost is followed on where two meet"
+    if refused:  # else it is searched for near its place first
+        tracker.refuse()
+    assert tracker.update(scene(None), (200.0, 240.0)) is None
+    for _ in range(WIDENING_MISSES + 2):
+        assert tracker.update(one, (200.0, 240.0)) is None
+    match = tracker.update(both, (200.0, 240.0))
+    assert match is not None
+    assert match.x_px == pytest.approx(450.0, abs=1.0)
+
+
 @pytest.mark.parametrize("kind", TRACKERS)
 def test_a_refused_place_is_not_found_again(kind: type[ImageTracker]) -> None:
     both = np.where(

@@ -7,8 +7,8 @@ import numpy as np
 
 from foveacam_pipeline.models.calibration import Calibration
 from foveacam_pipeline.track.acquire import ClickTrack
-from foveacam_pipeline.track.position_filter import PositionEstimate
-from foveacam_pipeline.track.target import TargetReport
+from foveacam_pipeline.track.position_filter import PositionEstimate, led_s
+from foveacam_pipeline.track.target import FADING_S, TargetReport
 from foveacam_pipeline.verge.values import Target
 from foveacam_server.foundation.names import utc_now
 from foveacam_server.resources.looking.follows.schema import (
@@ -103,8 +103,9 @@ class FollowedRecord:
 
 
 def position_at(estimate: PositionEstimate, now_ns: int) -> tuple[float, float, float]:
-    """Return the point, m, rig frame, extrapolated to a time at the target's speed."""
-    moved = estimate.position_rig_m + estimate.velocity_rig_m_s * ((now_ns - estimate.t_ns) / 1e9)
+    """Return the point, m, rig frame, extrapolated to a time at the target's speed, which fades."""
+    ahead_s = led_s((now_ns - estimate.t_ns) / 1e9, FADING_S)
+    moved = estimate.position_rig_m + ahead_s * estimate.velocity_rig_m_s
     return float(moved[0]), float(moved[1]), float(moved[2])
 
 
