@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset.lock import is_being_written
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_server.assembly.archive_sources import (
     CaptureArchiveSource,
     RecordingArchiveSource,
@@ -42,9 +43,11 @@ class CollectionServices:
     batches: BatchService
 
 
-def open_collections(shared: SharedServices, *, backends: DepthBackendService) -> CollectionServices:
+def open_collections(
+    shared: SharedServices, *, backends: DepthBackendService, context: DepthContext
+) -> CollectionServices:
     """Open all of them and register the handlers of their jobs."""
-    tools = _capture_tools(shared)
+    tools = _capture_tools(shared, context)
     captures = CaptureService(shared.foundation.store.subfolder(CAPTURES), tools)
     making = DerivedProductTools(
         captures=captures, jobs=shared.jobs, events=shared.foundation.events, clock=shared.foundation.clock
@@ -116,7 +119,7 @@ def open_retention(
     return retention
 
 
-def _capture_tools(shared: SharedServices) -> CaptureTools:
+def _capture_tools(shared: SharedServices, context: DepthContext) -> CaptureTools:
     return CaptureTools(
         hardware=shared.hardware,
         calibration=shared.knowledge.calibration,
@@ -124,6 +127,7 @@ def _capture_tools(shared: SharedServices) -> CaptureTools:
         sink=shared.displays.tap,
         overlay=shared.displays.overlay.of,
         distance_m=lambda: shared.displays.overlay.distance_m,
+        context=context,
         events=shared.foundation.events,
         clock=shared.foundation.clock,
     )

@@ -36,12 +36,14 @@ class ObservationServices:
 
 
 def open_observation(
-    shared: SharedServices, *, captures: DatasetCollection, matcher: DepthBackendService
+    shared: SharedServices,
+    *,
+    captures: DatasetCollection,
+    matcher: DepthBackendService,
+    wide_depth: WideDepthService,
 ) -> ObservationServices:
     """Open them, start their threads, and that of the jobs, as all handlers are registered by now."""
     clouds = CloudCollection(shared.foundation.store)
-    wide_depth = _wide_depth(shared)
-
     shapes = ShapeWorker(
         clouds=clouds,
         matcher=matcher,
@@ -105,7 +107,8 @@ def _fixation_tools(
     )
 
 
-def _wide_depth(shared: SharedServices) -> WideDepthService:
+def open_wide_depth(shared: SharedServices) -> WideDepthService:
+    """Open the depth of the wide view; `open_observation` starts its thread."""
     keeper = ContextKeeper(
         shared.foundation.store.subfolder("wide_depth"),
         calibration=lambda: shared.knowledge.calibration.current,

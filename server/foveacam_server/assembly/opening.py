@@ -20,7 +20,12 @@ from foveacam_server.assembly.first_services import (
     open_hardware,
     open_rig_knowledge,
 )
-from foveacam_server.assembly.observing import ObservationServices, open_observation, retained_looks
+from foveacam_server.assembly.observing import (
+    ObservationServices,
+    open_observation,
+    open_wide_depth,
+    retained_looks,
+)
 from foveacam_server.assembly.services import Services
 from foveacam_server.checks.machine import Machine
 from foveacam_server.foundation.computing.compute_queue import ComputeQueue
@@ -151,8 +156,11 @@ def _open_groups(foundation: ServerFoundation, *, loop: asyncio.AbstractEventLoo
     calibration = _open_calibration(shared)
     backends = DepthBackendService(foundation.store.subfolder("networks"), events=foundation.events)
     shared.displays.stereo.match_by(lambda pair: backends.estimate_live(pair).disparity)
-    collections = open_collections(shared, backends=backends)
-    observation = open_observation(shared, captures=collections.captures.collection, matcher=backends)
+    wide_depth = open_wide_depth(shared)
+    collections = open_collections(shared, backends=backends, context=wide_depth)
+    observation = open_observation(
+        shared, captures=collections.captures.collection, matcher=backends, wide_depth=wide_depth
+    )
     return OpenedGroups(
         faults=faults,
         rig=rig,

@@ -15,6 +15,7 @@ from foveacam_pipeline.capture.plan import (
 from foveacam_pipeline.capture.plan.plan_estimate import READOUT_10BIT_MS, READOUT_12BIT_MS
 from foveacam_pipeline.capture.run import CaptureRig, image_size, trigger_head
 from foveacam_pipeline.models.calibration import Calibration
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthContext
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
 from foveacam_server.rig.hardware import HardwareThread
@@ -83,7 +84,10 @@ def rig_facts(rig: CaptureRig) -> CaptureRigFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureTools:
-    """Services that captures need. `distance_m`: of the last fixation, infinite before the first."""
+    """Services that captures need.
+
+    `distance_m`: of the last fixation, infinite before the first. `context`: the depth of the wide view.
+    """
 
     hardware: HardwareThread
     calibration: CalibrationInForce
@@ -91,5 +95,6 @@ class CaptureTools:
     sink: PictureSink
     overlay: OverlayOf
     distance_m: Callable[[], float]
+    context: DepthContext
     events: EventLog
     clock: Clock

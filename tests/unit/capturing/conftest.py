@@ -7,13 +7,16 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar, cast
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.support.devices.fake_rig import Pictures
 from tests.support.devices.small_stub_rig import small_stub_rig
 from tests.support.scenes.dataset_scenes import CALIBRATION
 
 from foveacam_bench.capture.stub_rig import StubRig
 from foveacam_hardware.contract import PARKED, Head, VirtualClock
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.foundation.events import EventLog
 from foveacam_server.foundation.jobs import JobRunner
@@ -32,6 +35,8 @@ class StubHardware:
 
     def __init__(self, rig: StubRig) -> None:
         self._rig = rig
+        self.binnings: list[object] = []
+        """Of the sessions so far; None: the rig's working binning."""
 
     def check_may_move(self) -> None:
         return
@@ -41,9 +46,21 @@ class StubHardware:
         done.set_result(work(self._rig))
         return done
 
+    expose = submit
+
     @contextmanager
-    def session(self, holder: str, **options: object) -> Iterator[Head]:
+    def session(self, holder: str, *, binning: object = None, **options: object) -> Iterator[Head]:
+        self.binnings.append(binning)
         yield self._rig.head
+
+
+class FlatWorld:
+    """Knows a plane at 4 m in every direction."""
+
+    def around(self, target: NDArray[np.float64], *, reach_tan: float) -> DepthSamples:
+        return DepthSamples(
+            tangents=target[None], inverse_z_per_m=np.array([0.25]), sigma_per_m=np.array([1e-3])
+        )
 
 
 @pytest.fixture
@@ -81,6 +98,7 @@ def tools(stub_rig: StubRig, jobs: JobRunner, events: EventLog) -> CaptureTools:
         sink=Pictures(),
         overlay=lambda _: None,
         distance_m=lambda: 4.0,
+        context=FlatWorld(),
         events=events,
         clock=stub_rig.clock,
     )

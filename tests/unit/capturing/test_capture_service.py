@@ -1,5 +1,6 @@
 """The service of captures: which of them may be queued beside others."""
 
+import asyncio
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,8 +9,13 @@ from tests.support.scenes.dataset_scenes import header, noise_point
 
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import DatasetWriter
+from foveacam_pipeline.capture.plan import plan_from
 from foveacam_server.datasets.capture_tools import CaptureTools
+from foveacam_server.foundation.job_table import JobState
+from foveacam_server.resources.capturing.captures.schema import CaptureRequest
 from foveacam_server.resources.capturing.captures.service import CaptureService
+
+PATIENCE_S = 60.0
 
 
 @pytest.fixture
@@ -20,6 +26,19 @@ def captures(tmp_path: Path, tools: CaptureTools) -> CaptureService:
         with DatasetWriter.create(tmp_path / "captures" / name, about) as writer:
             writer.add(noise_point(0))
     return CaptureService(tmp_path / "captures", tools)
+
+
+def test_the_distance_is_measured_at_the_working_binning_and_the_points_at_full_size(
+    tmp_path: Path, tools: CaptureTools
+) -> None:
+    captures = CaptureService(tmp_path / "captures", tools)
+    plan = plan_from({"points": {"kind": "grid", "columns": 2, "rows": 1}, "verging": {"mode": "scene"}})
+    tools.jobs.start()
+    job = captures.start(CaptureRequest(name="new", plan=plan))
+    assert asyncio.run(tools.jobs.ended(job.id, timeout_s=PATIENCE_S)).state is JobState.SUCCEEDED
+    assert tools.hardware.binnings == [None, 1]  # type: ignore[attr-defined]  # the stub's
+    (dataset,) = captures.search()
+    assert dataset.points.taken == 2
 
 
 def test_no_capture_is_resumed_beside_another_that_is_queued_or_runs(captures: CaptureService) -> None:

@@ -37,11 +37,20 @@ class CaptureSpec:
 
 
 def begin_dataset(
-    access: RigAccess, folder: Path, spec: CaptureSpec, calibration: Calibration, *, watch: CaptureWatcher
+    access: RigAccess,
+    folder: Path,
+    spec: CaptureSpec,
+    calibration: Calibration,
+    *,
+    watch: CaptureWatcher,
+    measured_m: tuple[float | None, ...] = (),
 ) -> DatasetWriter:
-    """Complete and check the plan, and return the writer of a new dataset in `folder`."""
+    """Complete and check the plan, and return the writer of a new dataset in `folder`.
+
+    `measured_m`: distances in the plan's survey directions, if they were measured before.
+    """
     access.check_may_move()
-    plan, measured_m = prepare_plan(access, spec.plan, calibration, watch=watch)
+    plan, measured_m = prepare_plan(access, spec.plan, calibration, watch=watch, measured_m=measured_m)
     facts = access.run_still(rig_facts)
     check_room(plan, facts, calibration, codec=spec.codec, folder=folder.parent)
 

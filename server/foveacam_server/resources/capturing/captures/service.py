@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
-from foveacam_pipeline.capture.run import PaceMeter
+from foveacam_pipeline.capture.run import PaceMeter, measure_distances_m
 from foveacam_server.datasets.capture_paces import CapturePaces
 from foveacam_server.datasets.capture_tools import CaptureRigFacts, CaptureTools, rig_facts
 from foveacam_server.datasets.collection import CAPTURES_URL, DatasetCollection, StoredCapture
@@ -180,8 +180,9 @@ class CaptureService:
             context, live, sink=tools.sink, overlay=tools.overlay, events=tools.events, clock=tools.clock
         )
         meter = PaceMeter(watch, clock=tools.clock)
+        holder = f"capture {live.name}"
         try:
-            holder = f"capture {live.name}"
+            measured_m = self._survey(request, holder, meter)
             with tools.hardware.session(holder, cancelled=context.cancelled, binning=1) as head:
                 access = ThreadAccess(tools.hardware, head, clock=tools.clock)
                 if isinstance(request, CaptureResumption):
@@ -189,7 +190,10 @@ class CaptureService:
                 else:
                     folder = self.collection.new_folder(request.name)
                     spec = _spec_of(request, live.id)
-                    writer = begin_dataset(access, folder, spec, tools.calibration.require(), watch=meter)
+                    calibration = tools.calibration.require()
+                    writer = begin_dataset(
+                        access, folder, spec, calibration, watch=meter, measured_m=measured_m
+                    )
                 with writer:
                     run_timed(access, writer, meter, self._paces)
         finally:
@@ -197,6 +201,18 @@ class CaptureService:
                 self._live = None
             self._emit_end(live)
         return f"{CAPTURES_URL}/{live.id}"
+
+    def _survey(
+        self, request: CaptureRequest | CaptureResumption, holder: str, watch: PaceMeter
+    ) -> tuple[float | None, ...]:
+        """Return the distances that a plan needs, m; measured at the working binning, which is faster."""
+        tools = self._tools
+        if isinstance(request, CaptureResumption) or not request.plan.needs_distance:
+            return ()
+        with tools.hardware.session(holder, cancelled=watch.cancelled) as head:
+            access = ThreadAccess(tools.hardware, head, clock=tools.clock)
+            calibration = tools.calibration.require()
+            return measure_distances_m(access, request.plan, calibration, watch=watch, context=tools.context)
 
     def _facts(self) -> CaptureRigFacts:
         return answer_of(self._tools.hardware.submit(rig_facts), asked="the rig's settings")
