@@ -34,7 +34,7 @@ class LookedAround:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookAroundProgress:
-    """A look that was made, and the share that is done, 0 to 1, by what looks are still worth."""
+    """A look that was made. `done`: 0 to 1, by what looks are still worth; it never falls."""
 
     look: WatchedLook
     done: float
@@ -55,7 +55,7 @@ def look_around(
     memory, candidates = FieldMemory(grid), Candidates(calibration, grid)
     watcher = Watcher(head, calibration, context, memory, candidates, clock=clock, depths=DEPTHS)
     policy = AttentionPolicy(candidates, depths=DEPTHS, least_worth=WORTH_ENDING)
-    looks, ended_early, first_worth = 0, False, 0.0
+    looks, ended_early, first_worth, done = 0, False, 0.0, 0.0
     while looks < MOST_LOOKS and not (ended_early := cancelled is not None and cancelled()):
         try:
             made = watcher.look(policy)
@@ -67,8 +67,8 @@ def look_around(
         looks += 1
         first_worth = max(first_worth, made.look.worth)
         if on_look is not None:
-            done = _done(made.look.worth, first_worth)
-            on_look(LookAroundProgress(look=made, done=max(done, looks / MOST_LOOKS)))
+            done = max(done, _done(made.look.worth, first_worth), looks / MOST_LOOKS)
+            on_look(LookAroundProgress(look=made, done=done))
     field = candidates.near_directions.any(axis=0)
     return LookedAround(
         looks=looks,
