@@ -1,6 +1,6 @@
 """Tracks several targets with the two foveae by time multiplexing: one target a look (Table 1)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from foveacam_hardware.contract import AheadHead, Clock, Frame, Head, PendingLook, Sighting, StereoVolts
@@ -126,9 +126,12 @@ class Follower:
                 steps.append(self._measured(begun))
         return steps
 
-    def watching(self, head: Head) -> Head:
-        """Return a wrapper of `head` for other procedures that passes its wide frames to the trackers too."""
-        return WatchingHead(head, self._see_wide)
+    def watching(self, head: Head, *, before_look: Callable[[], None] = lambda: None) -> Head:
+        """Return a wrapper of `head` for other procedures that passes its wide frames to the trackers too.
+
+        `before_look`: called before each of their looks; it may call `step`, so that the looks are shared.
+        """
+        return WatchingHead(head, self._see_wide, before_look=before_look)
 
     def reports(self) -> tuple[TargetReport, ...]:
         """Return the state of all targets now."""

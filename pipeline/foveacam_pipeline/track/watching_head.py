@@ -1,4 +1,4 @@
-"""Head wrapper that passes wide frames to a tracker while another procedure uses the head."""
+"""Head wrapper for other procedures: passes their wide frames to a tracker, and lets others look between."""
 
 from collections.abc import Callable
 
@@ -6,14 +6,25 @@ from foveacam_hardware.contract import Frame, Head, LookOptions, Sighting, Stere
 
 
 class WatchingHead:
-    """Wraps a head and calls `see_wide` with every wide frame that it returns."""
+    """Wraps a head and calls `see_wide` with every wide frame that it returns.
 
-    def __init__(self, head: Head, see_wide: Callable[[Frame], None]) -> None:
+    `before_look`: called before each look, for looks of the caller's own with the wrapped head.
+    """
+
+    def __init__(
+        self,
+        head: Head,
+        see_wide: Callable[[Frame], None],
+        *,
+        before_look: Callable[[], None] = lambda: None,
+    ) -> None:
         self._head = head
         self._see_wide = see_wide
+        self._before_look = before_look
 
     def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         """Look with the wrapped head."""
+        self._before_look()
         sighting = self._head.look(volts, options=options)
         self._see_wide(sighting.wide)
         return sighting

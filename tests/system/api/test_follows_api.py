@@ -96,6 +96,18 @@ def test_what_cannot_be_verged_on_is_let_go_with_the_reason(api_server: Running)
     assert "both foveae must see a target" in ended["reason"]
 
 
+def test_a_search_for_another_target_leaves_every_second_look_to_those_followed(api_server: Running) -> None:
+    follow_id = followed(api_server)
+    newest = api_server.get("/events/recent", limit=1).json()[-1]["id"]
+    looks = api_server.get(f"/follows/{follow_id}").json()["looks"]
+    api_server.post("/follows", {"pixel": {"x_px": 420.0, "y_px": 300.0}}).raise_for_status()  # bare wall
+    api_server.wait_for_event("follow.ended", after=newest)
+    found = api_server.get(f"/follows/{follow_id}").json()
+    assert found["state"] == "followed"
+    assert found["looks"] - looks >= 6  # without sharing, one or two that were under way
+    follow_nothing(api_server)
+
+
 def test_two_targets_share_the_foveae_with_a_fixation_and_a_round_until_the_stop(api_server: Running) -> None:
     target_id = api_server.fixate({**CENTRE, "depth": False, "label": "the poster"})["target_id"]
     first, second = followed(api_server, {"target_id": target_id}), followed(api_server, SHELF)

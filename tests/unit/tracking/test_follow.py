@@ -13,7 +13,7 @@ from foveacam_hardware.contract import LookOptions, OutOfRange, Sighting, Stereo
 from foveacam_pipeline.stereo.match import gray
 from foveacam_pipeline.stereo.rectify import to_uint8
 from foveacam_pipeline.track import trackers
-from foveacam_pipeline.track.follow import MOST_TARGETS, Follower
+from foveacam_pipeline.track.follow import MOST_TARGETS, Follower, FollowStep
 from foveacam_pipeline.track.image_tracker import GreyImage, ImageTracker, TrackBox, TrackerKind, TrackMatch
 from foveacam_pipeline.track.target import FollowedTarget, FollowState
 from foveacam_pipeline.track.template_tracker import TemplateTracker
@@ -357,6 +357,21 @@ def test_the_wide_frames_of_other_looks_are_seen_as_well() -> None:
     x_m = head.shift_m(head.clock.now_ns())[0]
     assert target.at(head.clock.now_ns()).tangents[0] == pytest.approx(x_m / Z_M, abs=1e-3)
     assert max(errors_m(head, follower, 3)) < 0.05
+
+
+def test_looks_of_another_procedure_are_shared_with_the_followed_targets() -> None:
+    head = head_with(lambda t_ns: (0.8 * t_ns / 1e9, 0.0))
+    follower, target = Follower(head.calibration, clock=head.clock), begin(head)
+    follower.add(target)
+    errors_m(head, follower, 5)
+    shared: list[FollowStep] = []
+    other = follower.watching(head, before_look=lambda: shared.append(follower.step(head)))
+    before = head.looks
+    for _ in range(12):
+        other.look(volts_for(head.calibration, aim_at(head.calibration, np.array([-0.08, 0.0]), 0.1)))
+    assert head.looks - before == 24
+    assert [step.target_id for step in shared] == 12 * [target.target_id]
+    assert all(step.reading is not None for step in shared)
 
 
 def test_no_more_targets_than_eight_and_none_without_texture() -> None:

@@ -153,11 +153,15 @@ class FollowJob:
                     raise refusals.stopped()
                 self._take_changes(follower, head)
                 self._take_rounds(follower, head)
-                if follower.targets:
-                    with untraced():  # runs for hours: kept out of the job's trace
-                        self._take(follower, follower.step(head))
+                self._step(follower, head)
                 if pace.is_due():
                     self._report_progress(follower, context)
+
+    def _step(self, follower: Follower, head: Head) -> None:
+        """Look at the next followed target; no effect without one."""
+        if follower.targets:
+            with untraced():  # runs for hours: kept out of the job's trace
+                self._take(follower, follower.step(head))
 
     @contextmanager
     def _finishing(self, follower: Follower) -> Iterator[None]:
@@ -183,6 +187,7 @@ class FollowJob:
             if record.id not in follower.targets:
                 self._find(record, follower, head)
             elif record.id in changed:
+                self._finish(follower)
                 self._reconfigure(follower.targets[record.id], record, head.wide())
 
     def _reconfigure(self, target: FollowedTarget, record: FollowedRecord, frame: Frame) -> None:
@@ -199,18 +204,22 @@ class FollowJob:
             record.tracker = "template" if target.tracker is TrackerKind.TEMPLATE else "filter"
 
     def _find(self, record: FollowedRecord, follower: Follower, head: Head) -> None:
-        """Verge on a new target and add it to the follower; drop it where that fails."""
+        """Verge on a new target and add it to the follower; drop it where that fails.
+
+        Those that are followed already get every second look meanwhile, as a search can take many seconds.
+        """
         tools, calibration, click = self._tools, self._tools.calibration.require(), record.click
         record.click = None
         try:
             found = look_first(
-                follower.watching(head),
+                follower.watching(head, before_look=lambda: self._step(follower, head)),
                 calibration,
                 record.target,
                 None if click is None else catch_up(tools.hardware.recent_wide, click),
                 clock=tools.clock,
                 context=tools.context,
             )
+            self._finish(follower)
             follower.add(
                 FollowedTarget(
                     record.id,
