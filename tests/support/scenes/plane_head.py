@@ -12,7 +12,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from foveacam_hardware.contract import Frame, LookOptions, Role, Sighting, StereoVolts, VirtualClock
+from foveacam_hardware.contract import (
+    Binning,
+    Frame,
+    LookOptions,
+    Role,
+    Sighting,
+    StereoVolts,
+    VirtualClock,
+)
 from foveacam_pipeline.models import Calibration, Intrinsics, load_calibration
 from foveacam_pipeline.stereo.rectify import plane_from_raw
 from foveacam_server.resources.calibrating.calibrations.service import SHIPPED
@@ -112,10 +120,21 @@ def _blurred(texture: Texture, sigma_px: float) -> Texture:
     return np.ascontiguousarray(blurred[64:-64, 64:-64], dtype=np.float32)
 
 
+def _middles(texels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the texels in the middles of 2 x 2 pixels, (2, h / 2, w / 2), from those of each, (2, h, w).
+
+    Neighbours lie on both sides of a tile's edge now and then: half their difference is taken within a tile.
+    """
+    first, last = texels[:, ::2, ::2], texels[:, 1::2, 1::2]
+    half = np.mod(last - first + TILE / 2, np.float32(TILE)) - TILE / 2
+    return np.ascontiguousarray(first + half / 2, dtype=np.float32)
+
+
 @dataclass
 class PlaneHead:
     """Looks at a plane at depth `z_m`; `shift_m(t_ns)` moves it; `blind` eyes see another picture.
 
+    `binning`: of its frames; 2 is drawn in a quarter of the time.
     `knocked_rad`: how far an eye looks to the right and down of where its calibration says.
     `passer_px(t_ns)`: column of the wide view at which somebody stands in the left eye's way; None: nobody.
     """
@@ -131,12 +150,14 @@ class PlaneHead:
     calibration: Calibration = CALIBRATION
     looks: int = 0
     look_ns: int = LOOK_NS
+    binning: Binning = 1
 
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(1)
         painted = _Painted(texture=self.texture, number=id(self.texture))
         wide, fovea_f_px = self.calibration.wide, self.calibration.fovea_f_px
-        self._coarse, self._fine, self._wide_texels = _surface(painted, self.z_m, wide, fovea_f_px)
+        self._coarse, self._fine, texels = _surface(painted, self.z_m, wide, fovea_f_px)
+        self._wide_texels = texels if self.binning == 1 else _middles(texels)
 
     def wide(self, *, max_age_ms: float = 200.0) -> Frame:
         t_ns = self.clock.now_ns()
@@ -147,8 +168,11 @@ class PlaneHead:
         image = self._noisy(drawn)
         column_px = self.passer_px(t_ns)
         if column_px is not None:
-            image[:, max(0, round(column_px) - 20) : max(0, round(column_px) + 20)] = 40
-        return Frame(image=image, role=Role.WIDE, seq=t_ns, t_ns=t_ns, exposure_ns=EXPOSURE_NS)
+            first, last = (max(0, round(column_px) + side_px) // self.binning for side_px in (-20, 20))
+            image[:, first:last] = 40
+        return Frame(
+            image=image, role=Role.WIDE, seq=t_ns, t_ns=t_ns, exposure_ns=EXPOSURE_NS, binning=self.binning
+        )
 
     def look(self, volts: StereoVolts, *, options: LookOptions = LookOptions()) -> Sighting:
         self.looks += 1
@@ -177,6 +201,9 @@ class PlaneHead:
         texels = _in_first_tile(
             _scaled(1.0 / TEXEL_M, -shift_x_m / TEXEL_M, -shift_y_m / TEXEL_M) @ there, size
         )
+        middle = (self.binning - 1) / 2.0
+        texels = texels @ _scaled(self.binning, middle, middle)
+        size = (size[0] // self.binning, size[1] // self.binning)
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         drawn = cv2.warpPerspective(self._fine, texels, size, flags=flags, borderMode=cv2.BORDER_WRAP)
         return Frame(
@@ -186,6 +213,7 @@ class PlaneHead:
             t_ns=t_ns,
             exposure_ns=EXPOSURE_NS,
             volts=volts.left if role is Role.LEFT else volts.right,
+            binning=self.binning,
         )
 
     def _noisy(self, drawn: cv2.typing.MatLike) -> NDArray[np.uint8]:

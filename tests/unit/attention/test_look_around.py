@@ -22,7 +22,7 @@ def both_reach() -> np.ndarray:
 
 @pytest.mark.parametrize("z_m", [2.5, 12.0])
 def test_a_look_around_measures_the_field_and_says_when_it_is_done(z_m: float) -> None:
-    head = PlaneHead(z_m=z_m, texture=noise_texture())
+    head = PlaneHead(z_m=z_m, texture=noise_texture(), binning=2)
     context = WideContext(CALIBRATION.wide)
     told: list[LookAroundProgress] = []
     found = look_around(head, CALIBRATION, context, clock=head.clock, on_look=told.append)
@@ -43,7 +43,7 @@ def test_a_look_around_measures_the_field_and_says_when_it_is_done(z_m: float) -
 
 
 def test_a_cancelled_look_around_keeps_what_it_has_seen() -> None:
-    head = PlaneHead(z_m=2.5, texture=noise_texture())
+    head = PlaneHead(z_m=2.5, texture=noise_texture(), binning=2)
     context = WideContext(CALIBRATION.wide)
     told: list[LookAroundProgress] = []
     found = look_around(
@@ -72,13 +72,13 @@ class EndedHead(PlaneHead):
 
 
 def test_a_session_that_ends_ends_the_look_around() -> None:
-    head = EndedHead(z_m=2.5, texture=noise_texture())
+    head = EndedHead(z_m=2.5, texture=noise_texture(), binning=2)
     found = look_around(head, CALIBRATION, WideContext(CALIBRATION.wide), clock=head.clock)
     assert (found.looks, found.cancelled) == (3, True)
 
 
 def test_a_field_without_texture_ends_it_soon() -> None:
-    head = PlaneHead(z_m=4.0, texture=plain_texture())
+    head = PlaneHead(z_m=4.0, texture=plain_texture(), binning=2)
     context = WideContext(CALIBRATION.wide)
     found = look_around(head, CALIBRATION, context, clock=head.clock)
     assert found.looks <= 3
@@ -86,7 +86,7 @@ def test_a_field_without_texture_ends_it_soon() -> None:
 
 
 def test_a_field_that_is_known_takes_no_look() -> None:
-    head = PlaneHead(z_m=2.5, texture=noise_texture())
+    head = PlaneHead(z_m=2.5, texture=noise_texture(), binning=2)
     context = WideContext(CALIBRATION.wide)
     first = look_around(head, CALIBRATION, context, clock=head.clock)
     again = look_around(head, CALIBRATION, context, clock=head.clock)
@@ -94,7 +94,7 @@ def test_a_field_that_is_known_takes_no_look() -> None:
 
 
 def test_looks_that_bring_nothing_make_their_kind_and_their_cells_less_worth() -> None:
-    head = PlaneHead(z_m=2.5, texture=plain_texture())
+    head = PlaneHead(z_m=2.5, texture=plain_texture(), binning=2)
     memory = FieldMemory(GRID)
     candidates = Candidates(CALIBRATION, GRID)
     context = WideContext(CALIBRATION.wide)
@@ -121,7 +121,7 @@ class NarrowHead(PlaneHead):
 
 
 def test_looks_that_the_head_refuses_are_left_out() -> None:
-    head = NarrowHead(z_m=2.5, texture=noise_texture())
+    head = NarrowHead(z_m=2.5, texture=noise_texture(), binning=2)
     context = WideContext(CALIBRATION.wide)
     found = look_around(head, CALIBRATION, context, clock=head.clock)
     assert head.refused > 0

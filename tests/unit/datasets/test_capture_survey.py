@@ -35,7 +35,7 @@ class Known:
 
 def surveyed(known: Known | None) -> tuple[list[float], NDArray[np.float64], int]:
     """Return the distances, m, the directions' rays of z = 1, and the number of looks."""
-    head = PlaneHead(z_m=Z_M, texture=noise_texture())
+    head = PlaneHead(z_m=Z_M, texture=noise_texture(), binning=2)
     access = cast(Any, SimpleNamespace(head=head, clock=head.clock))
     watch = cast(Any, SimpleNamespace(cancelled=lambda: False, progress=lambda _: None))
     found = measure_distances_m(access, PLAN, CALIBRATION, watch=watch, context=known)

@@ -42,7 +42,7 @@ def walking_at(speed_m_s: float) -> Callable[[int], tuple[float, float]]:
 
 
 def head_with(shift_m: Callable[[int], tuple[float, float]]) -> PlaneHead:
-    return PlaneHead(z_m=Z_M, texture=noise_texture(), shift_m=shift_m, look_ns=FRAME_NS)
+    return PlaneHead(z_m=Z_M, texture=noise_texture(), shift_m=shift_m, look_ns=FRAME_NS, binning=2)
 
 
 def pixel_of(head: PlaneHead, t_ns: int) -> tuple[float, float]:

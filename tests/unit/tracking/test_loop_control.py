@@ -136,7 +136,7 @@ class Plant:
     """
 
     def __init__(self, answers: dict[Axis, float] | None = None, drift_rad: float = 0.0) -> None:
-        head = PlaneHead(z_m=6.0, texture=noise_texture())
+        head = PlaneHead(z_m=6.0, texture=noise_texture(), binning=2)
         self.loop = VergenceLoop(CALIBRATION, clock=head.clock)
         for axis in AXES:
             self.loop.set_command(axis, math.radians(1.0))

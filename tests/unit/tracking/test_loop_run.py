@@ -105,13 +105,13 @@ def test_looks_come_no_faster_than_the_largest_rate(most_hz: float | None, perio
 
 @pytest.fixture
 def head() -> PlaneHead:
-    return PlaneHead(z_m=Z_M, texture=noise_texture())
+    return PlaneHead(z_m=Z_M, texture=noise_texture(), binning=2)
 
 
 @pytest.fixture
 def blank(head: PlaneHead) -> PlaneHead:
     """A wall without texture before the same rig."""
-    return PlaneHead(z_m=Z_M, texture=plain_texture(), noise=0.0, clock=head.clock)
+    return PlaneHead(z_m=Z_M, texture=plain_texture(), noise=0.0, clock=head.clock, binning=2)
 
 
 @pytest.fixture
