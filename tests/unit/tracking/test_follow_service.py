@@ -5,11 +5,15 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from tests.support.scenes.plane_head import CALIBRATION
+from tests.support.scenes.plane_head import CALIBRATION, PlaneHead, noise_texture
 
 from foveacam_hardware.contract import Busy, Frame, Role, VirtualClock
+from foveacam_pipeline.track.acquire import ClickTrack
+from foveacam_pipeline.track.follow import Follower
+from foveacam_pipeline.track.image_tracker import TrackBox
 from foveacam_pipeline.track.position_filter import PositionEstimate
 from foveacam_pipeline.track.target import FollowState, TargetReport
+from foveacam_pipeline.verge.surroundings.depth_samples import DepthSamples
 from foveacam_pipeline.verge.values import DirectionTarget
 from foveacam_server.resources.looking.follows.follow_job import FollowTools
 from foveacam_server.resources.looking.follows.followed import FollowedRecord
@@ -38,8 +42,20 @@ class Emitted:
         return SimpleNamespace(id="job-1")
 
 
+class Nothing:
+    """Knows no depth."""
+
+    def around(self, target: object, *, reach_tan: float) -> DepthSamples:
+        return DepthSamples.none()
+
+
 def service_of(emitted: Emitted, *, looping: bool = False) -> FollowService:
-    hardware = SimpleNamespace(check_may_move=lambda: None, recent_wide=RecentFrames())
+    hardware = SimpleNamespace(
+        check_may_move=lambda: None,
+        recent_wide=RecentFrames(),
+        halted=False,
+        use=SimpleNamespace(wanted=False),
+    )
     return FollowService(
         FollowTools(
             hardware=cast(Any, hardware),
@@ -48,7 +64,7 @@ def service_of(emitted: Emitted, *, looping: bool = False) -> FollowService:
             events=cast(Any, emitted),
             clock=VirtualClock(),
             targets=cast(Any, None),
-            context=cast(Any, None),
+            context=Nothing(),
             viewer=None,
             on_distance=lambda _: None,
             looping=lambda: looping,
@@ -105,6 +121,28 @@ def test_without_a_loop_a_target_is_followed() -> None:
 
     assert service.following
     assert emitted.kinds == ["follow.started", "following"]
+
+
+def test_a_search_gives_way_to_another_job_and_begins_anew_afterwards() -> None:
+    emitted, head = Emitted(), PlaneHead(z_m=4.0, texture=noise_texture(), binning=2)
+    service = service_of(emitted)
+    record = ahead(FollowState.FOLLOWED)
+    record.report, record.state = None, "finding"
+    record.click = ClickTrack(head.wide(), TrackBox(x_px=720.0, y_px=540.0))
+    service._records.add(record)
+    follower, job = Follower(CALIBRATION, clock=head.clock), service._job
+    use = job._tools.hardware.use
+
+    use.wanted = True  # type: ignore[misc]  # the stub's
+    job._find(record, follower, head)
+    assert head.looks == 0
+    assert (record.state, record.click is None, emitted.kinds) == ("finding", False, [])
+
+    use.wanted = False  # type: ignore[misc]  # the stub's
+    job._find(record, follower, head)
+    assert list(follower.targets) == [record.id]
+    assert service.get(record.id).state == "followed"
+    assert record.click is None
 
 
 @pytest.mark.parametrize(

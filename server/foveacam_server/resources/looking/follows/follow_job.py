@@ -34,6 +34,10 @@ WAIT_S = 0.02
 REPORT_PERIOD_NS = 2_000_000_000
 
 
+class _GaveWay(Exception):
+    """Another job wants the rig; the search for a target begins anew after it."""
+
+
 class KnownTargets(Protocol):
     """Targets of earlier fixations."""
 
@@ -163,6 +167,12 @@ class FollowJob:
             with untraced():  # runs for hours: kept out of the job's trace
                 self._take(follower, follower.step(head))
 
+    def _share(self, follower: Follower, head: Head) -> None:
+        """Look at the next followed target before a look of a search; end the search for a waiting job."""
+        if self._tools.hardware.use.wanted:
+            raise _GaveWay
+        self._step(follower, head)
+
     @contextmanager
     def _finishing(self, follower: Follower) -> Iterator[None]:
         """Wait for a started look before the rig is released; an error of that look is dropped."""
@@ -206,13 +216,14 @@ class FollowJob:
     def _find(self, record: FollowedRecord, follower: Follower, head: Head) -> None:
         """Verge on a new target and add it to the follower; drop it where that fails.
 
-        Those that are followed already get every second look meanwhile, as a search can take many seconds.
+        As a search can take many seconds, those that are followed already get every second look meanwhile,
+        and it ends once another job wants the rig; the target is then searched for again later.
         """
         tools, calibration, click = self._tools, self._tools.calibration.require(), record.click
         record.click = None
         try:
             found = look_first(
-                follower.watching(head, before_look=lambda: self._step(follower, head)),
+                follower.watching(head, before_look=lambda: self._share(follower, head)),
                 calibration,
                 record.target,
                 None if click is None else catch_up(tools.hardware.recent_wide, click),
@@ -233,6 +244,9 @@ class FollowJob:
                     velocity_rig_m_s=found.velocity_rig_m_s,
                 )
             )
+        except _GaveWay:
+            record.click = click
+            return
         except FoveaError as error:
             if self._tools.hardware.halted:
                 raise
