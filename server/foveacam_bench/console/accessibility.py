@@ -30,10 +30,11 @@ NO_AXE = (
 )
 SERIOUS = {"serious", "critical"}
 QUICK_PAGES, QUICK_DOCUMENTS = 2, 1
-_RUN = """async () => {
+_RUN = """async (colours_alone) => {
+  const all = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
   const found = await axe.run(document, {
     resultTypes: ["violations"],
-    runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
+    runOnly: colours_alone ? ["color-contrast"] : all,
     iframes: false,
   });
   return found.violations.map(({ id, impact, help, nodes }) => (
@@ -75,11 +76,14 @@ def _source() -> str:
     return AXE.read_text(encoding="utf-8")
 
 
-def serious_findings(page: "Page") -> list[str]:
-    """Return the serious and critical findings of a page, one line each."""
+def serious_findings(page: "Page", *, colours_alone: bool = False) -> list[str]:
+    """Return the serious and critical findings of a page, one line each.
+
+    `colours_alone`: of the contrast of its texts, where all else was checked in other colours.
+    """
     if not page.evaluate("typeof axe === 'object'"):
         page.evaluate(_source())
-    found: list[JsonObject] = page.evaluate(_RUN)
+    found: list[JsonObject] = page.evaluate(_RUN, colours_alone)
     return [
         f"{rule['id']} ({rule['help']}): {node['html'][:160]} | {_last_line(node['failureSummary'])}"
         for rule in found
