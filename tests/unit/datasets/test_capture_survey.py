@@ -50,6 +50,7 @@ def test_known_depth_replaces_the_fixations_there() -> None:
     left = survey_directions_rad(PLAN, CALIBRATION)[:, 0] < -0.01
     assert left.sum() == 3
     assert found == pytest.approx(np.where(left, KNOWN_Z_M, Z_M) * rays, rel=0.01)
+    assert np.array(found)[left] == pytest.approx(KNOWN_Z_M * rays[left], rel=1e-6)
     assert looks < surveyed(None)[2]
 
 

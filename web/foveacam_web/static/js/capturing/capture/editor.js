@@ -78,7 +78,7 @@ function makeDistance(troubles) {
   const given = numberField("Distance", { value: 4, step: "any", min: 0, unit: "m" });
   const assumed = numberField("Estimate as if at", { step: "any", min: 0, unit: "m", hint: "seen last" });
   const each = tickField("Verge again at every point", false);
-  const note = h("p", { class: "why", text: "The average of nine fixations, before the first point." });
+  const note = h("p", { class: "why", text: "The average of nine directions, as known or as measured before." });
   const show = () => {
     given.element.hidden = mode.value() !== "given";
     assumed.element.hidden = note.hidden = mode.value() !== "scene";
