@@ -119,12 +119,12 @@ def sheets_of(page: str) -> list[list[str]]:
 def joined_at(address: str) -> str | None:
     """Return the style sheets that `address` joins, as one without comments; None if it joins none."""
     run, _, page = address.removeprefix(JOINED).removesuffix(".css").partition("/")
-    if not address.startswith(JOINED) or page not in page_names() or not run.isdecimal():
+    if not address.startswith(JOINED) or page not in page_names():
         return None
-    runs = sheets_of(page)
-    if int(run) >= len(runs):
-        return None
-    return _COMMENT.sub("", "\n".join(_text_of(sheet) for sheet in runs[int(run)]))
+    for number, sheets in enumerate(sheets_of(page)):
+        if run == str(number):
+            return _COMMENT.sub("", "\n".join(_text_of(sheet) for sheet in sheets))
+    return None
 
 
 def with_joined_sheets(page: str) -> str:
