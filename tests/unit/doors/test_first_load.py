@@ -90,7 +90,7 @@ def test_style_sheets_come_as_one_and_those_of_the_panels_as_a_later_one(browser
         assert "/*" not in sheet.text
 
 
-@pytest.mark.parametrize("address", ["0/nothing.html", "2/index.html", "-1/index.html", "00/index.html", "index.html"])
+@pytest.mark.parametrize("address", ["0/nothing.html", "2/index.html", "00/index.html", "index.html"])
 def test_an_address_that_joins_no_style_sheets_is_not_found(browser: httpx.Client, address: str) -> None:
     assert browser.get("/static/joined/0/index.html.css").status_code == 200
     assert browser.get(f"/static/joined/{address}.css").status_code == 404
