@@ -12,7 +12,7 @@ from foveacam_pipeline.capture.dataset import DatasetWriter
 from foveacam_pipeline.capture.plan import plan_from
 from foveacam_server.datasets.capture_tools import CaptureTools
 from foveacam_server.foundation.job_table import JobState
-from foveacam_server.resources.capturing.captures.schema import CaptureRequest
+from foveacam_server.resources.capturing.captures.schema import CaptureRequest, EstimateRequest
 from foveacam_server.resources.capturing.captures.service import CaptureService
 
 PATIENCE_S = 60.0
@@ -39,6 +39,13 @@ def test_the_distance_is_measured_at_the_working_binning_and_the_points_at_full_
     assert tools.hardware.binnings == [None, 1]  # type: ignore[attr-defined]  # the stub's
     (dataset,) = captures.search()
     assert dataset.points.taken == 2
+
+
+def test_an_estimate_counts_no_fixation_where_the_depth_is_known(tmp_path: Path, tools: CaptureTools) -> None:
+    known = CaptureService(tmp_path / "captures", tools).plan_to_estimate(EstimateRequest())
+    assert known.plan.needs_distance
+    assert known.preparing_fixations == 0
+    assert (known.known, replace(known, known=0).preparing_fixations) == (9, 9)
 
 
 def test_no_capture_is_resumed_beside_another_that_is_queued_or_runs(captures: CaptureService) -> None:

@@ -5,7 +5,12 @@ from foveacam_pipeline.capture.run.capture import run_capture
 from foveacam_pipeline.capture.run.describe import conditions_document, rig_document
 from foveacam_pipeline.capture.run.pace_meter import PaceMeter
 from foveacam_pipeline.capture.run.shots import image_size, writer_settings
-from foveacam_pipeline.capture.run.survey import check_exposures, measure_distances_m, prepare_plan
+from foveacam_pipeline.capture.run.survey import (
+    check_exposures,
+    known_directions,
+    measure_distances_m,
+    prepare_plan,
+)
 from foveacam_pipeline.capture.run.values import CapturePhase, CaptureReport, RunSettings
 
 __all__ = [
@@ -19,6 +24,7 @@ __all__ = [
     "check_exposures",
     "conditions_document",
     "image_size",
+    "known_directions",
     "measure_distances_m",
     "prepare_plan",
     "rig_document",

@@ -101,6 +101,14 @@ def measure_distance_m(
     return found.distance_m
 
 
+def known_directions(plan: RasterPlan, calibration: Calibration, context: DepthContext) -> int:
+    """Return in how many of a plan's survey directions the depth is known, so that none is fixated."""
+    if not plan.needs_distance:
+        return 0
+    directions = survey_directions_rad(plan, calibration).tolist()
+    return sum(known_distance_m(context, calibration, (ax, ay)) is not None for ax, ay in directions)
+
+
 def known_distance_m(
     context: DepthContext | None, calibration: Calibration, direction_rad: tuple[float, float]
 ) -> float | None:

@@ -169,6 +169,7 @@ def test_the_stop_ends_a_capture_and_it_goes_on_afterwards(api_server: Running) 
 
 
 def test_an_estimate_tells_time_size_and_every_footprint(api_server: Running) -> None:
+    api_server.http.delete(f"{API}/wide_depth").raise_for_status()
     answer = api_server.post(f"{URL}/estimates", {})
     assert answer.status_code == 200, answer.text
     found = answer.json()

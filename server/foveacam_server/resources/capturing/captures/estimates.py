@@ -38,7 +38,7 @@ class PlanToEstimate:
     """A plan with the rig's properties and the times of its last captures.
 
     `assumed_m`: distance used where the plan has none. `surveyed`: fixations that have measured the distance
-    of the plan; they count as part of the capture.
+    of the plan; they count as part of the capture. `known`: directions whose depth is known without one.
     """
 
     plan: RasterPlan
@@ -49,13 +49,14 @@ class PlanToEstimate:
     assumed_m: float | None = None
     runs: tuple[StepTimes, ...] = ()
     surveyed: int = 0
+    known: int = 0
 
     @property
     def preparing_fixations(self) -> int:
         """Number of fixations before the first point, made or not."""
         if not self.plan.needs_distance:
             return self.surveyed
-        return len(survey_directions_rad(self.plan, self.calibration))
+        return len(survey_directions_rad(self.plan, self.calibration)) - self.known
 
 
 def estimate_plan(asked: PlanToEstimate) -> EstimateDocument:

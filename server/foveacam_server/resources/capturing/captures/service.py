@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 from foveacam_hardware.contract import Busy
 from foveacam_pipeline.capture.dataset import ImageCodec
 from foveacam_pipeline.capture.dataset.labels import change_labels
-from foveacam_pipeline.capture.run import PaceMeter, measure_distances_m
+from foveacam_pipeline.capture.run import PaceMeter, known_directions, measure_distances_m
 from foveacam_server.datasets.capture_paces import CapturePaces
 from foveacam_server.datasets.capture_tools import CaptureRigFacts, CaptureTools, rig_facts
 from foveacam_server.datasets.collection import CAPTURES_URL, DatasetCollection, StoredCapture
@@ -114,6 +114,7 @@ class CaptureService:
             codec=ImageCodec(request.codec),
             assumed_m=request.distance_m or self._tools.distance_m(),
             folder=self.collection.folder,
+            known=known_directions(request.plan, calibration, self._tools.context),
         )
 
     # Captures on the disk ----------------------------------------------------------------------------------
